@@ -4,7 +4,7 @@ mod common;
 
 use common::{Stage, glass, grey, look, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::internals::integrator::{Frame, Schedule, Sorting, Worker};
+use rayfront::internals::integrator::{RenderSetup, Schedule, Sorting, Worker};
 use rayfront::internals::simd::Isa;
 use rayfront::math::{Quat, Rgb, Vec3};
 use rayfront::world::{Background, BlinnPhong, Camera, Pattern, Shape, Transform};
@@ -26,7 +26,7 @@ fn open_stage() -> Stage {
 }
 
 /// A mesh of 70,000 triangles under three lamps.
-fn mesh() -> Frame {
+fn mesh() -> RenderSetup {
     let mut stage = open_stage();
     let shiny = stage.material(BlinnPhong { specular: grey(0.4), ..matte(grey(0.6)) });
     stage.mesh(common::bumpy_sphere(70_000), shiny);
@@ -34,11 +34,11 @@ fn mesh() -> Frame {
         stage.point_light(150.0, Vec3::new(x, 4.0, 3.0));
     }
     stage.camera(Vec3::new(1.5, 1.5, 3.5));
-    stage.frame()
+    stage.setup()
 }
 
 /// 27 glass balls: paths fork at every surface.
-fn glass_balls() -> Frame {
+fn glass_balls() -> RenderSetup {
     let mut stage = open_stage();
     let glass = stage.material(glass());
     for i in 0..27 {
@@ -48,11 +48,11 @@ fn glass_balls() -> Frame {
     }
     stage.point_light(300.0, Vec3::new(2.0, 4.0, 3.0));
     stage.camera(Vec3::new(1.5, 1.5, 3.5));
-    stage.frame()
+    stage.setup()
 }
 
 /// Sixteen shadow rays a hit, and a lens.
-fn soft_shadows() -> Frame {
+fn soft_shadows() -> RenderSetup {
     let mut stage = open_stage();
     let plain = stage.material(matte(grey(0.7)));
     stage.mesh(common::bumpy_sphere(5_000), plain);
@@ -65,11 +65,11 @@ fn soft_shadows() -> Frame {
         pattern: Pattern::Jittered,
     };
     stage.0.entities.spawn((camera, look(Vec3::new(1.5, 1.5, 3.5), Vec3::ZERO)));
-    stage.frame()
+    stage.setup()
 }
 
 /// 820 mirror balls.
-fn mirror_flake() -> Frame {
+fn mirror_flake() -> RenderSetup {
     let mut stage = open_stage();
     let mirror = stage.material(BlinnPhong { kr: grey(0.8), specular: grey(0.3), ..matte(grey(0.1)) });
     for (center, radius_m) in common::sphereflake(3) {
@@ -77,7 +77,7 @@ fn mirror_flake() -> Frame {
     }
     stage.point_light(200.0, Vec3::new(3.0, 5.0, 4.0));
     stage.camera(Vec3::new(1.0, 1.2, 2.5));
-    stage.frame()
+    stage.setup()
 }
 
 fn schedules(c: &mut Criterion) {
@@ -87,16 +87,16 @@ fn schedules(c: &mut Criterion) {
         ("soft shadows", soft_shadows()),
         ("mirror flake", mirror_flake()),
     ];
-    for (name, frame) in scenes {
+    for (name, setup) in scenes {
         let mut group = c.benchmark_group(format!("schedules/{name}"));
         let mut films = Vec::new();
         for (name, schedule) in [("wavefront", Schedule::Wavefront), ("recursive", Schedule::Recursive)] {
-            let mut worker = common::worker(&frame, schedule);
-            let (film, rays) = common::render(&frame, &mut worker, Isa::detect(), SAMPLES);
+            let mut worker = common::worker(&setup, schedule);
+            let (film, rays) = common::render(&setup, &mut worker, Isa::detect(), SAMPLES);
             films.push(film);
             group.throughput(Throughput::Elements(rays));
             group.bench_function(BenchmarkId::from_parameter(name), |b| {
-                b.iter(|| common::render(&frame, &mut worker, Isa::detect(), SAMPLES));
+                b.iter(|| common::render(&setup, &mut worker, Isa::detect(), SAMPLES));
             });
         }
         assert!(films[0] == films[1], "what is compared must be the same image");
@@ -105,14 +105,14 @@ fn schedules(c: &mut Criterion) {
 }
 
 fn wave_sizes(c: &mut Criterion) {
-    let frame = glass_balls();
+    let setup = glass_balls();
     let mut group = c.benchmark_group("wave");
     for wave in [256, 4_096, 16_384, 65_536] {
-        let mut worker = Worker::new(&frame, Schedule::Wavefront, wave, Sorting::default());
-        let (_, rays) = common::render(&frame, &mut worker, Isa::detect(), SAMPLES);
+        let mut worker = Worker::new(&setup, Schedule::Wavefront, wave, Sorting::default());
+        let (_, rays) = common::render(&setup, &mut worker, Isa::detect(), SAMPLES);
         group.throughput(Throughput::Elements(rays));
         group.bench_function(BenchmarkId::from_parameter(wave), |b| {
-            b.iter(|| common::render(&frame, &mut worker, Isa::detect(), SAMPLES));
+            b.iter(|| common::render(&setup, &mut worker, Isa::detect(), SAMPLES));
         });
     }
     group.finish();

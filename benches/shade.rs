@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use common::{Stage, grey, matte};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::internals::integrator::{Frame, Schedule};
+use rayfront::internals::integrator::{RenderSetup, Schedule};
 use rayfront::internals::math::elementary::{acos_turns, atan2_turns, exp2, log2, pow, sin_cos_turns};
 use rayfront::internals::simd::{Float, Isa, Kernel, Lanes, dispatch};
 use rayfront::math::{Rgb, Vec3};
@@ -15,7 +15,7 @@ use rayfront::world::BlinnPhong;
 const SAMPLES: u32 = 4;
 
 /// Textures and highlights under four lamps, and little to hit.
-fn lit_frame() -> Frame {
+fn lit_frame() -> RenderSetup {
     let mut stage = Stage::new([160, 120], SAMPLES);
     let checkers = stage.checkers(8.0);
     let floor = stage.material(BlinnPhong { specular: grey(0.2), shininess: 20.0, ..matte(checkers) });
@@ -28,19 +28,19 @@ fn lit_frame() -> Frame {
     }
     stage.0.settings.ambient = Rgb::splat(0.05);
     stage.camera(Vec3::new(1.0, 2.0, 4.0));
-    stage.frame()
+    stage.setup()
 }
 
 /// A wavefront rendering on one thread, in rays a second.
 fn render(c: &mut Criterion) {
-    let frame = lit_frame();
-    let mut worker = common::worker(&frame, Schedule::Wavefront);
-    let (_, rays) = common::render(&frame, &mut worker, Isa::detect(), SAMPLES);
+    let setup = lit_frame();
+    let mut worker = common::worker(&setup, Schedule::Wavefront);
+    let (_, rays) = common::render(&setup, &mut worker, Isa::detect(), SAMPLES);
     let mut group = c.benchmark_group("shade/textured and lit");
     group.throughput(Throughput::Elements(rays));
     for isa in Isa::available() {
         group.bench_function(BenchmarkId::from_parameter(isa.name()), |b| {
-            b.iter(|| common::render(&frame, &mut worker, isa, SAMPLES));
+            b.iter(|| common::render(&setup, &mut worker, isa, SAMPLES));
         });
     }
     group.finish();

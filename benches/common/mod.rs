@@ -10,7 +10,7 @@ use rand::RngExt;
 use rayfront::compile::compile;
 use rayfront::internals::bvh::{self, Coherence, SPHERE, Stack};
 use rayfront::internals::film::{Film, Region};
-use rayfront::internals::integrator::{Frame, Schedule, Sorting, Statistics, Work, Worker};
+use rayfront::internals::integrator::{RayStatistics, RenderSetup, Schedule, Sorting, Work, Worker};
 use rayfront::internals::render::Prepared;
 use rayfront::internals::sampling::Stream;
 use rayfront::internals::scene::CompiledScene;
@@ -155,8 +155,8 @@ impl Stage {
     }
 
     /// Ready to render, with its settings.
-    pub fn frame(&self) -> Frame {
-        rayfront::internals::render::frame(self.compile(), &self.0.settings)
+    pub fn setup(&self) -> RenderSetup {
+        rayfront::internals::render::setup(self.compile(), &self.0.settings)
     }
 }
 
@@ -205,18 +205,18 @@ pub fn area_light(watts: f32, samples: u32) -> Light {
 }
 
 /// Renders the frame's whole image on this thread; returns how many rays that took.
-pub fn render(frame: &Frame, worker: &mut Worker, isa: Isa, samples: u32) -> (Film, u64) {
-    let mut statistics = Statistics::default();
-    let prepared = Prepared::now(frame);
+pub fn render(setup: &RenderSetup, worker: &mut Worker, isa: Isa, samples: u32) -> (Film, u64) {
+    let mut statistics = RayStatistics::default();
+    let prepared = Prepared::now(setup);
     // Without photons: what they take is measured with whole images.
-    let work = Work { frame, pilot: prepared.pilot.as_ref(), photons: None, isa };
-    let film = worker.render(work, Region::whole(frame.size), 0..samples, &mut statistics);
+    let work = Work { setup, pilot: prepared.pilot.as_ref(), photons: None, isa };
+    let film = worker.render(work, Region::whole(setup.size), 0..samples, &mut statistics);
     (film, statistics.rays.total())
 }
 
 /// A worker with waves of the default size.
-pub fn worker(frame: &Frame, schedule: Schedule) -> Worker {
-    Worker::new(frame, schedule, rayfront::render::DEFAULT_WAVE, Sorting::default())
+pub fn worker(setup: &RenderSetup, schedule: Schedule) -> Worker {
+    Worker::new(setup, schedule, rayfront::render::DEFAULT_WAVE, Sorting::default())
 }
 
 /// Rays of four classes through one scene, from the coherent to the scattered.

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::{Checked, Finding};
 use crate::error::words;
-use crate::integrator::decision::Fate;
-use crate::integrator::observe::{Event, What};
-use crate::integrator::{Frame, Schedule};
+use crate::integrator::observe::{Event, EventKind};
+use crate::integrator::path_event::PathEvent;
+use crate::integrator::{RenderSetup, Schedule};
 use crate::math::{Hit, Rgb};
 use crate::render::{Options, Session};
 use crate::world::Transport;
@@ -21,28 +21,28 @@ const WORTH: f32 = 0.01;
 const LITTLE: f32 = 0.002;
 const DEEPEST: u32 = 1024;
 
-pub(super) fn check(checked: &Checked, frame: &Frame, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, setup: &RenderSetup, findings: &mut Vec<Finding>) {
     // Limits for bounces of a kind are meant to end paths.
     let bends = checked.scene.materials.iter().any(|material| material.encloses && material.refracts());
-    if frame.transport != Transport::Path || !bends || frame.limits.is_some() {
+    if setup.transport != Transport::Path || !bends || setup.limits.is_some() {
         return;
     }
-    let lost = lost_in_glass(frame, frame.max_depth);
+    let lost = lost_in_glass(setup, setup.max_depth);
     let all: f32 = lost.values().sum();
     let Some((entity, most)) = lost.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
     if all < WORTH {
         return;
     }
-    let depths = (3..).map(|power| 1 << power).filter(|depth| *depth > frame.max_depth);
+    let depths = (3..).map(|power| 1 << power).filter(|depth| *depth > setup.max_depth);
     let mut deeper = depths.take_while(|depth| *depth <= DEEPEST);
-    let enough = deeper.find(|depth| lost_in_glass(frame, *depth).values().sum::<f32>() <= LITTLE);
+    let enough = deeper.find(|depth| lost_in_glass(setup, *depth).values().sum::<f32>() <= LITTLE);
     let name = checked.name(entity);
     let others = if most < 0.9 * all { " and other glass" } else { "" };
     let what = format!(
         "{:.0} % of the light that the camera would see is lost inside \"{}\"{others}, where paths end after {} bounces",
         100.0 * all,
         words(&name),
-        frame.max_depth
+        setup.max_depth
     );
     let remedy = match enough {
         Some(depth) => format!("--depth {depth}"),
@@ -52,8 +52,8 @@ pub(super) fn check(checked: &Checked, frame: &Frame, findings: &mut Vec<Finding
 }
 
 /// The part of what the camera sees that is lost where paths end at glass or within it, by the entity of the glass.
-fn lost_in_glass(frame: &Frame, max_depth: u32) -> BTreeMap<u32, f32> {
-    let small = Arc::new(Frame { max_depth, ..frame.small(LONGER_SIDE) });
+fn lost_in_glass(setup: &RenderSetup, max_depth: u32) -> BTreeMap<u32, f32> {
+    let small = Arc::new(RenderSetup { max_depth, ..setup.small(LONGER_SIDE) });
     let paths = (small.size[0] * small.size[1] * SAMPLES) as f32;
     let scene = small.scene.clone();
     let mut lost: BTreeMap<u32, f32> = BTreeMap::new();
@@ -63,8 +63,10 @@ fn lost_in_glass(frame: &Frame, max_depth: u32) -> BTreeMap<u32, f32> {
     Session::of(small, SAMPLES, options).observe(None, &mut |event| {
         let Event::Sample(_, what) = event else { return };
         match *what {
-            What::Ray { throughput: [r, g, b], hit, .. } => last = Some((hit, Rgb::new(r, g, b).luminance())),
-            What::Choice { fate: Fate::Last, .. } => {
+            EventKind::Ray { throughput: [r, g, b], hit, .. } => {
+                last = Some((hit, Rgb::new(r, g, b).luminance()))
+            }
+            EventKind::Choice { fate: PathEvent::Last, .. } => {
                 let Some((hit, part)) = last.take().filter(|(hit, _)| !hit.is_miss()) else { return };
                 let material = scene.geometry.material_of(hit.primitive, hit.instance) as usize;
                 if scene.materials[material].encloses && scene.materials[material].refracts() {

@@ -6,7 +6,7 @@ use super::Finding;
 use crate::film::Region;
 use crate::film::exposure::{automatic_ev, exposure_ev};
 use crate::film::tonemap::DisplayTransform;
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
 use crate::math::Rgb;
 use crate::render::{Options, Session};
 use crate::world::{Settings, Tonemap};
@@ -42,8 +42,8 @@ impl<'a> FinishedImage<'a> {
 }
 
 /// Findings about a finished image. `told`: what the scene's rules found has been reported already.
-pub fn of_image(frame: &Frame, image: &FinishedImage, told: bool) -> Option<Finding> {
-    let seen = seen(frame, image);
+pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Option<Finding> {
+    let seen = seen(setup, image);
     if seen.is_empty() {
         return None;
     }
@@ -95,10 +95,10 @@ fn percent(part: f64) -> f64 {
 }
 
 /// The light of some of the pixels that show something.
-fn seen(frame: &Frame, &FinishedImage { region, radiance, .. }: &FinishedImage) -> Vec<Rgb> {
-    let [width, height] = frame.size;
+fn seen(setup: &RenderSetup, &FinishedImage { region, radiance, .. }: &FinishedImage) -> Vec<Rgb> {
+    let [width, height] = setup.size;
     let by = width.max(height).div_ceil(LOOKED_AT).max(1);
-    let small = frame.small(LOOKED_AT);
+    let small = setup.small(LOOKED_AT);
     let size = small.size;
     let options = Options { region: Some(Region::whole(size)), ..Options::default() };
     let features = Session::of(Arc::new(small), 1, options).features();

@@ -23,7 +23,7 @@ mod sizes;
 use std::sync::Arc;
 
 use crate::error::words;
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
 use crate::scene::{CompiledScene, Material};
 use crate::world::World;
 pub use exposure::{FinishedImage, of_image};
@@ -72,20 +72,20 @@ struct Checked<'a> {
 
 /// What is probably not as intended in a world and its scene. This takes a few milliseconds, or longer with `all`,
 /// which includes the rules that need a tree of their own.
-pub fn check(world: &World, frame: &Frame, all: bool) -> Vec<Finding> {
-    let scene: &Arc<CompiledScene> = &frame.scene;
+pub fn check(world: &World, setup: &RenderSetup, all: bool) -> Vec<Finding> {
+    let scene: &Arc<CompiledScene> = &setup.scene;
     if scene.bvh.root.is_none() {
         // The scene's own warning says so.
         return Vec::new();
     }
-    let checked = Checked { world, scene, probes: Probes::new(frame) };
+    let checked = Checked { world, scene, probes: Probes::new(setup) };
     let mut findings: Vec<Finding> = checked.probes.slowness().into_iter().collect();
     bodies::check(&checked, &mut findings);
     camera::check(&checked, &mut findings);
     lamps::check(&checked, &mut findings);
     materials::check(&checked, &mut findings);
     glass::check(&checked, all, &mut findings);
-    depth::check(&checked, frame, &mut findings);
+    depth::check(&checked, setup, &mut findings);
     media::check(&checked, &mut findings);
     panes::check(&checked, &mut findings);
     sizes::check(&checked, &mut findings);

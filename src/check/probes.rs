@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::Finding;
 use crate::bvh::{self, AnyHitFilter, Crossing, FaceCulling, HitPredicate, Stack};
 use crate::film::Features;
-use crate::integrator::presence::crossed;
-use crate::integrator::{Frame, Stop};
+use crate::integrator::any_hit::crossed;
+use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Hit, NONE, Ray, Rgb, Vec3, Vector};
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
@@ -30,8 +30,8 @@ pub struct Probes {
 
 impl Probes {
     /// As the frame's camera sees it.
-    pub fn new(frame: &Frame) -> Probes {
-        let small = Arc::new(frame.small(LONGER_SIDE));
+    pub fn new(setup: &RenderSetup) -> Probes {
+        let small = Arc::new(setup.small(LONGER_SIDE));
         let mut session = Session::of(small, SAMPLES, Options::default());
         let stop = Stop::after_rays(MOST_RAYS);
         session.advance_until(1, &stop, &|_| ());

@@ -127,7 +127,7 @@ fn brightest(session: &Session, pixels: &[[u32; 2]]) -> Vec<(u32, f32)> {
 }
 
 fn outlier(session: &Session, pixel: [u32; 2], sample: u32, oddity: Oddity) -> Outlier {
-    let (lives, _) = explain(session.frame().clone(), &GivenNames::none(), pixel, sample..sample + 1);
+    let (lives, _) = explain(session.setup().clone(), &GivenNames::none(), pixel, sample..sample + 1);
     let paths = lives.iter().flat_map(|life| &life.paths).take(1);
     let met = paths.flat_map(|path| path.steps.iter().filter_map(|step| step.vertex.as_ref()));
     Outlier { pixel, sample, oddity, materials: met.map(|vertex| vertex.material.clone()).collect() }

@@ -133,9 +133,9 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
     let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
         .map_err(Failure::compile(&arguments.scene))?;
     let settings = world.settings.clone();
-    let frame = crate::render::frame(scene, &settings);
-    Needs::usual(Region::whole(settings.size)).check(&frame, &settings)?;
-    let mut session = Session::of(frame.into(), settings.samples, Options::default());
+    let setup = crate::render::setup(scene, &settings);
+    Needs::usual(Region::whole(settings.size)).check(&setup, &settings)?;
+    let mut session = Session::of(setup.into(), settings.samples, Options::default());
     while !session.is_done() {
         session.advance(16);
     }

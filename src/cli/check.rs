@@ -32,9 +32,9 @@ pub(super) fn run(arguments: &Check) -> Result<ExitCode, Failure> {
     arguments.picture.apply(&mut world);
     let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
         .map_err(Failure::compile(path))?;
-    let frame = crate::render::frame(scene, &world.settings);
-    let findings = check(&world, &frame, true);
-    let warnings: Vec<&String> = not_found(&frame.scene.warnings, &findings).collect();
+    let setup = crate::render::setup(scene, &world.settings);
+    let findings = check(&world, &setup, true);
+    let warnings: Vec<&String> = not_found(&setup.scene.warnings, &findings).collect();
     if arguments.json {
         let findings: Vec<_> = findings
             .iter()

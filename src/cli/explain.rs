@@ -11,8 +11,8 @@ use super::{Failure, args, output};
 use crate::error::in_one_line;
 use crate::film::Film;
 use crate::integrator::bounces::LobeKind;
-use crate::integrator::decision::Fate;
-use crate::integrator::observe::Triple;
+use crate::integrator::observe::Components;
+use crate::integrator::path_event::PathEvent;
 use crate::math::NONE;
 use crate::study::explain::{self, Followed, GivenNames, Life, LightRay, Shares, Step};
 use crate::world::Adaptive;
@@ -90,8 +90,8 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     let scene = crate::compile::compile(&world, arguments.camera.as_deref())
         .map_err(Failure::compile(&arguments.scene))?;
     let names = GivenNames::new(&world);
-    let frame = Arc::new(crate::render::frame(scene, &world.settings));
-    let (lives, film) = explain::explain(frame, &names, arguments.pixel, range);
+    let setup = Arc::new(crate::render::setup(scene, &world.settings));
+    let (lives, film) = explain::explain(setup, &names, arguments.pixel, range);
     let text =
         if arguments.json { format!("{}\n", json(arguments, &lives, &film)) } else { text(&lives, &film) };
     output::print(&text)?;
@@ -99,7 +99,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
 }
 
 /// Six digits are enough for people; the JSON has all of them.
-fn triple([a, b, c]: Triple) -> String {
+fn triple([a, b, c]: Components) -> String {
     let digits = |value: f32| {
         let text = format!("{value:.5}");
         if value != 0.0 && value.abs() < 1e-3 { format!("{value:.3e}") } else { text }
@@ -107,7 +107,7 @@ fn triple([a, b, c]: Triple) -> String {
     format!("({}, {}, {})", digits(a), digits(b), digits(c))
 }
 
-fn mean(film: &Film) -> Triple {
+fn mean(film: &Film) -> Components {
     film.radiance().first().map_or([0.0; 3], |pixel| pixel.to_array())
 }
 
@@ -187,13 +187,13 @@ fn step_lines(step: &Step) -> Vec<String> {
         lines.push(format!("      photons     around it bring {}", triple(vertex.gathered)));
     }
     lines.extend(vertex.lights.iter().map(|lit| light_line(lit, vertex.fate.is_some())));
-    if let Some(Fate::Scattered { distance_m }) = vertex.fate {
+    if let Some(PathEvent::Scattered { distance_m }) = vertex.fate {
         lines.push(format!("      scattered   within the body, after {distance_m} m"));
     }
-    if vertex.fate == Some(Fate::Straight) {
+    if vertex.fate == Some(PathEvent::Straight) {
         lines.push("      goes on     straight through, which is no bounce".into());
     }
-    if let Some(Fate::Drawn { kind, through, exact }) = vertex.fate {
+    if let Some(PathEvent::Drawn { kind, through, exact }) = vertex.fate {
         lines.push(format!(
             "      draws       from {} {} lobe{}",
             if exact { "an exact" } else { "a" },

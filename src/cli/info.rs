@@ -10,7 +10,7 @@ use super::{Failure, args, output};
 use crate::error::in_one_line;
 use crate::film::Region;
 use crate::formats::gltf::{Contents, contents};
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
 use crate::integrator::photons::NoPhotons;
 use crate::math::{Rgb, Vec3};
 use crate::memory;
@@ -31,13 +31,13 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let building = meshes + scene.memory().geometry + scene.bvh.statistics.peak_bytes;
     let building = before.map(|before| before + building as u64);
     let settings = world.settings.clone();
-    let frame = crate::render::frame(scene, &settings);
+    let setup = crate::render::setup(scene, &settings);
     let region = Region::whole(settings.size);
     let needs = Needs::usual(region);
     // The world ends before anything is rendered.
-    let rendering = rendering_bytes(before, &frame, &settings, &needs);
+    let rendering = rendering_bytes(before, &setup, &settings, &needs);
     facts["memory_bytes"]["peak"] = peak.max(building).max(rendering).into();
-    facts["photons"] = photons(&frame);
+    facts["photons"] = photons(&setup);
     let text = if arguments.json { format!("{facts}\n") } else { text(&facts) };
     output::print(&text)?;
     Ok(ExitCode::SUCCESS)
@@ -46,18 +46,18 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
 /// The memory that a process has resident while it renders, if it had `before` before the scene.
 pub(super) fn rendering_bytes(
     before: Option<u64>,
-    frame: &Frame,
+    setup: &RenderSetup,
     settings: &Settings,
     needs: &Needs,
 ) -> Option<u64> {
-    Some(before? + frame.scene.memory().total() as u64 + needs.bytes(frame, settings))
+    Some(before? + setup.scene.memory().total() as u64 + needs.bytes(setup, settings))
 }
 
 /// Photons as far as they are known before any is traced.
-fn photons(frame: &Frame) -> Value {
-    let (count, Bytes { ended, sorted }) = (photons::count_of(frame), Bytes::most(frame));
+fn photons(setup: &RenderSetup) -> Value {
+    let (count, Bytes { ended, sorted }) = (photons::count_of(setup), Bytes::most(setup));
     let none = count.err().map(NoPhotons::text);
-    let turns_off = frame.chooses_photons;
+    let turns_off = setup.chooses_photons;
     json!({"a_sample": count.unwrap_or(0), "none": none, "may_turn_off": turns_off, "ended_bytes": ended, "sorted_bytes": sorted})
 }
 

@@ -22,7 +22,7 @@ use crate::film::Region;
 use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
 use crate::formats::is_usual;
 use crate::formats::picture::supported;
-use crate::integrator::{Frame, Stop};
+use crate::integrator::{RenderSetup, Stop};
 use crate::render::{Gathered, Needs, OnProgress, Options, Progress, Session, adaptive};
 use crate::study::explain::Recipe;
 use crate::world::{Adaptive, Aov, Settings, SourceFiles, World};
@@ -32,7 +32,7 @@ pub struct Job {
     /// What its film will say of itself.
     pub header: Header,
     /// The scene with the settings.
-    pub frame: Arc<Frame>,
+    pub setup: Arc<RenderSetup>,
     /// Names of entities, if they are needed.
     pub names: HashMap<u32, String>,
     /// The settings as the scene's file says them.
@@ -75,7 +75,7 @@ impl Job {
         let tell: Option<&mut dyn FnMut(&str)> = if quiet { None } else { Some(&mut tell) };
         let found = compiled(path, &view.at(0), reuse, &sources, tell, &change);
         reuse.told = told;
-        let Compiled { compiled, frame, findings, settings, authored, source, names, phases } = found?;
+        let Compiled { compiled, setup, findings, settings, authored, source, names, phases } = found?;
         reuse.kept.forget_unused();
         if reuse.paranoid && reuse.before.is_some() {
             prove(path, &view.at(0), &compiled, &change)?;
@@ -88,7 +88,7 @@ impl Job {
             let reason = "adaptive samples need all of the time at once";
             return Err(Failure::command_line(format!("--shutter: {reason}: add --adaptive=off")));
         }
-        let frame = Arc::new(frame);
+        let setup = Arc::new(setup);
         if reuse.several {
             reuse.before = Some(compiled);
         }
@@ -97,7 +97,7 @@ impl Job {
             scene: source,
             view,
             region: Region::whole(settings.size),
-            unit: frame.unit,
+            unit: setup.unit,
             variance: settings.aov.contains(&Aov::Variance),
             wanted: [0, settings.samples],
             settings,
@@ -111,7 +111,7 @@ impl Job {
             moments_hash: None,
             note: Note { command: command_line::typed(), ..Note::default() },
         };
-        Ok(Job { header, frame, names, authored, findings, phases, reuse: reuse.clone(), moment: 0 })
+        Ok(Job { header, setup, names, authored, findings, phases, reuse: reuse.clone(), moment: 0 })
     }
 
     /// Renders as [`Session::advance_until`], the scene at the moment that the next samples are of.
@@ -128,8 +128,8 @@ impl Job {
         let (moment, end) = view.moment_of(next, samples);
         let count = count.min(end.saturating_sub(next)).max(1);
         self.move_to(moment)?;
-        if !Arc::ptr_eq(&self.frame, session.frame()) {
-            session.set_frame(self.frame.clone());
+        if !Arc::ptr_eq(&self.setup, session.setup()) {
+            session.replace_setup(self.setup.clone());
         }
         session.advance_until(count, stop, progress);
         Ok(())
@@ -150,8 +150,8 @@ impl Job {
             return Err(Failure::file(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }
         // A film has only one unit.
-        let frame = Frame { unit: self.frame.unit, ..found.frame };
-        (self.frame, self.moment) = (Arc::new(frame), moment);
+        let setup = RenderSetup { unit: self.setup.unit, ..found.setup };
+        (self.setup, self.moment) = (Arc::new(setup), moment);
         self.reuse.before = Some(found.compiled);
         self.phases.load += found.phases.load;
         self.phases.compile += found.phases.compile;
@@ -178,7 +178,7 @@ impl Job {
     pub fn going_on(&self, work: &WorkOptions, gathered: Gathered) -> Option<Session> {
         let Header { wanted: [start, end], region, settings, .. } = &self.header;
         let options = self.options(work, *region);
-        let session = Session::going_on(self.frame.clone(), settings.samples, options, gathered);
+        let session = Session::going_on(self.setup.clone(), settings.samples, options, gathered);
         session.map(|session| session.with_samples(*start..*end))
     }
 
@@ -206,7 +206,7 @@ impl Job {
         let allocation = allocation
             .as_ref()
             .and_then(|allocation| adaptive::allocation_of_part(allocation, *whole, region));
-        Session::of(self.frame.clone(), settings.samples, options)
+        Session::of(self.setup.clone(), settings.samples, options)
             .with_samples(*start..*end)
             .with_allocation(allocation)
     }
@@ -276,7 +276,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         (wanted.onlookers.pictures(), checkpoint_to.is_some() || outputs.film.is_some());
     let has_film = found.is_some();
     let needs = Needs { region, to_openexr, denoises, schedule, wave, shown, saves_film, has_film };
-    needs.check(&job.frame, &job.header.settings)?;
+    needs.check(&job.setup, &job.header.settings)?;
     let mut session = match found {
         Some(film) => go_on_with(&mut job, film, wanted.work)?,
         None => job.session(wanted.work),
@@ -304,7 +304,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     if job.header.view.moments() > 1 {
         // Depths and normals of moving things show the middle moment.
         job.move_to(job.header.view.moments() / 2)?;
-        session.set_frame(job.frame.clone());
+        session.replace_setup(job.setup.clone());
     }
     job.phases.render = start.elapsed();
     job.phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
@@ -405,7 +405,7 @@ fn faults(
     let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
     let shown =
         check::FinishedImage { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
-    let finding = check::of_image(session.frame(), &shown, told);
+    let finding = check::of_image(session.setup(), &shown, told);
     let outliers = check::outliers(session).into_iter().map(|outlier| {
         // One sample is of one moment.
         let (moment, _) = header.view.moment_of(outlier.sample, header.settings.samples);

@@ -10,7 +10,7 @@ use super::report::Phases;
 use crate::check::{self, Finding};
 use crate::compile;
 use crate::formats::film_file::{Source, View};
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
 use crate::world::{Aov, Kept, Settings, SourceFiles, World};
 
 /// What moments of a scene have in common, and need not read and build again.
@@ -50,7 +50,7 @@ pub struct Compiled {
     /// The scene, and what it was made of.
     pub compiled: Arc<compile::Compiled>,
     /// As it is rendered.
-    pub frame: Frame,
+    pub setup: RenderSetup,
     /// What is probably not as it was meant.
     pub findings: Vec<Finding>,
     /// How to render.
@@ -93,14 +93,14 @@ pub fn compiled(
     }
     // The world ends here: large meshes need not stay twice.
     let compiled = Arc::new(scene);
-    let frame = crate::render::frame(compiled.scene.clone(), settings);
+    let setup = crate::render::setup(compiled.scene.clone(), settings);
     let mut findings = Vec::new();
     if let Some(tell) = tell {
-        findings = check::check(&world, &frame, false);
+        findings = check::check(&world, &setup, false);
         findings.iter().for_each(|finding| tell(&finding.to_string()));
     }
     let settings = settings.clone();
-    Ok(Compiled { compiled, frame, findings, settings, authored, source, names, phases })
+    Ok(Compiled { compiled, setup, findings, settings, authored, source, names, phases })
 }
 
 /// Compares a scene that shares something with one before it with what its files say without that.

@@ -289,7 +289,7 @@ fn write_images(
     if let Some(job) = &job {
         let denoises = arguments.output.denoise;
         let needs = Needs { denoises, has_film: true, saves_film: false, ..Needs::usual(job.header.region) };
-        needs.check(&job.frame, &header.settings)?;
+        needs.check(&job.setup, &header.settings)?;
     }
     let held = match &job {
         Some(job) => Ok(job.going_on(&arguments.work, gathered).ok_or_else(of_other_pixels)?),

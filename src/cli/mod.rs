@@ -149,18 +149,18 @@ fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Fai
 }
 
 /// A scene in a size and with samples of its own, ready to be rendered in several ways.
-fn frame(
+fn setup(
     (scene, model): (&std::path::Path, &args::ModelOptions),
     (size, samples): (args::ImageSize, u32),
     light: &args::LightOptions,
     camera: Option<&str>,
-) -> Result<std::sync::Arc<crate::integrator::Frame>, Failure> {
+) -> Result<std::sync::Arc<crate::integrator::RenderSetup>, Failure> {
     let mut world = crate::formats::load_with(scene, &model.of_size(Some(size)))?;
     world.settings.samples = samples;
     light.apply(&mut world);
     let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
-    let frame = crate::render::frame(compiled, &world.settings);
+    let setup = crate::render::setup(compiled, &world.settings);
     let region = crate::film::Region::whole(world.settings.size);
-    crate::render::Needs::usual(region).check(&frame, &world.settings)?;
-    Ok(std::sync::Arc::new(frame))
+    crate::render::Needs::usual(region).check(&setup, &world.settings)?;
+    Ok(std::sync::Arc::new(setup))
 }

@@ -26,7 +26,7 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
         return Ok(0);
     }
     saved.map_or(Ok(()), film_file::writable)?;
-    Needs::usual(job.header.region).check(&job.frame, &job.header.settings)?;
+    Needs::usual(job.header.region).check(&job.setup, &job.header.settings)?;
     let interrupt = Interrupt::watch();
     let mut session = job.session(&arguments.work);
     let deadline = arguments.stop.max_time.and_then(|time| deadline(Instant::now(), time));
@@ -72,7 +72,7 @@ pub fn exposure_ev(
         return Ok(None);
     }
     let (longer_side, samples) = EXPOSING;
-    let small = Arc::new(job.frame.small(longer_side));
+    let small = Arc::new(job.setup.small(longer_side));
     let mut session = Session::of(small, samples, Options::default());
     let interrupt = Interrupt::watch();
     let deadline = arguments.stop.max_time.and_then(|time| deadline(Instant::now(), time));

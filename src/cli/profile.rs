@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::profile_report::ProfileReport;
 use super::{Failure, args, output, usage};
-use crate::integrator::{Frame, Schedule, Stop};
+use crate::integrator::{RenderSetup, Schedule, Stop};
 use crate::render::{Session, Span, on_threads};
 use crate::simd::Isa;
 use crate::study::profile::{self, ProfilePlan, counters, flow};
@@ -59,7 +59,7 @@ pub struct Profile {
 
 pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
     let Profile { scene, model, size, spp, light, camera, .. } = arguments;
-    let frame = super::frame((scene, model), (*size, *spp), light, camera.as_deref())?;
+    let setup = super::setup((scene, model), (*size, *spp), light, camera.as_deref())?;
     let plan = ProfilePlan {
         samples: arguments.spp,
         runs: arguments.runs,
@@ -72,21 +72,21 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
     if let Ok(style) = ProgressStyle::with_template("measuring {bar:32} {pos} of {len}  {eta} left") {
         bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
     }
-    let times = profile::time(&frame, &plan, &mut |round| bar.set_position(u64::from(round) + 1))?;
-    let photons = crate::render::photons::plan(&frame, &Stop::NEVER).map(|plan| plan.count());
-    let stages = profile::stage_times(&frame, &plan)?;
+    let times = profile::time(&setup, &plan, &mut |round| bar.set_position(u64::from(round) + 1))?;
+    let photons = crate::render::photons::plan(&setup, &Stop::NEVER).map(|plan| plan.count());
+    let stages = profile::stage_times(&setup, &plan)?;
     bar.inc(1);
-    let flows = flow::count(&frame, &plan);
+    let flows = flow::count(&setup, &plan);
     bar.inc(1);
-    let counted = counters::count(&frame, &plan)?;
+    let counted = counters::count(&setup, &plan)?;
     bar.finish_and_clear();
     if let Some(path) = &arguments.trace {
-        write_trace(path, &frame, &plan)?;
+        write_trace(path, &setup, &plan)?;
     }
     let report = ProfileReport {
         arguments,
         plan: &plan,
-        frame: &frame,
+        setup: &setup,
         times: &times,
         stages: &stages,
         photons,
@@ -99,10 +99,10 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
 }
 
 /// Renders with both schedules once more, and writes a trace for Chrome's and Perfetto's viewers.
-fn write_trace(path: &Path, frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<(), Failure> {
+fn write_trace(path: &Path, setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<(), Failure> {
     let mut events = Vec::new();
     for (process, schedule) in [Schedule::Wavefront, Schedule::Recursive].into_iter().enumerate() {
-        let mut session = Session::of(frame.clone(), plan.samples, plan.options(schedule));
+        let mut session = Session::of(setup.clone(), plan.samples, plan.options(schedule));
         session.prepare(&Stop::NEVER);
         let spans = on_threads(plan.threads, || session.spans())?;
         let name = if schedule == Schedule::Wavefront { "wavefront" } else { "recursive" };

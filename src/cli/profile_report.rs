@@ -6,7 +6,7 @@ use super::profile::Profile;
 use crate::bvh::counters::Visits;
 use crate::film::PixelSum;
 use crate::integrator::photons::NoPhotons;
-use crate::integrator::{Frame, RayCounts, Schedule, Stage};
+use crate::integrator::{RayCounts, RenderSetup, Schedule, Stage};
 use crate::render::photons::Bytes;
 use crate::study::profile::counters::{Counted, Counts};
 use crate::study::profile::flow::{Bounce, Flows, StageFlow};
@@ -23,7 +23,7 @@ type TableColumn = (&'static str, fn(&Bounce) -> u64);
 pub(super) struct ProfileReport<'a> {
     pub arguments: &'a Profile,
     pub plan: &'a ProfilePlan,
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     pub times: &'a [Timed; 2],
     pub stages: &'a StageTimes,
     /// Photons of a sample, or why there are none.
@@ -99,8 +99,8 @@ impl ProfileReport<'_> {
             format!("{title:20}{:32}{}", value(&self.times[0]), value(&self.times[1]))
         };
         let rays = |value: fn(&RayCounts) -> u64| move |timed: &Timed| count(value(&timed.rays));
-        let memory = self.frame.scene.memory();
-        let film = self.frame.size[0] as usize * self.frame.size[1] as usize * size_of::<PixelSum>();
+        let memory = self.setup.scene.memory();
+        let film = self.setup.size[0] as usize * self.setup.size[1] as usize * size_of::<PixelSum>();
         let megabytes = |bytes: usize| format!("{:.1} MB", bytes as f64 / 1e6);
         vec![
             String::new(),
@@ -114,7 +114,7 @@ impl ProfileReport<'_> {
             row("camera rays", &rays(|rays| rays.camera)),
         ]
         .into_iter()
-        .chain(match self.frame.transport {
+        .chain(match self.setup.transport {
             Transport::Whitted => vec![
                 row("reflected rays", &rays(|rays| rays.reflect)),
                 row("refracted rays", &rays(|rays| rays.refract)),
@@ -128,7 +128,7 @@ impl ProfileReport<'_> {
         .chain([
             row("shadow rays", &rays(|rays| rays.shadow)),
             row("queues", &|timed| match timed.schedule {
-                Schedule::Wavefront => format!("{} a thread", megabytes(wave_bytes(self.frame, self.plan))),
+                Schedule::Wavefront => format!("{} a thread", megabytes(wave_bytes(self.setup, self.plan))),
                 Schedule::Recursive => "none".into(),
             }),
             row("forks that waited", &|timed| count(timed.spilled)),
@@ -144,7 +144,7 @@ impl ProfileReport<'_> {
                 Ok(photons) => format!(
                     "photons             {} a sample, in memory about {}",
                     count(photons.into()),
-                    megabytes(Bytes::most(self.frame).total() as usize)
+                    megabytes(Bytes::most(self.setup).total() as usize)
                 ),
                 Err(why) => format!("photons             none: {}", why.text()),
             },
@@ -190,7 +190,7 @@ impl ProfileReport<'_> {
 
     /// The path transport's shading sends the rays to lights by itself.
     fn stages_that_run(&self) -> impl Iterator<Item = Stage> {
-        let (lights, photons) = (self.frame.transport == Transport::Whitted, self.photons.is_ok());
+        let (lights, photons) = (self.setup.transport == Transport::Whitted, self.photons.is_ok());
         Stage::ALL.into_iter().filter(move |stage| match stage {
             Stage::Light => lights,
             Stage::Photons => photons,
@@ -200,7 +200,7 @@ impl ProfileReport<'_> {
 
     /// The kinds of rays that the transport knows.
     fn kinds(&self) -> Vec<TableColumn> {
-        match self.frame.transport {
+        match self.setup.transport {
             Transport::Whitted => {
                 vec![("camera", |b| b.camera), ("reflect", |b| b.reflect), ("refract", |b| b.refract)]
             }
@@ -297,7 +297,7 @@ impl ProfileReport<'_> {
 
     /// One object for programs.
     pub fn json(&self) -> Value {
-        let memory = self.frame.scene.memory();
+        let memory = self.setup.scene.memory();
         let stages: serde_json::Map<String, Value> = Stage::ALL
             .iter()
             .map(|stage| {
@@ -324,8 +324,8 @@ impl ProfileReport<'_> {
             "bounces": self.flows.bounces.iter().map(bounce_json).collect::<Vec<_>>(),
             "memory_bytes": {
                 "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
-                "queues_a_thread": wave_bytes(self.frame, self.plan),
-                "photons": if self.photons.is_ok() { Bytes::most(self.frame).total() } else { 0 }, "peak": crate::memory::peak(),
+                "queues_a_thread": wave_bytes(self.setup, self.plan),
+                "photons": if self.photons.is_ok() { Bytes::most(self.setup).total() } else { 0 }, "peak": crate::memory::peak(),
             },
             "photons": {"a_sample": self.photons.unwrap_or(0), "none": self.photons.err().map(NoPhotons::text)},
             "counters": counters,

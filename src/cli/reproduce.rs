@@ -47,7 +47,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
         (record(path)?, None, load_text(path, DENOISED)?)
     };
     let mut job = load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?;
-    Needs::usual(job.header.region).check(&job.frame, &job.header.settings)?;
+    Needs::usual(job.header.region).check(&job.setup, &job.header.settings)?;
     let session = render(&mut job, &header, &arguments.work)
         .ok_or_else(|| Failure::file(format!("{}: its record says what cannot be", path.display())))?;
     let found = format!("{:032x}", session.film().hash());

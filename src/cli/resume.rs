@@ -157,10 +157,10 @@ fn extend(job: &mut Job, film: &FilmFile, spp: u32) -> Result<(), Failure> {
             "--spp {spp}: its samples are spread over the time that the shutter is open: render it anew with --spp {spp}"
         )));
     }
-    job.frame.extensible().map_err(|reason| {
+    job.setup.extensible().map_err(|reason| {
         Failure::command_line(format!("--spp {spp}: {reason}: render it anew with --spp {spp}"))
     })?;
-    let frame = std::sync::Arc::make_mut(&mut job.frame);
+    let frame = std::sync::Arc::make_mut(&mut job.setup);
     frame.samples = crate::sampling::pattern::Grid::new(spp);
     (job.header.settings.samples, job.header.wanted) = (spp, [0, spp]);
     Ok(())

@@ -43,7 +43,7 @@ pub struct Verify {
 
 pub(super) fn run(arguments: &Verify) -> Result<ExitCode, Failure> {
     let Verify { scene, model, size, spp, light, camera, .. } = arguments;
-    let frame = super::frame((scene, model), (*size, *spp), light, camera.as_deref())?;
+    let setup = super::setup((scene, model), (*size, *spp), light, camera.as_deref())?;
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
     let ways = verify::ways(cores);
 
@@ -51,7 +51,7 @@ pub(super) fn run(arguments: &Verify) -> Result<ExitCode, Failure> {
     if let Ok(style) = ProgressStyle::with_template("rendering {bar:32} {pos} of {len} ways  {eta} left") {
         bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
     }
-    let found = verify::verify(frame, arguments.spp, &ways, &mut |done| bar.set_position(done as u64))?;
+    let found = verify::verify(setup, arguments.spp, &ways, &mut |done| bar.set_position(done as u64))?;
     bar.finish_and_clear();
     let text =
         if arguments.json { format!("{}\n", json(arguments, &found)) } else { text(arguments, &found) };

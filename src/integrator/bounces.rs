@@ -13,7 +13,7 @@ pub const MOST: u32 = (1 << BITS) - 1;
 const SPENT: u32 = 1 << 31;
 
 /// Set when a path has been scattered within a body, which is no bounce.
-pub const SCATTERED: u32 = 1 << 30;
+pub const FREE_EVENT: u32 = 1 << 30;
 
 const _: () = assert!(DepthLimits::MOST < MOST, "a counter must go beyond every limit");
 
@@ -53,9 +53,9 @@ impl LobeKind {
 
 /// The most bounces of each kind, in the order of [`LobeKind::ALL`]; [`MOST`] is no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits([u32; 3]);
+pub struct BounceLimits([u32; 3]);
 
-impl Limits {
+impl BounceLimits {
     /// None if no limit is stricter than `max_depth`.
     pub fn new(limits: DepthLimits, max_depth: u32) -> Option<Self> {
         let DepthLimits { diffuse, glossy, transmission } = limits;
@@ -87,7 +87,7 @@ pub fn counted<F: Float>(bounces: F::Int, wide: F::Mask, through: F::Mask) -> F:
 
 /// Marks the counters that are beyond a limit.
 #[inline(always)]
-pub fn limited<F: Float>(limits: &Limits, bounces: F::Int) -> F::Int {
+pub fn limited<F: Float>(limits: &BounceLimits, bounces: F::Int) -> F::Int {
     let mut beyond = F::Mask::from_bits(0);
     for (kind, limit) in LobeKind::ALL.into_iter().zip(limits.0) {
         let count = bounces & F::Int::splat(MOST << kind.shift());
@@ -133,13 +133,13 @@ mod tests {
     #[test]
     fn a_limit_is_reached_by_the_bounce_after_it() {
         let limits = |diffuse, glossy, transmission, depth| {
-            Limits::new(DepthLimits { diffuse, glossy, transmission }, depth)
+            BounceLimits::new(DepthLimits { diffuse, glossy, transmission }, depth)
         };
         assert_eq!(limits(None, None, None, 8), None);
         assert_eq!(limits(Some(8), Some(9), None, 8), None, "max_depth is reached first");
         let two = limits(None, Some(2), None, 8).unwrap();
         let is_spent =
-            |limits: &Limits, kinds: &[LobeKind]| spent::<f32>(limited::<f32>(limits, after(kinds)));
+            |limits: &BounceLimits, kinds: &[LobeKind]| spent::<f32>(limited::<f32>(limits, after(kinds)));
         assert!(!is_spent(&two, &[LobeKind::Glossy; 2]) && is_spent(&two, &[LobeKind::Glossy; 3]));
         assert!(!is_spent(&two, &[LobeKind::Diffuse; 7]) && !is_spent(&two, &[LobeKind::Transmission; 2000]));
         let none = limits(Some(0), None, Some(0), 8).unwrap();

@@ -1,8 +1,8 @@
 //! Light that comes straight from a lamp, under the path transport: one of them is chosen at each vertex.
 
-use super::Frame;
+use super::RenderSetup;
 use super::medium;
-use super::mis::{choose, heuristic};
+use super::mis::{choose, power_heuristic};
 use super::path::Path;
 use super::shadow::ShadowRay;
 use crate::math::{Color, NONE, Ray};
@@ -17,8 +17,8 @@ use crate::simd::{Float, Int, Mask};
 
 /// Where a surface faces, for choosing lights.
 #[inline(always)]
-pub(super) fn faces<F: Float>(frame: &Frame, surface: &Surface<F>, bsdf: &Bsdf<F>) -> F::Int {
-    if frame.scene.emitters.len() < 2 {
+pub(super) fn faces<F: Float>(setup: &RenderSetup, surface: &Surface<F>, bsdf: &Bsdf<F>) -> F::Int {
+    if setup.scene.emitters.len() < 2 {
         return F::Int::splat(NONE);
     }
     facing(surface.geometric_normal, bsdf.lets_through())
@@ -40,29 +40,29 @@ pub(super) struct LightPoint<F: Float> {
 /// Chooses a light and a point of it.
 #[inline(always)]
 pub(super) fn sampled_light<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
     surface: &Surface<F>,
     bsdf: &Bsdf<F>,
     key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> LightPoint<F> {
-    let scene = &frame.scene;
+    let scene = &setup.scene;
     // Seen from where drawn directions begin, too: on a light itself the difference matters.
     let position = surface.position + surface.geometric_normal * surface.offset;
-    let facing = faces(frame, surface, bsdf);
-    let (emitter, chance, u) = choose(frame, position, facing, (path.depth, key), mask);
+    let facing = faces(setup, surface, bsdf);
+    let (emitter, chance, u) = choose(setup, position, facing, (path.depth, key), mask);
     let sample = emitter::sample(scene, emitter, position, u, mask);
     let (value, own) = bsdf.evaluate(sample.direction, mask);
     let density = sample.pdf * chance;
-    let share = F::select(sample.shared, heuristic(density, own), F::one());
+    let share = F::select(sample.shared, power_heuristic(density, own), F::one());
     LightPoint { emitter, density, share, value, sample }
 }
 
 /// The shadow ray to a point of a light, and value · |cos| towards it.
 #[inline(always)]
 pub(super) fn to_light<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
     surface: &Surface<F>,
     boundary: &Boundary<F>,
@@ -70,20 +70,20 @@ pub(super) fn to_light<F: Float>(
     key: SampleKey<F::Int>,
     here: F::Mask,
 ) -> (ShadowRay<F>, Color<F>) {
-    let scene = &frame.scene;
+    let scene = &setup.scene;
     let mask = here & bsdf.scatters();
     if scene.emitters.is_empty() || !mask.any() {
         return (ShadowRay::none(), Color::black());
     }
     let zero = F::zero();
     let LightPoint { emitter, density, share, value, sample } =
-        sampled_light(frame, path, surface, bsdf, key, mask);
+        sampled_light(setup, path, surface, bsdf, key, mask);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
     let bodies = boundary.beyond(through);
     // Nothing that is infinitely far away is in a body, however open that is.
     let somewhere = mask & sample.distance.lt(F::splat(f32::INFINITY));
-    let contribution = medium::emitted(frame, bodies, path.throughput * light, somewhere);
+    let contribution = medium::emitted(setup, bodies, path.throughput * light, somewhere);
     let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     let shadow = ShadowRay {
         ray: Ray {

@@ -2,10 +2,10 @@
 //! 9.5.2, 11.1 and 14.1). A boundary that bends light hides lamps from what is within, so that paths find them by
 //! themselves; through one that does not, rays to lights go straight.
 
-use super::Frame;
-use super::bounces::SCATTERED;
-use super::ends::{is_last, roulette};
+use super::RenderSetup;
+use super::bounces::FREE_EVENT;
 use super::path::Path;
+use super::termination::{is_last, roulette};
 use crate::math::elementary::{exp2, log2, sin_cos_turns};
 use crate::math::{Color, NONE, Vector};
 use crate::sampling::draw::draw_2d;
@@ -24,7 +24,7 @@ pub(super) const MOST: u32 = 4096;
 const DISTANCE: u32 = 0x6d65_6469;
 
 /// How far a path's ray comes in the body that it is in.
-pub struct Flight<F: Float> {
+pub struct FreeFlight<F: Float> {
     /// What is left of the path there.
     pub throughput: Color<F>,
     /// Where it is scattered before it comes to the surface that it meets.
@@ -35,21 +35,21 @@ pub struct Flight<F: Float> {
 
 /// Along a path's ray to a surface at distance `t`.
 #[inline(always)]
-pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> Flight<F> {
+pub fn free_flight<F: Float>(setup: &RenderSetup, path: &Path<F>, t: F, mask: F::Mask) -> FreeFlight<F> {
     let none = F::Mask::from_bits(0);
-    let mut flight = Flight { throughput: path.throughput, scattered: none, t };
+    let mut flight = FreeFlight { throughput: path.throughput, scattered: none, t };
     let mut todo = mask & !path.bodies.eq(F::Int::splat(NOWHERE));
     // Infinity times an extinction of zero would be NaN.
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
-        let (Material { medium, .. }, same) = first(frame, path.bodies, todo);
+        let (Material { medium, .. }, same) = first(setup, path.bodies, todo);
         todo = todo & !same;
         if medium.is_clear() {
             continue;
         }
         if medium.scatters() {
-            let key = path.only_key(frame.seed).fork(DISTANCE);
-            let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
+            let key = path.path_key(setup.seed).fork(DISTANCE);
+            let u = draw_2d(setup.sampler, setup.samples, key, Dimension::Scatter.at(path.depth));
             let way = within(medium, path.throughput, t, u);
             flight.throughput = Color::select(same, way.throughput, flight.throughput);
             flight.t = F::select(same, way.t, flight.t);
@@ -64,8 +64,8 @@ pub fn flight<F: Float>(frame: &Frame, path: &Path<F>, t: F, mask: F::Mask) -> F
 
 /// Throughput after a way of length `t` through a body, without what is scattered away.
 #[inline(always)]
-pub fn passed<F: Float>(
-    frame: &Frame,
+pub fn attenuated<F: Float>(
+    setup: &RenderSetup,
     throughput: Color<F>,
     bodies: F::Int,
     t: F,
@@ -75,7 +75,7 @@ pub fn passed<F: Float>(
     let mut todo = mask & !bodies.eq(F::Int::splat(NOWHERE));
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
-        let (body, same) = first(frame, bodies, todo);
+        let (body, same) = first(setup, bodies, todo);
         todo = todo & !same;
         if !body.medium.is_clear() {
             throughput = Color::select(same, throughput * transmittance(&body.medium, t), throughput);
@@ -88,17 +88,22 @@ pub fn passed<F: Float>(
 /// of its camera: where light begins in another one, its radiance changes on the way with the squares of their indices
 /// ([`Material::index_square`]). Throughput need not change at each boundary for that.
 #[inline(always)]
-pub(super) fn emitted<F: Float>(frame: &Frame, bodies: F::Int, light: Color<F>, mask: F::Mask) -> Color<F> {
+pub(super) fn emitted<F: Float>(
+    setup: &RenderSetup,
+    bodies: F::Int,
+    light: Color<F>,
+    mask: F::Mask,
+) -> Color<F> {
     let within = mask & !bodies.eq(F::Int::splat(NOWHERE));
     if !within.any() {
         return light;
     }
-    F::outlined(EmittedWithin { frame, bodies, light, within })
+    F::outlined(EmittedWithin { setup, bodies, light, within })
 }
 
 /// Light that is emitted within bodies, which are seldom there.
 struct EmittedWithin<'a, F: Float> {
-    frame: &'a Frame,
+    setup: &'a RenderSetup,
     bodies: F::Int,
     light: Color<F>,
     within: F::Mask,
@@ -108,9 +113,9 @@ impl<F: Float> Outlined for EmittedWithin<'_, F> {
     type Output = Color<F>;
     #[inline(always)]
     fn run(self) -> Color<F> {
-        let Self { frame, bodies, mut light, within: mut todo } = self;
+        let Self { setup, bodies, mut light, within: mut todo } = self;
         while todo.any() {
-            let (body, same) = first(frame, bodies, todo);
+            let (body, same) = first(setup, bodies, todo);
             todo = todo & !same;
             let scale = 1.0 / body.index_square();
             light = Color::select(same, light * F::splat(scale), light);
@@ -121,8 +126,8 @@ impl<F: Float> Outlined for EmittedWithin<'_, F> {
 
 /// The material around the body that fills the first lane's place, and the lanes in whose places there is the same.
 #[inline(always)]
-fn first<I: Int>(frame: &Frame, bodies: I, todo: I::Mask) -> (&Material, I::Mask) {
-    let scene = &frame.scene;
+fn first<I: Int>(setup: &RenderSetup, bodies: I, todo: I::Mask) -> (&Material, I::Mask) {
+    let scene = &setup.scene;
     let first = emitter::lane(bodies, todo);
     let top = scene.bodies.top_mask();
     let material = scene.bodies.filling(first).map_or(0, |body| body.material);
@@ -145,7 +150,7 @@ fn decay<F: Float>(extinction: f32, t: F) -> F {
 /// weighted by the density with which any of them would have chosen it (one-sample balance heuristic, Veach 1997;
 /// PBRT 4th ed., 14.1.1 has it for a single one).
 #[inline(always)]
-fn within<F: Float>(medium: &Medium, throughput: Color<F>, t: F, (which, u): (F, F)) -> Flight<F> {
+fn within<F: Float>(medium: &Medium, throughput: Color<F>, t: F, (which, u): (F, F)) -> FreeFlight<F> {
     let (zero, one) = (F::zero(), F::one());
     let [r, g, b] = medium.extinction.map(F::splat);
     let chances = throughput * (one / (throughput.r + throughput.g + throughput.b).max(F::splat(1e-30)));
@@ -163,24 +168,24 @@ fn within<F: Float>(medium: &Medium, throughput: Color<F>, t: F, (which, u): (F,
     let kept = Color::select(scattered, rates * Color::new(r, g, b), Color::grey(one));
     let throughput = throughput * left * kept * (one / density);
     let alive = !throughput.max_component().le(zero);
-    Flight { throughput: Color::select(alive, throughput, Color::black()), scattered, t }
+    FreeFlight { throughput: Color::select(alive, throughput, Color::black()), scattered, t }
 }
 
 /// Where scattered paths continue; `path` with the throughput that is left there.
 #[inline(always)]
 pub fn scattered<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
-    flight: &Flight<F>,
+    flight: &FreeFlight<F>,
     key: SampleKey<F::Int>,
 ) -> (Path<F>, F::Mask) {
     let one = F::Int::splat(1);
-    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
-    let (direction, pdf) = turned(frame, path, flight, u);
+    let u = draw_2d(setup.sampler, setup.samples, key, Dimension::Scatter.at(path.depth));
+    let (direction, pdf) = turned(setup, path, flight, u);
     let again = path.scatterings.lt(F::Int::splat(MOST));
-    let (throughput, survives) = roulette(frame, path, path.throughput, key, flight.scattered);
+    let (throughput, survives) = roulette(setup, path, path.throughput, key, flight.scattered);
     let alive = throughput.max_component().gt(F::zero());
-    let goes_on = flight.scattered & again & alive & survives & !is_last(frame, path);
+    let goes_on = flight.scattered & again & alive & survives & !is_last(setup, path);
     let next = Path {
         origin: path.origin + path.direction * flight.t,
         direction,
@@ -188,7 +193,7 @@ pub fn scattered<F: Float>(
         radiance: Color::black(),
         depth: path.depth + one,
         scatterings: path.scatterings + one,
-        branch: path.branch | F::Int::splat(SCATTERED),
+        bounce_counts: path.bounce_counts | F::Int::splat(FREE_EVENT),
         pdf,
         travelled: F::zero(),
         facing: F::Int::splat(NONE),
@@ -201,12 +206,17 @@ pub fn scattered<F: Float>(
 /// A direction from the phase function of Henyey and Greenstein (1941; PBRT 4th ed., 11.3.1), in each lane with the
 /// parameter of the body it is in; and its density, or 0 where no light is sampled that it could be weighted against.
 #[inline(always)]
-fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns): (F, F)) -> (Vector<F>, F) {
+fn turned<F: Float>(
+    setup: &RenderSetup,
+    path: &Path<F>,
+    flight: &FreeFlight<F>,
+    (u, turns): (F, F),
+) -> (Vector<F>, F) {
     let (mut cos, mut pdf) = (F::one(), F::zero());
     let mut todo = flight.scattered;
-    let lit = is_lit(&frame.scene.bodies, path.bodies, flight.scattered);
+    let lit = is_lit(&setup.scene.bodies, path.bodies, flight.scattered);
     while todo.any() {
-        let (body, same) = first(frame, path.bodies, todo);
+        let (body, same) = first(setup, path.bodies, todo);
         todo = todo & !same;
         let g = body.medium.anisotropy;
         cos = F::select(same, cosine(g, u), cos);
@@ -220,10 +230,10 @@ fn turned<F: Float>(frame: &Frame, path: &Path<F>, flight: &Flight<F>, (u, turns
 /// The phase function of the body that each lane is in, per steradian, by the cosine between the directions of light
 /// before and after: both what is scattered there and the density with which it is drawn.
 #[inline(always)]
-pub(super) fn phase<F: Float>(frame: &Frame, bodies: F::Int, cos: F, mask: F::Mask) -> F {
+pub(super) fn phase<F: Float>(setup: &RenderSetup, bodies: F::Int, cos: F, mask: F::Mask) -> F {
     let (mut value, mut todo) = (F::zero(), mask);
     while todo.any() {
-        let (body, same) = first(frame, bodies, todo);
+        let (body, same) = first(setup, bodies, todo);
         todo = todo & !same;
         value = F::select(same, henyey_greenstein(body.medium.anisotropy, cos), value);
     }

@@ -1,7 +1,7 @@
 //! Multiple importance sampling (Veach 1997): which emitter is sampled from a vertex, and what finding it counts for
 //! where it could have been found both by a light sample and by a drawn direction.
 
-use super::Frame;
+use super::RenderSetup;
 use super::path::Path;
 use crate::math::{NONE, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
@@ -11,7 +11,7 @@ use crate::simd::{Float, Int, Mask, Outlined};
 
 /// The share of a technique of density `own` where another has density `other`: the power heuristic.
 #[inline(always)]
-pub(super) fn heuristic<F: Float>(own: F, other: F) -> F {
+pub(super) fn power_heuristic<F: Float>(own: F, other: F) -> F {
     // Divided first, because squares of large densities overflow.
     let ratio = other / own.max(F::splat(1e-30));
     F::one() / (F::one() + ratio * ratio)
@@ -25,19 +25,19 @@ pub(super) fn heuristic<F: Float>(own: F, other: F) -> F {
 /// between.
 #[inline(always)]
 pub(super) fn choose<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     position: Vector<F>,
     facing: F::Int,
     draw: (F::Int, SampleKey<F::Int>),
     mask: F::Mask,
 ) -> (F::Int, F, (F, F)) {
-    let (emitters, (depth, key)) = (&frame.scene.emitters, draw);
-    let u = draw_2d(frame.sampler, frame.samples, key, Dimension::Light.at(depth));
+    let (emitters, (depth, key)) = (&setup.scene.emitters, draw);
+    let u = draw_2d(setup.sampler, setup.samples, key, Dimension::Light.at(depth));
     if emitters.len() < 2 {
         return (F::Int::splat(0), F::one(), u);
     }
     let (index, chance, rest) = light_tree::sample(&emitters.tree, position, facing, u.1, mask);
-    let between: F = draw_1d(frame.sampler, frame.samples, key, Dimension::LightBits.at(depth));
+    let between: F = draw_1d(setup.sampler, setup.samples, key, Dimension::LightBits.at(depth));
     let bits = F::splat(f32::EPSILON * 0.5) / chance.max(F::splat(f32::EPSILON * 0.5));
     let rest = (rest + between * bits).min(F::splat(1.0 - f32::EPSILON / 2.0));
     (index, chance, (u.0, rest))
@@ -45,8 +45,8 @@ pub(super) fn choose<F: Float>(
 
 /// The chance with which [`choose`] would have taken an emitter where the path's direction was drawn.
 #[inline(always)]
-pub(super) fn chance_of<F: Float>(frame: &Frame, path: &Path<F>, index: F::Int, mask: F::Mask) -> F {
-    let emitters = &frame.scene.emitters;
+pub(super) fn chance_of<F: Float>(setup: &RenderSetup, path: &Path<F>, index: F::Int, mask: F::Mask) -> F {
+    let emitters = &setup.scene.emitters;
     if emitters.len() < 2 {
         return F::one();
     }
@@ -55,8 +55,13 @@ pub(super) fn chance_of<F: Float>(frame: &Frame, path: &Path<F>, index: F::Int, 
 
 /// The weight of a drawn direction that has found what a surface emits.
 #[inline(always)]
-pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitLanes<F>, mask: F::Mask) -> F {
-    let (scene, drawn) = (&frame.scene, mask & path.pdf.gt(F::zero()));
+pub(super) fn emission_mis_weight<F: Float>(
+    setup: &RenderSetup,
+    path: &Path<F>,
+    hit: &HitLanes<F>,
+    mask: F::Mask,
+) -> F {
+    let (scene, drawn) = (&setup.scene, mask & path.pdf.gt(F::zero()));
     if !drawn.any() {
         return F::one();
     }
@@ -65,25 +70,25 @@ pub(super) fn emission_share<F: Float>(frame: &Frame, path: &Path<F>, hit: &HitL
     if !found.any() {
         return F::one();
     }
-    F::outlined(ShareOf { frame, path, index, distance: path.travelled + hit.t, found })
+    F::outlined(EmissionMisWeight { setup, path, index, distance: path.travelled + hit.t, found })
 }
 
 /// The weight of a drawn direction where it has found an emitter.
-struct ShareOf<'a, F: Float> {
-    frame: &'a Frame,
+struct EmissionMisWeight<'a, F: Float> {
+    setup: &'a RenderSetup,
     path: &'a Path<F>,
     index: F::Int,
     distance: F,
     found: F::Mask,
 }
 
-impl<F: Float> Outlined for ShareOf<'_, F> {
+impl<F: Float> Outlined for EmissionMisWeight<'_, F> {
     type Output = F;
     #[inline(always)]
     fn run(self) -> F {
-        let Self { frame, path, index, distance, found } = self;
-        let density = emitter::pdf(&frame.scene, index, path.seen_from(), path.direction, distance, found)
-            * chance_of(frame, path, index, found);
-        F::select(found, heuristic(path.pdf, density), F::one())
+        let Self { setup, path, index, distance, found } = self;
+        let density = emitter::pdf(&setup.scene, index, path.seen_from(), path.direction, distance, found)
+            * chance_of(setup, path, index, found);
+        F::select(found, power_heuristic(path.pdf, density), F::one())
     }
 }

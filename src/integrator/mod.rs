@@ -2,32 +2,32 @@
 //! once over lanes, and two schedules that move rays through it: [`recursive`], depth first and
 //! pixel by pixel, and [`wavefront`], breadth first and queue by queue.
 
-pub mod begin;
+pub mod any_hit;
 pub mod bounces;
-pub mod decision;
+pub mod camera_path;
 pub mod direct;
-mod ends;
-pub mod frame;
 pub mod medium;
+mod medium_light;
 mod mis;
 pub mod observe;
 pub mod onward;
 pub mod path;
+pub mod path_event;
 pub mod path_tracing;
 pub mod photons;
-pub mod presence;
 pub mod recursive;
+pub mod reuse;
+pub mod setup;
 pub mod shadow;
-pub mod sharing;
 pub mod statistics;
 pub mod stop;
-pub mod straight;
+mod termination;
+pub mod transparent_shadow;
 pub mod wavefront;
 pub mod whitted;
-mod within;
 pub mod worker;
 
-pub use frame::Frame;
-pub use statistics::{RayCounts, Stage, Statistics};
+pub use setup::RenderSetup;
+pub use statistics::{RayCounts, RayStatistics, Stage};
 pub use stop::Stop;
 pub use worker::{Schedule, Sorting, Work, Worker};

@@ -2,14 +2,14 @@
 //! that do not depend on the schedule.
 
 use super::Stage;
-use super::decision::{Decision, Fate};
 use super::path::{Path, unpack_pixel};
+use super::path_event::{Decision, PathEvent};
 use crate::math::{Color, Hit, Ray, Vector};
 
 /// Receives reports of what happens.
 pub trait Observer {
     /// Whether anyone is listening. If not, nothing is reported.
-    fn looks(&self) -> bool;
+    fn is_active(&self) -> bool;
     /// Something has happened.
     fn report(&mut self, event: &Event);
     /// The wave has finished a stage, to which the time since the last mark belongs.
@@ -22,10 +22,10 @@ pub trait Observer {
 }
 
 /// Listens to nothing, but stops when another one does.
-pub struct Aside<'a>(pub &'a mut dyn Observer);
+pub struct Spilled<'a>(pub &'a mut dyn Observer);
 
-impl Observer for Aside<'_> {
-    fn looks(&self) -> bool {
+impl Observer for Spilled<'_> {
+    fn is_active(&self) -> bool {
         false
     }
     fn report(&mut self, _: &Event) {}
@@ -35,20 +35,20 @@ impl Observer for Aside<'_> {
 }
 
 /// Nobody is listening.
-pub struct Nobody;
+pub struct NoObserver;
 
-impl Observer for Nobody {
-    fn looks(&self) -> bool {
+impl Observer for NoObserver {
+    fn is_active(&self) -> bool {
         false
     }
     fn report(&mut self, _: &Event) {}
 }
 
 /// Passes every event on.
-pub struct Somebody<'a>(pub &'a mut dyn FnMut(&Event));
+pub struct FnObserver<'a>(pub &'a mut dyn FnMut(&Event));
 
-impl Observer for Somebody<'_> {
-    fn looks(&self) -> bool {
+impl Observer for FnObserver<'_> {
+    fn is_active(&self) -> bool {
         true
     }
     fn report(&mut self, event: &Event) {
@@ -60,7 +60,7 @@ impl Observer for Somebody<'_> {
 pub struct Timekeeper<F>(pub F);
 
 impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
-    fn looks(&self) -> bool {
+    fn is_active(&self) -> bool {
         false
     }
     fn report(&mut self, _: &Event) {}
@@ -73,7 +73,7 @@ impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// Something happened to a sample.
-    Sample(PathKey, What),
+    Sample(PathKey, EventKind),
     /// The wave has gone through a stage.
     Wave(Flow),
 }
@@ -97,56 +97,56 @@ impl PathKey {
         PathKey {
             pixel: unpack_pixel(path.pixel.0),
             sample: path.sample.0,
-            branch: path.branch.0,
+            branch: path.bounce_counts.0,
             depth: path.depth.0,
         }
     }
 }
 
 /// Three components.
-pub type Triple = [f32; 3];
+pub type Components = [f32; 3];
 
 /// What happened to a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum What {
+pub enum EventKind {
     /// A ray was traced along the path.
     Ray {
         /// Where from.
-        origin: Triple,
+        origin: Components,
         /// Where to.
-        direction: Triple,
+        direction: Components,
         /// The part of what it finds that reaches the film.
-        throughput: Triple,
+        throughput: Components,
         /// What it met.
         hit: Hit,
     },
     /// The surface at the hit has been looked up.
     Vertex {
         /// In world space.
-        position: Triple,
+        position: Components,
         /// Of the surface itself, on the viewer's side.
-        geometric_normal: Triple,
+        geometric_normal: Components,
         /// For shading.
-        normal: Triple,
+        normal: Components,
         /// What the path has gathered, including what the surface itself emits.
-        radiance: Triple,
+        radiance: Components,
     },
     /// What the path transport does there.
     Choice {
         /// See [`Decision::emission_share`].
         emission_share: f32,
         /// What becomes of the path.
-        fate: Fate,
+        fate: PathEvent,
     },
     /// Photons have ended around the vertex.
     Gathered {
         /// What they bring.
-        light: Triple,
+        light: Components,
     },
     /// Photons have ended where the sample sees them directly.
     Drawn {
         /// What they bring.
-        light: Triple,
+        light: Components,
     },
     /// A ray to a light.
     Light {
@@ -157,45 +157,45 @@ pub enum What {
         /// Which of its samples.
         which: u32,
         /// Where from.
-        origin: Triple,
+        origin: Components,
         /// Where to.
-        direction: Triple,
+        direction: Components,
         /// Where it ends.
         distance: f32,
         /// What arrives at the film if nothing is between.
-        contribution: Triple,
+        contribution: Components,
     },
     /// The ray to a light has been traced.
     Shadow {
         /// Whether something is between.
         blocked: bool,
         /// What the path has gathered then, under the path transport.
-        radiance: Option<Triple>,
+        radiance: Option<Components>,
     },
     /// The path has gone on from its last vertex, or been forked off there.
     Onward {
         /// How.
         way: Continuation,
         /// Where to.
-        direction: Triple,
+        direction: Components,
         /// The throughput along it.
-        throughput: Triple,
+        throughput: Components,
     },
     /// What the path has gathered was put where it is shared; the path continues with none of it.
     Aside,
     /// All paths of the group that it shares with have ended.
     Received {
         /// What its own path has found beyond the first vertex for it alone.
-        own: Triple,
+        own: Components,
         /// What the second vertices of the group send, its own among them.
-        shared: Triple,
+        shared: Components,
         /// How many of them send anything.
         vertices: u32,
     },
     /// The path has come to its end.
     End {
         /// What it has gathered in all.
-        radiance: Triple,
+        radiance: Components,
     },
 }
 
@@ -230,7 +230,7 @@ pub struct Flow {
 /// A path with the ray that was traced along it.
 #[inline(always)]
 pub fn ray(path: &Path<f32>, hit: Hit) -> Event {
-    let what = What::Ray {
+    let what = EventKind::Ray {
         origin: triple(path.origin),
         direction: triple(path.direction),
         throughput: color(path.throughput),
@@ -247,7 +247,7 @@ pub fn vertex(
     geometric_normal: Vector<f32>,
     normal: Vector<f32>,
 ) -> Event {
-    let what = What::Vertex {
+    let what = EventKind::Vertex {
         position: triple(position),
         geometric_normal: triple(geometric_normal),
         normal: triple(normal),
@@ -258,9 +258,17 @@ pub fn vertex(
 
 /// A path of the path transport at a vertex: where that is, and what happens there.
 pub fn path_vertex(path: &Path<f32>, decision: &Decision) -> impl Iterator<Item = Event> {
-    let Decision { position, geometric_normal, normal, emission_share, gathered, fate, .. } = *decision;
-    let choice = Event::Sample(PathKey::of(path), What::Choice { emission_share, fate });
-    let found = Event::Sample(PathKey::of(path), What::Gathered { light: color(gathered) });
+    let Decision {
+        position,
+        geometric_normal,
+        normal,
+        emission_mis_weight: emission_share,
+        gathered,
+        event: fate,
+        ..
+    } = *decision;
+    let choice = Event::Sample(PathKey::of(path), EventKind::Choice { emission_share, fate });
+    let found = Event::Sample(PathKey::of(path), EventKind::Gathered { light: color(gathered) });
     let found = (gathered.max_component() > 0.0).then_some(found);
     [vertex(path, position, geometric_normal, normal), choice].into_iter().chain(found)
 }
@@ -273,7 +281,7 @@ pub fn path_light(path: &Path<f32>, decision: &Decision, ray: &Ray<f32>, contrib
 
 /// A path of the path transport whose ray to a light has been traced, with what it has gathered.
 pub fn path_shadow(path: &Path<f32>, blocked: bool, radiance: Color<f32>) -> Event {
-    Event::Sample(PathKey::of(path), What::Shadow { blocked, radiance: Some(color(radiance)) })
+    Event::Sample(PathKey::of(path), EventKind::Shadow { blocked, radiance: Some(color(radiance)) })
 }
 
 /// A path with a ray to a light.
@@ -289,7 +297,7 @@ fn to_light(
     ray: &Ray<f32>,
     contribution: Color<f32>,
 ) -> Event {
-    let what = What::Light {
+    let what = EventKind::Light {
         light,
         share,
         which,
@@ -304,42 +312,42 @@ fn to_light(
 /// A path whose ray to a light has been traced.
 #[inline(always)]
 pub fn shadow(path: &Path<f32>, blocked: bool) -> Event {
-    Event::Sample(PathKey::of(path), What::Shadow { blocked, radiance: None })
+    Event::Sample(PathKey::of(path), EventKind::Shadow { blocked, radiance: None })
 }
 
 /// A path that has gone on from a vertex.
 #[inline(always)]
 pub fn onward(way: Continuation, next: &Path<f32>) -> Event {
     let (direction, throughput) = (triple(next.direction), color(next.throughput));
-    Event::Sample(PathKey::of(next), What::Onward { way, direction, throughput })
+    Event::Sample(PathKey::of(next), EventKind::Onward { way, direction, throughput })
 }
 
 /// A path whose radiance has been put where it is shared.
-pub fn aside(path: &Path<f32>) -> Event {
-    Event::Sample(PathKey::of(path), What::Aside)
+pub fn spilled(path: &Path<f32>) -> Event {
+    Event::Sample(PathKey::of(path), EventKind::Aside)
 }
 
 /// A path whose group has shared what it found.
 pub fn received(pixel: u32, sample: u32, own: Color<f32>, shared: Color<f32>, vertices: u32) -> Event {
     let key = PathKey { pixel: unpack_pixel(pixel), sample, branch: 0, depth: 0 };
-    Event::Sample(key, What::Received { own: color(own), shared: color(shared), vertices })
+    Event::Sample(key, EventKind::Received { own: color(own), shared: color(shared), vertices })
 }
 
 /// A sample that has seen photons directly.
 pub fn drawn(pixel: (u32, u32), sample: u32, light: Color<f32>) -> Event {
-    Event::Sample(PathKey { pixel, sample, branch: 0, depth: 0 }, What::Drawn { light: color(light) })
+    Event::Sample(PathKey { pixel, sample, branch: 0, depth: 0 }, EventKind::Drawn { light: color(light) })
 }
 
 /// A path at its end.
 #[inline(always)]
 pub fn end(path: &Path<f32>, radiance: Color<f32>) -> Event {
-    Event::Sample(PathKey::of(path), What::End { radiance: color(radiance) })
+    Event::Sample(PathKey::of(path), EventKind::End { radiance: color(radiance) })
 }
 
-fn triple(v: Vector<f32>) -> Triple {
+fn triple(v: Vector<f32>) -> Components {
     [v.x, v.y, v.z]
 }
 
-fn color(c: Color<f32>) -> Triple {
+fn color(c: Color<f32>) -> Components {
     [c.r, c.g, c.b]
 }

@@ -1,13 +1,13 @@
 //! Where paths of the path transport go on from a surface: in a direction drawn from one of its lobes, straight on, or,
 //! at smooth glass, in two.
 
-use super::Frame;
-use super::bounces::{self, SCATTERED};
+use super::RenderSetup;
+use super::bounces::{self, FREE_EVENT};
 use super::direct::faces;
-use super::ends::roulette;
 use super::medium;
 use super::path::Path;
-use super::path_tracing::{Fork, ScatteringVertex};
+use super::path_tracing::{Fork, ScatterVertex};
+use super::termination::roulette;
 use crate::math::Color;
 use crate::math::Vector;
 use crate::sampling::draw::{draw_1d, draw_2d};
@@ -52,37 +52,41 @@ pub(super) fn unhindered<F: Float>(
         pdf: if record.straight { path.pdf } else { F::zero() },
         travelled: path.travelled + t,
         // Photons that end behind it are not seen directly: no ray to the camera passes it.
-        branch: if record.straight { path.branch } else { path.branch | F::Int::splat(SCATTERED) },
+        bounce_counts: if record.straight {
+            path.bounce_counts
+        } else {
+            path.bounce_counts | F::Int::splat(FREE_EVENT)
+        },
         bodies: boundary.beyond(F::Mask::from_bits(u32::MAX)),
         ..next
     };
     (next, goes_on)
 }
 
-impl<F: Float> ScatteringVertex<'_, F> {
+impl<F: Float> ScatterVertex<'_, F> {
     /// The path behind smooth glass, where the path follows the mirror image, too.
     #[inline(always)]
     pub fn forked(&self, bsdf: &Bsdf<F>) -> Option<Fork<F>> {
-        let Self { frame, path, surface, key, draws, .. } = *self;
-        let budget = budget(frame, path);
+        let Self { setup, path, surface, key, draws, .. } = *self;
+        let budget = budget(setup, path);
         if !(draws & budget.gt(F::one())).any() {
             return None;
         }
-        let (which, u) = numbers(frame, path, bsdf, key, draws);
+        let (which, u) = numbers(setup, path, bsdf, key, draws);
         let drawn = bsdf.sample_other(which, budget, u, draws);
         if !drawn.valid.any() {
             return None;
         }
-        let (mut next, mask) = self.onward(&drawn);
-        next.facing = faces(frame, surface, bsdf);
+        let (mut next, mask) = self.continued(&drawn);
+        next.facing = faces(setup, surface, bsdf);
         Some(Fork { next, mask: drawn.valid & mask })
     }
 
     /// Where a path goes on in a drawn direction.
     #[inline(always)]
-    pub fn onward(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
-        let Self { frame, path, surface, key, width, .. } = *self;
-        let (mut next, mut goes_on) = reflected(frame, path, surface, &self.boundary, drawn, key, width);
+    pub fn continued(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
+        let Self { setup, path, surface, key, width, .. } = *self;
+        let (mut next, mut goes_on) = reflected(setup, path, surface, &self.boundary, drawn, key, width);
         if self.point.material.straight {
             self.go_straight_on(drawn, &mut next, &mut goes_on);
         }
@@ -92,13 +96,13 @@ impl<F: Float> ScatteringVertex<'_, F> {
     /// Lets paths that go straight through continue as if they had passed a filter and no vertex. So what they find is
     /// weighted against the light sample of the vertex before, whose ray went through the surface, too.
     #[inline(always)]
-    fn go_straight_on(&self, drawn: &BsdfSample<F>, next: &mut Path<F>, goes_on: &mut F::Mask) {
+    fn go_straight_on(&self, drawn: &BsdfSample<F>, next: &mut Path<F>, continues: &mut F::Mask) {
         let Self { path, here, .. } = *self;
         let passes = goes_straight(drawn) & self.boundary.is_straight(self.point.material);
         let again = path.scatterings.lt(F::Int::splat(medium::MOST));
-        *goes_on = *goes_on & ((passes & again) | (here & !passes));
+        *continues = *continues & ((passes & again) | (here & !passes));
         next.direction = Vector::select(passes, path.direction, next.direction);
-        next.branch = F::Int::select(passes, path.branch, next.branch);
+        next.bounce_counts = F::Int::select(passes, path.bounce_counts, next.bounce_counts);
         next.pdf = F::select(passes, path.pdf, next.pdf);
         next.facing = F::Int::select(passes, path.facing, next.facing);
         next.travelled = F::select(passes, path.travelled + self.t, next.travelled);
@@ -117,33 +121,33 @@ pub(super) fn goes_straight<F: Float>(drawn: &BsdfSample<F>) -> F::Mask {
 /// image, which by chance alone shows as dots. All in all, about [`Frame::splitting`] paths come of one, because those
 /// that are fainter than its inverse fork no more.
 #[inline(always)]
-fn budget<F: Float>(frame: &Frame, path: &Path<F>) -> F {
-    let left = path.throughput.max_component().min(F::splat(frame.around_square));
-    (left * F::splat(frame.splitting / frame.around_square)).max(F::one())
+fn budget<F: Float>(setup: &RenderSetup, path: &Path<F>) -> F {
+    let left = path.throughput.max_component().min(F::splat(setup.around_square));
+    (left * F::splat(setup.splitting / setup.around_square)).max(F::one())
 }
 
 /// The numbers by which a direction is drawn: whether a microfacet reflects, and the rest.
 #[inline(always)]
 fn numbers<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
     bsdf: &Bsdf<F>,
     key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> (F, (F, F)) {
     let which = if bsdf.lets_microfacets_through() {
-        draw_1d(frame.sampler, frame.samples, key, Dimension::Through.at(path.depth))
+        draw_1d(setup.sampler, setup.samples, key, Dimension::Through.at(path.depth))
     } else {
         F::zero()
     };
-    let mut u = draw_2d(frame.sampler, frame.samples, key, Dimension::Scatter.at(path.depth));
-    if let Some(grouping) = &frame.sharing
-        && frame.sampler == Sampler::Sobol
+    let mut u = draw_2d(setup.sampler, setup.samples, key, Dimension::Scatter.at(path.depth));
+    if let Some(grouping) = &setup.sharing
+        && setup.sampler == Sampler::Sobol
     {
         let first = mask & path.depth.eq(F::Int::splat(0));
         if first.any() {
             let joint =
-                grouping.joint(frame.seed, path.pixel, path.sample, Dimension::Scatter.at(path.depth));
+                grouping.joint(setup.seed, path.pixel, path.sample, Dimension::Scatter.at(path.depth));
             u = (F::select(first, joint.0, u.0), F::select(first, joint.1, u.1));
         }
     }
@@ -152,21 +156,21 @@ fn numbers<F: Float>(
 
 /// A direction from a lobe.
 #[inline(always)]
-pub(super) fn drawn<F: Float>(
-    frame: &Frame,
+pub(super) fn sampled<F: Float>(
+    setup: &RenderSetup,
     path: &Path<F>,
     bsdf: &Bsdf<F>,
     key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> BsdfSample<F> {
-    let (which, u) = numbers(frame, path, bsdf, key, mask);
-    bsdf.sample(which, budget(frame, path), u, mask)
+    let (which, u) = numbers(setup, path, bsdf, key, mask);
+    bsdf.sample(which, budget(setup, path), u, mask)
 }
 
 /// The path that leaves a surface, if it goes on.
 #[inline(always)]
 fn reflected<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
     surface: &Surface<F>,
     boundary: &Boundary<F>,
@@ -179,10 +183,10 @@ fn reflected<F: Float>(
     let throughput = path.throughput * weight;
     let goes_on = valid & throughput.max_component().gt(zero);
     // Paths through glass and between mirrors are few and bright: ending one of them shows.
-    let (throughput, survives) = roulette(frame, path, throughput, key, wide);
+    let (throughput, survives) = roulette(setup, path, throughput, key, wide);
     let goes_on = goes_on & survives;
-    let mut branch = bounces::counted::<F>(path.branch, wide, through);
-    if let Some(limits) = &frame.limits {
+    let mut branch = bounces::counted::<F>(path.bounce_counts, wide, through);
+    if let Some(limits) = &setup.limits {
         branch = bounces::limited::<F>(limits, branch);
     }
     // A wide lobe blurs what is seen in it over about this angle.
@@ -192,7 +196,7 @@ fn reflected<F: Float>(
         direction,
         throughput,
         radiance: Color::black(),
-        branch,
+        bounce_counts: branch,
         depth: path.depth + F::Int::splat(1),
         pdf,
         width,

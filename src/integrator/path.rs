@@ -21,7 +21,7 @@ pub struct Path<F: Float> {
     pub sample: F::Int,
     /// 0 for the path that the camera began, a hash for those that were forked off. The path
     /// transport forks none and counts its bounces by kind here ([`super::bounces`]).
-    pub branch: F::Int,
+    pub bounce_counts: F::Int,
     /// Bounces so far.
     pub depth: F::Int,
     /// Density per steradian with which the direction was drawn; 0 where nothing else could have
@@ -72,7 +72,7 @@ impl<F: Float> Path<F> {
             direction: Vector::select(mask, yes.direction, no.direction),
             throughput: Color::select(mask, yes.throughput, no.throughput),
             radiance: Color::select(mask, yes.radiance, no.radiance),
-            branch: F::Int::select(mask, yes.branch, no.branch),
+            bounce_counts: F::Int::select(mask, yes.bounce_counts, no.bounce_counts),
             depth: F::Int::select(mask, yes.depth, no.depth),
             pdf: F::select(mask, yes.pdf, no.pdf),
             facing: F::Int::select(mask, yes.facing, no.facing),
@@ -89,12 +89,12 @@ impl<F: Float> Path<F> {
     /// Says which random numbers it draws under Whitted's transport.
     #[inline(always)]
     pub fn key(&self, seed: u64) -> SampleKey<F::Int> {
-        SampleKey::new(seed, self.pixel, self.sample, self.branch)
+        SampleKey::new(seed, self.pixel, self.sample, self.bounce_counts)
     }
 
     /// The same under the path transport.
     #[inline(always)]
-    pub fn only_key(&self, seed: u64) -> SampleKey<F::Int> {
+    pub fn path_key(&self, seed: u64) -> SampleKey<F::Int> {
         SampleKey::new(seed, self.pixel, self.sample, F::Int::splat(0))
     }
 }

@@ -6,18 +6,18 @@
 //! A path's radiance is summed in the order of its vertices: at a vertex first what the surface
 //! gives off, then what its light sends.
 
-use super::Frame;
+use super::RenderSetup;
 use super::direct::{faces, to_light};
-use super::ends::is_last;
 use super::medium;
-use super::mis::{chance_of, emission_share, heuristic};
-use super::onward::{drawn, unhindered};
+use super::medium_light::MediumLightSample;
+use super::mis::{chance_of, emission_mis_weight, power_heuristic};
+use super::onward::{sampled, unhindered};
 use super::path::Path;
-use super::photons::Photons;
-use super::photons::gather::{Gathered, elsewhere};
+use super::photons::PhotonMaps;
+use super::photons::gather::{GatheredLight, elsewhere};
+use super::reuse::reusable::{self, ReuseRoles};
 use super::shadow::ShadowRay;
-use super::sharing::lend::{self, Shared};
-use super::within::LitWithin;
+use super::termination::is_last;
 use crate::math::Color;
 use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, SampleKey};
@@ -42,7 +42,7 @@ pub struct VertexOutcome<F: Float> {
     /// Paths that are forked off there.
     pub fork: Option<Fork<F>>,
     /// What the hit means to shared paths, if there are any.
-    pub shared: Option<Shared<F>>,
+    pub shared: Option<ReuseRoles<F>>,
 }
 
 /// Paths that begin at a vertex of others, and have found nothing yet.
@@ -55,16 +55,21 @@ pub struct Fork<F: Float> {
 
 /// Its radiance when the path has hit nothing; it ends there.
 #[inline(always)]
-pub fn miss<F: Float>(frame: &Frame, photons: Option<Photons>, path: &Path<F>, mask: F::Mask) -> Color<F> {
-    let scene = &frame.scene;
+pub fn miss<F: Float>(
+    setup: &RenderSetup,
+    photons: Option<PhotonMaps>,
+    path: &Path<F>,
+    mask: F::Mask,
+) -> Color<F> {
+    let scene = &setup.scene;
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let found = mask & path.pdf.gt(F::zero());
     if found.any() && scene.environment.panorama.is_some() {
         // The environment is the last of them.
         let around = F::Int::splat((scene.emitters.len() as u32).wrapping_sub(1));
         let other = environment::pdf(&scene.environment, path.direction, found)
-            * chance_of(frame, path, around, found);
-        light = light * F::select(found, heuristic(path.pdf, other), F::one());
+            * chance_of(setup, path, around, found);
+        light = light * F::select(found, power_heuristic(path.pdf, other), F::one());
     }
     if let Some(photons) = photons
         && scene.environment.panorama.is_some()
@@ -72,35 +77,35 @@ pub fn miss<F: Float>(frame: &Frame, photons: Option<Photons>, path: &Path<F>, m
         let density = photons.plan.emission.sky_density(scene, path.direction, mask);
         light = light * photons.left_to_path(path, density, false, mask);
     }
-    path.radiance + limited(frame, path, path.throughput * light)
+    path.radiance + limited(setup, path, path.throughput * light)
 }
 
 /// Clamps light as the settings say; what the camera sees directly, or straight through surfaces, never is.
 #[inline(always)]
-pub(super) fn limited<F: Float>(frame: &Frame, path: &Path<F>, light: Color<F>) -> Color<F> {
-    let Some(most) = frame.clamp else { return light };
+pub(super) fn limited<F: Float>(setup: &RenderSetup, path: &Path<F>, light: Color<F>) -> Color<F> {
+    let Some(most) = setup.clamp else { return light };
     let largest = light.max_component();
-    let bright = largest.gt(F::splat(most)) & !path.branch.eq(F::Int::splat(0));
+    let bright = largest.gt(F::splat(most)) & !path.bounce_counts.eq(F::Int::splat(0));
     light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
 }
 
 /// Looks up hits of one material.
 #[inline(always)]
 pub fn hit<F: Float>(
-    frame: &Frame,
-    photons: Option<Photons>,
+    setup: &RenderSetup,
+    photons: Option<PhotonMaps>,
     path: &Path<F>,
     hit: &HitLanes<F>,
     material: u32,
     mask: F::Mask,
 ) -> VertexOutcome<F> {
-    let scene = &frame.scene;
+    let scene = &setup.scene;
     let record = &scene.materials[material as usize];
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let width = path.width + path.spread * hit.t;
-    let point = shading_point(frame, path, hit, material, &surface, width, mask);
-    let key = path.only_key(frame.seed);
-    let flight = medium::flight(frame, path, hit.t, mask);
+    let point = shading_point(setup, path, hit, material, &surface, width, mask);
+    let key = path.path_key(setup.seed);
+    let flight = medium::free_flight(setup, path, hit.t, mask);
     let path = &Path { throughput: flight.throughput, ..*path };
     let mut out = VertexOutcome {
         radiance: path.radiance,
@@ -112,14 +117,14 @@ pub fn hit<F: Float>(
     };
     let arrives = mask & !flight.scattered;
     if flight.scattered.any() {
-        (out.next, out.goes_on) = medium::scattered(frame, path, &flight, key);
+        (out.next, out.goes_on) = medium::scattered(setup, path, &flight, key);
         out.next.landing = elsewhere::<F>(path.landing);
-        out.shadow = F::outlined(LitWithin { frame, path, flight: &flight, key }).shadow;
+        out.shadow = F::outlined(MediumLightSample { setup, path, flight: &flight, key }).shadow;
         if !arrives.any() {
             return out;
         }
     }
-    let radiance = given_off(frame, photons, path, hit, &point, arrives);
+    let radiance = emitted(setup, photons, path, hit, &point, arrives);
     out.radiance = Color::select(arrives, radiance, path.radiance);
     let boundary = boundary(scene, path, &surface, record, arrives);
     let gone = arrives & boundary.gone;
@@ -131,14 +136,14 @@ pub fn hit<F: Float>(
     }
     // The last ray only looks for emitters, because the light sampled before relies on its share.
     let arrives = arrives & !gone;
-    let here = arrives & !is_last(frame, path);
+    let here = arrives & !is_last(setup, path);
     // What goes straight through is no bounce.
     let draws = if record.straight { arrives } else { here };
     if record.unlit || !draws.any() {
         return out;
     }
-    let vertex = ScatteringVertex {
-        frame,
+    let vertex = ScatterVertex {
+        setup,
         photons,
         path,
         boundary,
@@ -167,18 +172,23 @@ pub fn hit<F: Float>(
     (out.fork, out.shared) = (scattered.fork, scattered.shared);
     if photons.is_some() {
         let light = own_light(path, &scattered.gathered, &mut out.shared);
-        out.radiance = Color::select(here, out.radiance + limited(frame, path, light), out.radiance);
+        out.radiance = Color::select(here, out.radiance + limited(setup, path, light), out.radiance);
     }
     out
 }
 
 /// Returns the light that a path gathers for itself; the light that it lends is added where it is shared.
 #[inline(always)]
-fn own_light<F: Float>(path: &Path<F>, gathered: &Gathered<F>, shared: &mut Option<Shared<F>>) -> Color<F> {
+fn own_light<F: Float>(
+    path: &Path<F>,
+    gathered: &GatheredLight<F>,
+    shared: &mut Option<ReuseRoles<F>>,
+) -> Color<F> {
     let light = path.throughput * gathered.light;
     let Some(shared) = shared else { return light };
-    shared.lent.gathered = Color::select(shared.lends, path.throughput * gathered.diffuse, Color::black());
-    light - shared.lent.gathered
+    shared.reusable.gathered =
+        Color::select(shared.gives, path.throughput * gathered.diffuse, Color::black());
+    light - shared.reusable.gathered
 }
 
 /// What lies on both sides of a surface of that material.
@@ -197,7 +207,7 @@ pub(super) fn boundary<F: Float>(
 /// without a width: rays to lights, which have none, must find the same.
 #[inline(always)]
 pub(super) fn shading_point<'a, F: Float>(
-    frame: &'a Frame,
+    setup: &'a RenderSetup,
     path: &Path<F>,
     hit: &'a HitLanes<F>,
     material: u32,
@@ -205,16 +215,16 @@ pub(super) fn shading_point<'a, F: Float>(
     width: F,
     mask: F::Mask,
 ) -> ShadingPoint<'a, F> {
-    let scene = &frame.scene;
+    let scene = &setup.scene;
     let width = if scene.materials[material as usize].straight { F::zero() } else { width };
     ShadingPoint::new(scene, material, hit, surface, path.direction, width, mask)
 }
 
 /// Where a surface scatters light.
-pub(super) struct ScatteringVertex<'a, F: Float> {
-    pub frame: &'a Frame,
+pub(super) struct ScatterVertex<'a, F: Float> {
+    pub setup: &'a RenderSetup,
     /// The photons that end there, if there are any.
-    pub photons: Option<Photons<'a>>,
+    pub photons: Option<PhotonMaps<'a>>,
     pub path: &'a Path<F>,
     pub boundary: Boundary<F>,
     pub surface: &'a Surface<F>,
@@ -235,12 +245,12 @@ struct Scattered<F: Float> {
     goes_on: F::Mask,
     fork: Option<Fork<F>>,
     /// The light of photons that leaves it to the viewer.
-    gathered: Gathered<F>,
-    shared: Option<Shared<F>>,
+    gathered: GatheredLight<F>,
+    shared: Option<ReuseRoles<F>>,
 }
 
 /// [`ScatteringVertex::scatter`] as a function of its own, for surfaces that are all [`Has::MATTE`], or not.
-struct Scatter<'v, 'a, F: Float, const MATTE: bool>(&'v ScatteringVertex<'a, F>);
+struct Scatter<'v, 'a, F: Float, const MATTE: bool>(&'v ScatterVertex<'a, F>);
 
 impl<F: Float, const MATTE: bool> Outlined for Scatter<'_, '_, F, MATTE> {
     type Output = Scattered<F>;
@@ -251,19 +261,19 @@ impl<F: Float, const MATTE: bool> Outlined for Scatter<'_, '_, F, MATTE> {
     }
 }
 
-impl<F: Float> ScatteringVertex<'_, F> {
+impl<F: Float> ScatterVertex<'_, F> {
     /// Samples one light and draws one direction at a surface with such lobes.
     #[inline(always)]
     fn scatter(&self, has: Has) -> Scattered<F> {
-        let Self { frame, path, surface, point, key, here, draws, .. } = *self;
+        let Self { setup, path, surface, point, key, here, draws, .. } = *self;
         let boundary = &self.boundary;
-        let bsdf = bsdf(has, frame, path, point, &boundary.outside, key, draws);
-        let mut light = to_light(frame, path, surface, boundary, &bsdf, key, here);
-        let drawn = drawn(frame, path, &bsdf, key, draws);
-        let (mut next, goes_on) = self.onward(&drawn);
-        next.facing = faces(frame, surface, &bsdf);
+        let bsdf = bsdf(has, setup, path, point, &boundary.outside, key, draws);
+        let mut light = to_light(setup, path, surface, boundary, &bsdf, key, here);
+        let drawn = sampled(setup, path, &bsdf, key, draws);
+        let (mut next, goes_on) = self.continued(&drawn);
+        next.facing = faces(setup, surface, &bsdf);
         let mut fork = if has.transmission { self.forked(&bsdf) } else { None };
-        let mut gathered = Gathered::nothing();
+        let mut gathered = GatheredLight::nothing();
         if let Some(photons) = self.photons {
             gathered = self.with_photons(photons, &bsdf, &drawn, &mut light.0, &mut next);
             if let Some(fork) = &mut fork {
@@ -273,10 +283,10 @@ impl<F: Float> ScatteringVertex<'_, F> {
             }
         }
         let mut shared = None;
-        if frame.sharing.is_some() {
+        if setup.sharing.is_some() {
             let light = (light.0.ray.direction, light.1);
-            let vertex = lend::Vertex { point, bsdf: &bsdf, light, drawn: &drawn };
-            shared = Some(lend::shared(path, &vertex, here));
+            let vertex = reusable::EvaluatedVertex { point, bsdf: &bsdf, light, drawn: &drawn };
+            shared = Some(reusable::roles(path, &vertex, here));
         }
         Scattered { shadow: light.0, next, goes_on, fork, gathered, shared }
     }
@@ -286,7 +296,7 @@ impl<F: Float> ScatteringVertex<'_, F> {
 #[inline(always)]
 pub(super) fn bsdf<F: Float>(
     has: Has,
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
     point: &ShadingPoint<F>,
     outside: &Outside<F>,
@@ -300,18 +310,18 @@ pub(super) fn bsdf<F: Float>(
     if has.dispersion {
         // One number for the whole path: it always chooses the same colour, and wavelength.
         let dimension = Dimension::Wavelength.at(F::Int::splat(0));
-        let u = draw_2d(frame.sampler, frame.samples, key, dimension);
+        let u = draw_2d(setup.sampler, setup.samples, key, dimension);
         let boundary = Dispersive { ior, dispersion, outside, inside: point.surface.inside };
         parameters.split(&boundary, path.throughput, u);
     }
-    Bsdf::new(has, parameters, frame.lobes, point.to_viewer, mask)
+    Bsdf::new(has, parameters, setup.lobes, point.to_viewer, mask)
 }
 
 /// The path's radiance, including what the surface emits.
 #[inline(always)]
-fn given_off<F: Float>(
-    frame: &Frame,
-    photons: Option<Photons>,
+fn emitted<F: Float>(
+    setup: &RenderSetup,
+    photons: Option<PhotonMaps>,
     path: &Path<F>,
     hit: &HitLanes<F>,
     point: &ShadingPoint<F>,
@@ -319,15 +329,15 @@ fn given_off<F: Float>(
 ) -> Color<F> {
     if point.material.unlit {
         // It shows its colour even to a camera within a body.
-        return path.radiance + path.throughput * (point.base_color() * F::splat(1.0 / frame.around_square));
+        return path.radiance + path.throughput * (point.base_color() * F::splat(1.0 / setup.around_square));
     }
     if !point.material.emits() {
         return path.radiance;
     }
-    let mut light = point.emission() * emission_share(frame, path, hit, mask);
+    let mut light = point.emission() * emission_mis_weight(setup, path, hit, mask);
     if let Some(photons) = photons {
         light = light * photons.left_of_hit(path, hit, mask);
     }
-    let found = medium::emitted(frame, path.bodies, path.throughput * light, mask);
-    path.radiance + limited(frame, path, found)
+    let found = medium::emitted(setup, path.bodies, path.throughput * light, mask);
+    path.radiance + limited(setup, path, found)
 }

@@ -3,26 +3,26 @@
 //! thread's, so that no depth overflows it.
 
 mod photons;
-mod sharing;
+mod reuse;
 
 use std::num::Wrapping;
 use std::ops::Range;
 
 use smallvec::SmallVec;
 
-use super::decision::decide;
+use super::any_hit::{LightRay, PathRay, culling};
 use super::observe::{self, Continuation, Observer};
 use super::path::{Path, pack_pixel};
+use super::path_event::decide;
 use super::path_tracing::VertexOutcome;
-use super::photons::Photons;
-use super::presence::{Shadow, Traced, sides};
+use super::photons::PhotonMaps;
+use super::reuse::probe::{MeasuredBlock, plain};
+use super::reuse::{Connections, PathSlots};
 use super::shadow::{ShadowRay, connect};
-use super::sharing::pilot::{Measured, plain};
-use super::sharing::{Connections, Slots};
 use super::stop::{Stop, Watch};
-use super::straight::{Crossings, arriving};
-use super::whitted::{Scatter, WhittedVertex};
-use super::{Frame, Statistics, Work, begin, path_tracing, whitted};
+use super::transparent_shadow::{Crossings, arriving};
+use super::whitted::{WhittedScatter, WhittedVertex};
+use super::{RayStatistics, RenderSetup, Work, camera_path, path_tracing, whitted};
 use crate::bvh::{AnyHitFilter, Stack, any_ray, closest_ray};
 use crate::film::{Film, Region};
 use crate::math::{Color, Hit, Rgb};
@@ -33,13 +33,13 @@ use crate::world::Transport;
 
 /// A worker of the recursive schedule.
 pub struct Recursion {
-    buffers: Buffers,
+    buffers: RecursionBuffers,
     /// For shared paths: those of one sample of a block.
-    shared: Option<(Slots, Connections)>,
+    shared: Option<(PathSlots, Connections)>,
 }
 
 /// Buffers of one path, and the paths that wait for its end.
-struct Buffers {
+struct RecursionBuffers {
     stack: Stack,
     crossings: Crossings,
     forks: SmallVec<[Path<f32>; 32]>,
@@ -47,10 +47,10 @@ struct Buffers {
 
 impl Recursion {
     /// For a frame.
-    pub fn new(frame: &Frame) -> Self {
-        let shared = frame.sharing.map(|_| (Slots::new(frame, 1), Connections::default()));
-        let (stack, crossings) = (Stack::new(&frame.scene.bvh), Crossings::default());
-        Self { buffers: Buffers { stack, crossings, forks: SmallVec::new() }, shared }
+    pub fn new(setup: &RenderSetup) -> Self {
+        let shared = setup.sharing.map(|_| (PathSlots::new(setup, 1), Connections::default()));
+        let (stack, crossings) = (Stack::new(&setup.scene.bvh), Crossings::default());
+        Self { buffers: RecursionBuffers { stack, crossings, forks: SmallVec::new() }, shared }
     }
 
     /// Renders a range of samples of all the film's pixels.
@@ -59,14 +59,14 @@ impl Recursion {
         work: Work,
         film: &mut Film,
         samples: Range<u32>,
-        statistics: &mut Statistics,
+        statistics: &mut RayStatistics,
         observer: &mut dyn Observer,
     ) {
-        let Work { frame, pilot, photons, isa } = work;
-        let looks = observer.looks();
-        let plain = frame.sharing.map(|_| plain(frame));
-        let frames = [frame, plain.as_ref().unwrap_or(frame)];
-        let tile = Tile::new(frames, photons, isa, statistics, &mut self.buffers, observer);
+        let Work { setup, pilot, photons, isa } = work;
+        let looks = observer.is_active();
+        let plain = setup.sharing.map(|_| plain(setup));
+        let setups = [setup, plain.as_ref().unwrap_or(setup)];
+        let tile = Tile::new(setups, photons, isa, statistics, &mut self.buffers, observer);
         let mut tile = Tile { looks, ..tile };
         match &mut self.shared {
             Some((slots, connections)) => tile.render_shared(pilot, film, samples, slots, connections),
@@ -76,19 +76,19 @@ impl Recursion {
 
     /// What two samples of some pixels of a block find in a pilot's frame, and the number of rays that it took. None if
     /// it was stopped.
-    pub fn look(
+    pub fn probe(
         &mut self,
-        frame: &Frame,
-        photons: Option<Photons>,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
         block: Region,
         stop: &Stop,
-    ) -> Option<(Measured, u64)> {
+    ) -> Option<(MeasuredBlock, u64)> {
         let (slots, _) = self.shared.as_mut()?;
-        let (statistics, observer) = (&mut Statistics::default(), &mut Watch::new(stop));
-        let frames = [frame, &plain(frame)];
-        let mut tile = Tile::new(frames, photons, Isa::detect(), statistics, &mut self.buffers, observer);
-        slots.enter(frame, block);
-        tile.look(slots);
+        let (statistics, observer) = (&mut RayStatistics::default(), &mut Watch::new(stop));
+        let setups = [setup, &plain(setup)];
+        let mut tile = Tile::new(setups, photons, Isa::detect(), statistics, &mut self.buffers, observer);
+        slots.enter(setup, block);
+        tile.probe(slots);
         (!tile.stopped).then(|| (slots.measured(), tile.statistics.rays.total()))
     }
 }
@@ -96,13 +96,13 @@ impl Recursion {
 /// What is needed to follow paths. Only the traversal of the tree is compiled for each instruction set; the rest
 /// exists once, and so without AVX, which costs up to a sixth more time.
 struct Tile<'a> {
-    frame: &'a Frame,
+    setup: &'a RenderSetup,
     /// The settings of paths that are not shared.
-    plain: &'a Frame,
-    photons: Option<Photons<'a>>,
+    plain: &'a RenderSetup,
+    photons: Option<PhotonMaps<'a>>,
     isa: Isa,
-    statistics: &'a mut Statistics,
-    buffers: &'a mut Buffers,
+    statistics: &'a mut RayStatistics,
+    buffers: &'a mut RecursionBuffers,
     looks: bool,
     observer: &'a mut dyn Observer,
     /// How often it was to be decided whether to end.
@@ -114,32 +114,33 @@ struct Tile<'a> {
 impl<'a> Tile<'a> {
     /// A tile that reports nothing. `plain` is as the field.
     fn new(
-        [frame, plain]: [&'a Frame; 2],
-        photons: Option<Photons<'a>>,
+        [setup, plain]: [&'a RenderSetup; 2],
+        photons: Option<PhotonMaps<'a>>,
         isa: Isa,
-        statistics: &'a mut Statistics,
-        buffers: &'a mut Buffers,
+        statistics: &'a mut RayStatistics,
+        buffers: &'a mut RecursionBuffers,
         observer: &'a mut dyn Observer,
     ) -> Self {
         let (looks, asked, stopped) = (false, 0, false);
-        Self { frame, plain, photons, isa, statistics, buffers, looks, observer, asked, stopped }
+        Self { setup, plain, photons, isa, statistics, buffers, looks, observer, asked, stopped }
     }
 
     /// Renders samples of pixels that share nothing.
     fn render_plain(&mut self, film: &mut Film, samples: Range<u32>, holds: &dyn Fn(u32, u32) -> bool) {
-        let (frame, region) = (self.frame, film.region());
+        let (setup, region) = (self.setup, film.region());
         for y in region.y0..region.y1 {
             for x in (region.x0..region.x1).filter(|x| holds(*x, y)) {
                 for sample in samples.clone() {
                     if self.stopped {
                         return;
                     }
-                    let path = begin::begin::<f32>(frame, Wrapping(pack_pixel(x, y)), Wrapping(sample));
+                    let path =
+                        camera_path::generate::<f32>(setup, Wrapping(pack_pixel(x, y)), Wrapping(sample));
                     film.count(x, y, sample);
                     self.statistics.rays.camera += 1;
                     self.buffers.forks.push(path);
                     while let Some(path) = self.buffers.forks.pop() {
-                        let radiance = match frame.transport {
+                        let radiance = match setup.transport {
                             Transport::Whitted => self.follow(path),
                             Transport::Path => self.trace(path),
                         };
@@ -165,12 +166,12 @@ impl<'a> Tile<'a> {
         if self.stops() {
             return Hit::MISS;
         }
-        let traced = Traced { frame: self.frame, path: &|| *path, shadow: None };
+        let traced = PathRay { setup: self.setup, path: &|| *path, shadow: None };
         closest_ray(
             self.isa,
-            &self.frame.scene.bvh,
+            &self.setup.scene.bvh,
             &path.ray(),
-            AnyHitFilter::new(&traced, 0).with_culling(sides(self.frame, false)),
+            AnyHitFilter::new(&traced, 0).with_culling(culling(self.setup, false)),
             &mut self.buffers.stack,
         )
     }
@@ -182,28 +183,28 @@ impl<'a> Tile<'a> {
             return true;
         }
         let ray = shadow.ray;
-        let to_light = Some(Shadow { ray, emitter: shadow.emitter.0, passes: &|_| {} });
-        let traced = Traced { frame: self.frame, path: &|| *path, shadow: to_light };
-        any_ray(self.isa, &self.frame.scene.bvh, &ray, AnyHitFilter::new(&traced, 0), &mut self.buffers.stack)
+        let to_light = Some(LightRay { ray, emitter: shadow.emitter.0, passes: &|_| {} });
+        let traced = PathRay { setup: self.setup, path: &|| *path, shadow: to_light };
+        any_ray(self.isa, &self.setup.scene.bvh, &ray, AnyHitFilter::new(&traced, 0), &mut self.buffers.stack)
     }
 
     /// Follows a path to its end and returns its radiance; forks go onto the stack.
     fn follow(&mut self, mut path: Path<f32>) -> Rgb {
-        let frame = self.frame;
+        let setup = self.setup;
         loop {
             let hit = self.meet(&path);
             if self.looks {
                 self.observer.report(&observe::ray(&path, hit));
             }
             if hit.is_miss() {
-                let radiance = whitted::miss(frame, &path);
+                let radiance = whitted::miss(setup, &path);
                 if self.looks {
                     self.observer.report(&observe::end(&path, radiance));
                 }
                 return to_rgb(radiance);
             }
             let (vertex, scatter, radiance) =
-                whitted::hit(frame, self.photons, &path, &HitLanes::one(&hit), true);
+                whitted::hit(setup, self.photons, &path, &HitLanes::one(&hit), true);
             path.radiance = radiance;
             if self.looks {
                 let (own, shading) = (vertex.geometric_normal, vertex.normal);
@@ -245,23 +246,23 @@ impl<'a> Tile<'a> {
 
     /// The vertex where a path has hit something; none if it has hit nothing, and ends.
     fn vertex(&mut self, path: &mut Path<f32>, hit: Hit) -> Option<VertexOutcome<f32>> {
-        let frame = self.frame;
+        let setup = self.setup;
         if self.looks {
             self.observer.report(&observe::ray(path, hit));
         }
         if hit.is_miss() {
-            path.radiance = path_tracing::miss(frame, self.photons, path, true);
+            path.radiance = path_tracing::miss(setup, self.photons, path, true);
             if self.looks {
                 self.observer.report(&observe::end(path, path.radiance));
             }
             return None;
         }
         let lane = HitLanes::one(&hit);
-        let material = material_of(&frame.scene.geometry, &lane, true).0;
-        let outcome = path_tracing::hit(frame, self.photons, path, &lane, material, true);
+        let material = material_of(&setup.scene.geometry, &lane, true).0;
+        let outcome = path_tracing::hit(setup, self.photons, path, &lane, material, true);
         path.radiance = outcome.radiance;
         if self.looks {
-            let decision = decide(frame, self.photons, path, &lane, material);
+            let decision = decide(setup, self.photons, path, &lane, material);
             observe::path_vertex(path, &decision).for_each(|event| self.observer.report(&event));
             if outcome.shadow.mask {
                 let (ray, contribution) = (&outcome.shadow.ray, outcome.shadow.contribution);
@@ -277,9 +278,9 @@ impl<'a> Tile<'a> {
             return;
         }
         self.statistics.rays.shadow += 1;
-        let Self { frame, isa, .. } = *self;
-        let Buffers { stack, crossings, .. } = &mut *self.buffers;
-        let light = arriving(frame, isa, path, &outcome.shadow, stack, crossings);
+        let Self { setup, isa, .. } = *self;
+        let RecursionBuffers { stack, crossings, .. } = &mut *self.buffers;
+        let light = arriving(setup, isa, path, &outcome.shadow, stack, crossings);
         if let Some(light) = light {
             path.radiance = connect(path.radiance, light);
         }
@@ -317,7 +318,12 @@ impl<'a> Tile<'a> {
     }
 
     /// Reports where the path goes on, or with what it ends.
-    fn report_onward(&mut self, path: &Path<f32>, vertex: &WhittedVertex<f32>, scatter: &Scatter<f32>) {
+    fn report_onward(
+        &mut self,
+        path: &Path<f32>,
+        vertex: &WhittedVertex<f32>,
+        scatter: &WhittedScatter<f32>,
+    ) {
         if scatter.reflects {
             self.observer.report(&observe::onward(Continuation::Reflect, &scatter.reflected(path, vertex)));
         }
@@ -331,10 +337,10 @@ impl<'a> Tile<'a> {
 
     /// Adds what arrives from every sample of every light.
     fn lights(&mut self, path: &mut Path<f32>, vertex: &whitted::WhittedVertex<f32>) {
-        let frame = self.frame;
-        for light in 0..frame.scene.lights.len() {
-            for which in 0..frame.scene.lights[light].samples {
-                let shadow = whitted::light_ray(frame, path, vertex, light, which, true);
+        let setup = self.setup;
+        for light in 0..setup.scene.lights.len() {
+            for which in 0..setup.scene.lights[light].samples {
+                let shadow = whitted::light_ray(setup, path, vertex, light, which, true);
                 if !shadow.mask {
                     continue;
                 }

@@ -76,7 +76,7 @@ impl Stage {
 
 /// Counters of one worker or of all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Statistics {
+pub struct RayStatistics {
     /// Rays traced.
     pub rays: RayCounts,
     /// Time of each [`Stage`], summed over workers.
@@ -85,9 +85,9 @@ pub struct Statistics {
     pub spilled: u64,
 }
 
-impl Statistics {
+impl RayStatistics {
     /// Adds another worker's.
-    pub fn add(&mut self, other: &Statistics) {
+    pub fn add(&mut self, other: &RayStatistics) {
         self.rays.camera += other.rays.camera;
         self.rays.reflect += other.rays.reflect;
         self.rays.refract += other.rays.refract;

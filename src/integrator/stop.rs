@@ -60,7 +60,7 @@ impl<'a> Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn looks(&self) -> bool {
+    fn is_active(&self) -> bool {
         false
     }
     fn report(&mut self, _: &Event) {}

@@ -6,11 +6,11 @@
 //! surface gives off, then the lights in their order and each light's samples in theirs.
 //! A fork begins with no radiance and needs no join: the film's sums are exact.
 
-use super::Frame;
-use super::begin;
+use super::RenderSetup;
+use super::camera_path;
 use super::medium::MOST;
 use super::path::Path;
-use super::photons::Photons;
+use super::photons::PhotonMaps;
 use super::photons::gather::{Receiver, first_radius};
 use super::shadow::ShadowRay;
 use crate::math::{Color, Ray, Vector};
@@ -27,10 +27,10 @@ use crate::simd::{Float, Int, Mask};
 
 /// Its radiance when the path has hit nothing; it ends there.
 #[inline(always)]
-pub fn miss<F: Float>(frame: &Frame, path: &Path<F>) -> Color<F> {
+pub fn miss<F: Float>(setup: &RenderSetup, path: &Path<F>) -> Color<F> {
     path.radiance
         + path.throughput
-            * environment::radiance(&frame.scene.environment, path.direction, F::Mask::first(F::WIDTH))
+            * environment::radiance(&setup.scene.environment, path.direction, F::Mask::first(F::WIDTH))
 }
 
 /// What the lights need to know about a hit.
@@ -50,7 +50,7 @@ pub struct WhittedVertex<F: Float> {
 
 /// Where a path goes on from a hit. A lane may be in both masks: the path goes on with the
 /// reflection, and the refraction is forked off.
-pub struct Scatter<F: Float> {
+pub struct WhittedScatter<F: Float> {
     /// Direction of the mirror image.
     pub reflect: Vector<F>,
     /// Throughput along it.
@@ -75,13 +75,13 @@ pub struct Scatter<F: Float> {
 /// itself emits.
 #[inline(always)]
 pub fn hit<F: Float>(
-    frame: &Frame,
-    photons: Option<Photons>,
+    setup: &RenderSetup,
+    photons: Option<PhotonMaps>,
     path: &Path<F>,
     hit: &HitLanes<F>,
     mask: F::Mask,
-) -> (WhittedVertex<F>, Scatter<F>, Color<F>) {
-    let scene = &frame.scene;
+) -> (WhittedVertex<F>, WhittedScatter<F>, Color<F>) {
+    let scene = &setup.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let width = path.width + path.spread * hit.t;
     let mut shaded = Shaded::new(scene, hit, &surface, path.direction, width, mask);
@@ -97,13 +97,13 @@ pub fn hit<F: Float>(
         && indirect.any()
     {
         let (normal, own) = (shaded.normal, surface.geometric_normal);
-        let answer = Answer { model: &shaded.model, normal, own, to_viewer: -path.direction };
-        let width = width * F::splat(photons.plan.pixels) / begin::footprint::<F>(path.sample);
+        let answer = WhittedReceiver { model: &shaded.model, normal, own, to_viewer: -path.direction };
+        let width = width * F::splat(photons.plan.pixels) / camera_path::footprint::<F>(path.sample);
         let first = first_radius(path, width, &surface);
-        let found = photons.gather((frame.max_depth, false), path, &surface, &answer, first, indirect).light;
+        let found = photons.gather((setup.max_depth, false), path, &surface, &answer, first, indirect).light;
         radiance = Color::select(indirect, radiance + path.throughput * found, radiance);
     }
-    let scatter = scatter(frame, &Path { width, ..*path }, &surface, &shaded, &boundary, mask);
+    let scatter = scatter(setup, &Path { width, ..*path }, &surface, &shaded, &boundary, mask);
     let vertex = WhittedVertex {
         position: surface.position,
         offset: surface.offset,
@@ -115,7 +115,7 @@ pub fn hit<F: Float>(
 }
 
 /// The classic model as what photons meet.
-struct Answer<'a, F: Float> {
+struct WhittedReceiver<'a, F: Float> {
     model: &'a BlinnPhong<F>,
     normal: Vector<F>,
     /// The normal of the surface itself, on the viewer's side.
@@ -123,7 +123,7 @@ struct Answer<'a, F: Float> {
     to_viewer: Vector<F>,
 }
 
-impl<F: Float> Receiver<F> for Answer<'_, F> {
+impl<F: Float> Receiver<F> for WhittedReceiver<'_, F> {
     #[inline(always)]
     fn receive(&self, from: Vector<F>, _: F::Mask) -> (Color<F>, F) {
         let value = self.model.evaluate(self.normal, self.to_viewer, from);
@@ -140,15 +140,15 @@ impl<F: Float> Receiver<F> for Answer<'_, F> {
 /// Mirror image and refraction with their weights.
 #[inline(always)]
 pub(super) fn scatter<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
     surface: &Surface<F>,
     shaded: &Shaded<F>,
     boundary: &Boundary<F>,
     mask: F::Mask,
-) -> Scatter<F> {
+) -> WhittedScatter<F> {
     // What goes through where there is no boundary is no bounce.
-    let last = !path.depth.lt(F::Int::splat(frame.max_depth) + path.scatterings);
+    let last = !path.depth.lt(F::Int::splat(setup.max_depth) + path.scatterings);
     let again = path.scatterings.lt(F::Int::splat(MOST));
     let goes_on = mask & ((boundary.gone & again) | (!boundary.gone & !last));
     let normal = shaded.normal;
@@ -180,10 +180,10 @@ pub(super) fn scatter<F: Float>(
     let stays = refract.dot(surface.geometric_normal).ge(F::zero());
     let refract = Vector::select(stays, direction, refract);
 
-    let least = F::splat(frame.min_throughput);
+    let least = F::splat(setup.min_throughput);
     let reflect_throughput = path.throughput * reflect_weight;
     let refract_throughput = path.throughput * refract_weight;
-    Scatter {
+    WhittedScatter {
         // Unit length to the last bits, however many bounces there are.
         reflect: reflect.normalize(),
         reflect_throughput,
@@ -197,7 +197,7 @@ pub(super) fn scatter<F: Float>(
     }
 }
 
-impl<F: Float> Scatter<F> {
+impl<F: Float> WhittedScatter<F> {
     /// Lanes whose refraction is a path of its own and begins without radiance; in all others
     /// the path itself goes on.
     #[inline(always)]
@@ -238,7 +238,7 @@ fn follow<F: Float>(
         direction,
         throughput,
         radiance: Color::black(),
-        branch: F::Int::select(forked, combine(path.branch, depth), path.branch),
+        bounce_counts: F::Int::select(forked, combine(path.bounce_counts, depth), path.bounce_counts),
         depth,
         ..*path
     }
@@ -247,25 +247,25 @@ fn follow<F: Float>(
 /// The shadow ray from a vertex to sample `which` of a light.
 #[inline(always)]
 pub fn light_ray<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
     vertex: &WhittedVertex<F>,
     light: usize,
     which: u32,
     mask: F::Mask,
 ) -> ShadowRay<F> {
-    let policy = &frame.scene.lights[light];
+    let policy = &setup.scene.lights[light];
     let u = match policy.grid {
         Some(grid) => {
-            let key = path.key(frame.seed).fork((light as u32).wrapping_mul(0x9e37) ^ 0x51ed);
+            let key = path.key(setup.seed).fork((light as u32).wrapping_mul(0x9e37) ^ 0x51ed);
             let dimension = Dimension::Light.at(path.depth);
-            let (across, up) = point_of_many::<F>(policy.pattern, grid, which, frame.samples, key, dimension);
+            let (across, up) = point_of_many::<F>(policy.pattern, grid, which, setup.samples, key, dimension);
             (up, across)
         }
         // Point and directional sources need no random place.
         None => (F::zero(), F::zero()),
     };
-    let sample = emitter::sample_light(&frame.scene, policy.emitter, vertex.position, u);
+    let sample = emitter::sample_light(&setup.scene, policy.emitter, vertex.position, u);
     let irradiance = sample.radiance * (F::one() / (sample.pdf * F::splat(policy.samples as f32)));
     let zero = F::zero();
     let to_light = sample.direction;

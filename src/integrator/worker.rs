@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::frame::Frame;
-use super::observe::{Nobody, Observer};
-use super::photons::{Landed, Photons, Plan};
-use super::sharing::pilot::Pilot;
-use super::statistics::Statistics;
+use super::observe::{NoObserver, Observer};
+use super::photons::{LandedPhotons, PhotonMaps, PhotonPlan};
+use super::reuse::probe::ReuseProbe;
+use super::setup::RenderSetup;
+use super::statistics::RayStatistics;
 use super::stop::{Stop, Watch};
 use super::{recursive, wavefront};
 use crate::film::{Film, Region};
@@ -16,22 +16,22 @@ use crate::simd::Isa;
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
     /// The scene and its settings.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// What was found out about sharing, if blocks of pixels choose how many of them share.
-    pub pilot: Option<&'a Pilot>,
+    pub pilot: Option<&'a ReuseProbe>,
     /// The photons of the samples to render, if there are any.
-    pub photons: Option<Photons<'a>>,
+    pub photons: Option<PhotonMaps<'a>>,
     /// The instruction set.
     pub isa: Isa,
 }
 
 impl<'a> Work<'a> {
     /// The same work with another frame, whose pixels choose nothing.
-    pub(super) fn with_frame<'b>(self, frame: &'b Frame) -> Work<'b>
+    pub(super) fn with_frame<'b>(self, setup: &'b RenderSetup) -> Work<'b>
     where
         'a: 'b,
     {
-        Work { frame, pilot: None, ..self }
+        Work { setup, pilot: None, ..self }
     }
 }
 
@@ -66,24 +66,24 @@ pub enum Worker {
 
 impl Worker {
     /// Buffers for waves of `wave` paths, or for single paths.
-    pub fn new(frame: &Frame, schedule: Schedule, wave: usize, sorting: Sorting) -> Self {
+    pub fn new(setup: &RenderSetup, schedule: Schedule, wave: usize, sorting: Sorting) -> Self {
         match schedule {
-            Schedule::Wavefront => Worker::Wavefront(Box::new(wavefront::Wave::new(frame, wave, sorting))),
-            Schedule::Recursive => Worker::Recursive(Box::new(recursive::Recursion::new(frame))),
+            Schedule::Wavefront => Worker::Wavefront(Box::new(wavefront::Wave::new(setup, wave, sorting))),
+            Schedule::Recursive => Worker::Recursive(Box::new(recursive::Recursion::new(setup))),
         }
     }
 
     /// Traces some of a sample's photons, by their numbers. Nothing of meaning if it is stopped.
     pub fn trace_photons(
         &mut self,
-        plan: &Plan,
+        plan: &PhotonPlan,
         isa: Isa,
         sample: u32,
         numbers: Range<u32>,
-        statistics: &mut Statistics,
+        statistics: &mut RayStatistics,
         stop: &Stop,
-    ) -> Landed {
-        let mut landed = Landed::default();
+    ) -> LandedPhotons {
+        let mut landed = LandedPhotons::default();
         let (watch, todo) = (&mut Watch::new(stop), (sample, numbers));
         match self {
             Worker::Wavefront(wave) => wave.trace_photons(plan, isa, todo, &mut landed, statistics, watch),
@@ -101,9 +101,9 @@ impl Worker {
         work: Work,
         tile: Region,
         samples: Range<u32>,
-        statistics: &mut Statistics,
+        statistics: &mut RayStatistics,
     ) -> Film {
-        self.observe(work, tile, samples, statistics, &mut Nobody)
+        self.observe(work, tile, samples, statistics, &mut NoObserver)
     }
 
     /// The same; none if it is stopped before the tile is whole.
@@ -111,7 +111,7 @@ impl Worker {
         &mut self,
         work: Work,
         (tile, samples): (Region, Range<u32>),
-        statistics: &mut Statistics,
+        statistics: &mut RayStatistics,
         stop: &Stop,
     ) -> Option<Film> {
         let mut watch = Watch::new(stop);
@@ -125,10 +125,10 @@ impl Worker {
         work: Work,
         tile: Region,
         samples: Range<u32>,
-        statistics: &mut Statistics,
+        statistics: &mut RayStatistics,
         observer: &mut dyn Observer,
     ) -> Film {
-        let mut film = Film::new(tile, work.frame.unit);
+        let mut film = Film::new(tile, work.setup.unit);
         match self {
             Worker::Wavefront(wave) => wave.render(work, &mut film, samples.clone(), statistics, observer),
             Worker::Recursive(recursion) => {
@@ -136,7 +136,7 @@ impl Worker {
             }
         }
         if let Some(photons) = work.photons {
-            photons.draw(work.frame, &mut film, samples, observer);
+            photons.draw(work.setup, &mut film, samples, observer);
         }
         film
     }

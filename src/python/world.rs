@@ -20,7 +20,7 @@ use crate::formats::{
     AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, has_added_camera, is_usual, load,
     load_again, ron,
 };
-use crate::integrator::{Frame, Stop};
+use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::render::{Needs, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
 use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, SourceFiles, Tonemap, Transport};
@@ -201,8 +201,8 @@ impl World {
         let again = self.for_shape(py, settings.size)?;
         let world = again.as_ref().unwrap_or(&self.world);
         let found = py.detach(|| {
-            let frame = crate::render::frame(compile(world, camera)?, &settings);
-            Ok(check::check(world, &frame, true))
+            let setup = crate::render::setup(compile(world, camera)?, &settings);
+            Ok(check::check(world, &setup, true))
         });
         let parts = |Finding { about, what, remedy }| {
             (about, as_arguments(&what), remedy.map(|remedy| as_arguments(&remedy)))
@@ -273,16 +273,16 @@ impl World {
         let needs = Needs { denoises: denoise, schedule, ..Needs::usual(rendered_region) };
         let needed = Settings { aov: aovs.clone(), ..settings.clone() };
         let prepare = || {
-            let frame = Arc::new(crate::render::frame(compile(world, camera)?, &settings));
-            needs.check(&frame, &needed)?;
-            let findings = check::check(world, &frame, false);
-            Ok((frame, findings))
+            let setup = Arc::new(crate::render::setup(compile(world, camera)?, &settings));
+            needs.check(&setup, &needed)?;
+            let findings = check::check(world, &setup, false);
+            Ok((setup, findings))
         };
         let prepared = py.detach(|| on_threads(threads, prepare)).map_err(wrong)?;
-        let (frame, findings) = prepared.map_err(of_scene)?;
+        let (setup, findings) = prepared.map_err(of_scene)?;
         // They include those of the world.
         let (notes, mut warnings): (Vec<_>, Vec<_>) =
-            check::not_found(&frame.scene.warnings, &findings).cloned().partition(|line| is_usual(line));
+            check::not_found(&setup.scene.warnings, &findings).cloned().partition(|line| is_usual(line));
         warnings.extend(findings.iter().map(Finding::to_string));
         let variance = aovs.contains(&Aov::Variance);
         let names = if aovs.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
@@ -290,7 +290,7 @@ impl World {
         let (stop, done) = (AtomicBool::new(false), AtomicU32::new(0));
         let work = || {
             on_threads(threads, || {
-                let mut session = Session::of(frame.clone(), settings.samples, options);
+                let mut session = Session::of(setup.clone(), settings.samples, options);
                 let note = |part: f32| {
                     done.fetch_max(part.to_bits(), Ordering::Relaxed);
                 };
@@ -303,7 +303,7 @@ impl World {
                 let radiance = film.radiance();
                 let shown = check::FinishedImage::new(&settings, film.region(), &radiance);
                 let told = !findings.is_empty();
-                warnings.extend(check::of_image(&frame, &shown, told).map(|finding| finding.to_string()));
+                warnings.extend(check::of_image(&setup, &shown, told).map(|finding| finding.to_string()));
                 let reached = session.film().relative_noise();
                 if let Some((is, most)) = reached.zip(noise).filter(|(is, most)| is > most) {
                     warnings.push(format!(
@@ -313,7 +313,7 @@ impl World {
                 let denoised =
                     if denoise && !stop.load(Ordering::Relaxed) { session.denoised() } else { None };
                 let layers = session.channels(&aovs);
-                let (names, camera) = (names_in(&layers, &names, &frame), frame.scene.camera);
+                let (names, camera) = (names_in(&layers, &names, &setup), setup.scene.camera);
                 let told =
                     [notes, warnings].map(|lines| lines.iter().map(|line| as_arguments(line)).collect());
                 Rendering::new(session.into_film(), settings.clone(), layers, names, camera, denoised, told)
@@ -416,10 +416,10 @@ fn schedule_of(name: &str) -> PyResult<Schedule> {
 }
 
 /// What the ids in layers stand for.
-fn names_in(layers: &[Channel], entities: &HashMap<u32, String>, frame: &Frame) -> Names {
+fn names_in(layers: &[Channel], entities: &HashMap<u32, String>, setup: &RenderSetup) -> Names {
     let ids = layers.iter().filter_map(|layer| {
         let (name, _) = layer.name.split_once('.')?;
-        Some((name, names_of_ids(layer, entities, &frame.scene)?))
+        Some((name, names_of_ids(layer, entities, &setup.scene)?))
     });
     ids.collect()
 }

@@ -19,7 +19,7 @@ use std::collections::{BinaryHeap, HashMap};
 use std::ops::Range;
 
 use crate::film::{Allocation, Film, PixelSum, Region};
-use crate::integrator::sharing::BLOCK;
+use crate::integrator::reuse::BLOCK;
 
 /// Samples that all pixels get: what is chosen by fewer is chosen by chance.
 pub const PILOT: u32 = Allocation::LEAST;

@@ -30,15 +30,15 @@ impl Session {
 
     /// [`Session::features`] of every Nth sample, beginning with each of the first N.
     fn features_apart<const N: usize>(&self) -> [Vec<Features>; N] {
-        let (frame, options) = (&self.frame, &self.options);
+        let (setup, options) = (&self.setup, &self.options);
         let mut samples = self.gathered.samples.clone();
         if samples.count() == 0 {
             samples.insert(self.wanted.start..self.wanted.start + 1);
         }
         let look =
-            |worker: &mut FirstHits, tile| (tile, worker.look_apart::<N>(frame, options.isa, tile, &samples));
+            |worker: &mut FirstHits, tile| (tile, worker.look_apart::<N>(setup, options.isa, tile, &samples));
         let tiles = self.tiles().into_par_iter();
-        let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(frame, options.wave), look).collect();
+        let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(setup, options.wave), look).collect();
         let region = self.film().region();
         let mut features = [(); N].map(|()| vec![Features::NOTHING; region.area()]);
         for (tile, found) in tiles {

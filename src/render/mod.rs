@@ -50,7 +50,7 @@ pub(crate) use gathered::{Gathered, Pass};
 pub(crate) use needs::Needs;
 pub(crate) use observed::Span;
 pub use options::{DEFAULT_WAVE, Options};
-pub(crate) use prepare::frame;
+pub(crate) use prepare::setup;
 pub use session::Session;
 pub(crate) use session::{Look, OnProgress, Progress, tiles};
 pub use threads::{ThreadError, on_threads};

@@ -5,7 +5,7 @@ use crate::denoise;
 use crate::film::{Features, PixelSum, Region};
 use crate::formats::film_file::packed_bytes;
 use crate::integrator::wavefront::Wave;
-use crate::integrator::{Frame, Schedule};
+use crate::integrator::{RenderSetup, Schedule};
 use crate::math::Rgb;
 use crate::memory::{self, Shortage};
 use crate::world::{Adaptive, Aov, Settings};
@@ -58,7 +58,7 @@ impl Needs {
     }
 
     /// In bytes.
-    pub fn bytes(&self, frame: &Frame, settings: &Settings) -> u64 {
+    pub fn bytes(&self, setup: &RenderSetup, settings: &Settings) -> u64 {
         let area = self.region.area() as u64;
         let squares = if settings.aov.contains(&Aov::Variance) { size_of::<[u128; 3]>() } else { 0 };
         // A pilot has a film of its own.
@@ -83,7 +83,7 @@ impl Needs {
         let queues = match self.schedule {
             // A wave takes memory in proportion to its size.
             Schedule::Wavefront => {
-                Wave::new(frame, MEASURED, Default::default()).bytes() / MEASURED * self.wave
+                Wave::new(setup, MEASURED, Default::default()).bytes() / MEASURED * self.wave
             }
             Schedule::Recursive => 0,
         };
@@ -95,14 +95,14 @@ impl Needs {
         area.saturating_mul(sums as u64)
             .saturating_add(above)
             .saturating_add(of_threads as u64)
-            .saturating_add(photons::Bytes::most(frame).total())
+            .saturating_add(photons::Bytes::most(setup).total())
     }
 
     /// Checks whether there is enough memory.
-    pub fn check(&self, frame: &Frame, settings: &Settings) -> Result<(), Shortage> {
+    pub fn check(&self, setup: &RenderSetup, settings: &Settings) -> Result<(), Shortage> {
         let (width, height) = (self.region.width(), self.region.height());
         let what = format_args!("an image of {width}x{height}");
-        let claim = memory::claim(what, self.bytes(frame, settings));
+        let claim = memory::claim(what, self.bytes(setup, settings));
         claim.map(|_| ()).map_err(|shortage| shortage.or("use --crop or a smaller --size"))
     }
 }

@@ -11,10 +11,10 @@ use super::passes::{at_once, work};
 use super::prepare::Prepared;
 use super::session::lock;
 use crate::film::{Film, Region};
-use crate::integrator::observe::{Event, Flow, Nobody, Somebody, Timekeeper};
-use crate::integrator::photons::Photons;
+use crate::integrator::observe::{Event, Flow, FnObserver, NoObserver, Timekeeper};
+use crate::integrator::photons::PhotonMaps;
 use crate::integrator::wavefront::Wave;
-use crate::integrator::{Schedule, Stage, Statistics, Stop, Work, Worker};
+use crate::integrator::{RayStatistics, Schedule, Stage, Stop, Work, Worker};
 
 /// What a thread did and when, counted from the beginning.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ impl Session {
         &self,
         prepared: &Prepared,
         wanted: Range<u32>,
-        render: &mut dyn FnMut(Work, Range<u32>, &Statistics),
+        render: &mut dyn FnMut(Work, Range<u32>, &RayStatistics),
     ) {
         let mut start = wanted.start;
         while start < wanted.end {
@@ -45,7 +45,7 @@ impl Session {
             let (photons, took) =
                 self.photons(Some(prepared), samples.clone(), &Stop::NEVER).unwrap_or_default();
             render(
-                work(&self.frame, Some(prepared), (start, &photons), self.options.isa),
+                work(&self.setup, Some(prepared), (start, &photons), self.options.isa),
                 samples.clone(),
                 &took,
             );
@@ -56,14 +56,15 @@ impl Session {
     /// Tells `look` what each sample that the film has brings to each of some pixels: its number, which pixel, and the
     /// luminance.
     pub(crate) fn each_sample_of(&self, pixels: &[[u32; 2]], look: &mut dyn FnMut(u32, usize, f32)) {
-        let (frame, options, prepared) = (&self.frame, &self.options, self.prepared());
-        let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
+        let (setup, options, prepared) = (&self.setup, &self.options, self.prepared());
+        let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
         for range in self.gathered.samples.iter() {
             self.for_samples(&prepared, range, &mut |work, samples, _| {
                 for sample in samples {
                     for (which, [x, y]) in pixels.iter().enumerate() {
                         let pixel = Region { x0: *x, y0: *y, x1: x + 1, y1: y + 1 };
-                        let film = worker.render(work, pixel, sample..sample + 1, &mut Statistics::default());
+                        let film =
+                            worker.render(work, pixel, sample..sample + 1, &mut RayStatistics::default());
                         look(sample, which, film.radiance().first().map_or(0.0, |light| light.luminance()));
                     }
                 }
@@ -74,21 +75,21 @@ impl Session {
     /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look` is told what
     /// happens. Returns the film of the last tile; the session's own film stays as it is.
     pub(crate) fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
-        let (frame, options) = (&self.frame, &self.options);
-        let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
+        let (setup, options) = (&self.setup, &self.options);
+        let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
         let mut tiles = self.tiles();
         tiles.retain(|tile| {
             let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
             pixel.is_none_or(holds)
         });
         let last = tiles.last().copied().unwrap_or(Region { x0: 0, y0: 0, x1: 0, y1: 0 });
-        let mut film = Film::new(last, frame.unit);
+        let mut film = Film::new(last, setup.unit);
         self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, took| {
             if let Some(photons) = work.photons {
                 look(&Event::Wave(flow_of_photons(&photons, took)));
             }
             for tile in &tiles {
-                let (mut ignored, mut observer) = (Statistics::default(), Somebody(&mut *look));
+                let (mut ignored, mut observer) = (RayStatistics::default(), FnObserver(&mut *look));
                 let rendered = worker.observe(work, *tile, samples.clone(), &mut ignored, &mut observer);
                 if *tile == last {
                     film.merge(&rendered);
@@ -101,19 +102,19 @@ impl Session {
     /// Renders all samples, tile by tile and on this thread, in the wavefront schedule; `mark` is
     /// called at the end of each stage. All that photons take is one stage.
     pub(crate) fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
-        let (frame, options) = (&self.frame, &self.options);
-        let mut wave = Wave::new(frame, options.wave, options.sorting);
-        let mut ignored = Statistics::default();
+        let (setup, options) = (&self.setup, &self.options);
+        let mut wave = Wave::new(setup, options.wave, options.sorting);
+        let mut ignored = RayStatistics::default();
         self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, _| {
             if work.photons.is_some() {
                 mark(Stage::Photons);
             }
             for tile in self.tiles() {
-                let mut film = Film::new(tile, frame.unit);
+                let mut film = Film::new(tile, setup.unit);
                 let mut observer = Timekeeper(&mut *mark);
                 wave.render(work, &mut film, samples.clone(), &mut ignored, &mut observer);
                 if let Some(photons) = work.photons {
-                    photons.draw(frame, &mut film, samples.clone(), &mut Nobody);
+                    photons.draw(setup, &mut film, samples.clone(), &mut NoObserver);
                     mark(Stage::Photons);
                 }
             }
@@ -136,11 +137,12 @@ impl Session {
     }
 
     fn add_spans(&self, work: Work, samples: &Range<u32>, start: Instant, spans: &Mutex<Vec<Span>>) {
-        let (frame, options) = (&self.frame, &self.options);
+        let (setup, options) = (&self.setup, &self.options);
         self.tiles().into_par_iter().for_each(|tile| {
             let thread = rayon::current_thread_index().unwrap_or(0);
             let mut own = Vec::new();
-            let (mut last, samples, mut ignored) = (start.elapsed(), samples.clone(), Statistics::default());
+            let (mut last, samples, mut ignored) =
+                (start.elapsed(), samples.clone(), RayStatistics::default());
             match options.schedule {
                 Schedule::Wavefront => {
                     let mut observer = Timekeeper(|stage| {
@@ -149,11 +151,11 @@ impl Session {
                         last = end;
                     });
                     let (mut wave, mut film) =
-                        (Wave::new(frame, options.wave, options.sorting), Film::new(tile, frame.unit));
+                        (Wave::new(setup, options.wave, options.sorting), Film::new(tile, setup.unit));
                     wave.render(work, &mut film, samples, &mut ignored, &mut observer);
                 }
                 Schedule::Recursive => {
-                    let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
+                    let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
                     worker.render(work, tile, samples, &mut ignored);
                     own.push(Span { thread, tile, stage: None, start: last, end: start.elapsed() });
                 }
@@ -164,7 +166,7 @@ impl Session {
 }
 
 /// The photons of some samples as a stage: their rays come in, and those that have ended on a surface go on.
-fn flow_of_photons(photons: &Photons, took: &Statistics) -> Flow {
+fn flow_of_photons(photons: &PhotonMaps, took: &RayStatistics) -> Flow {
     let leaving = photons.samples.iter().map(|of_sample| of_sample.map.count()).sum();
     let entering = took.rays.photon as usize;
     Flow { stage: Stage::Photons, entering, leaving, capacity: 0, width: 0, lanes: [0; 17] }

@@ -12,8 +12,8 @@ use super::prepare::Prepared;
 use super::session::{OnProgress, Progress, Session, lock, tiles};
 use super::{Isa, adaptive, photons};
 use crate::film::{Film, Moments, Region, SampleRanges};
-use crate::integrator::photons::{OfSample, Photons};
-use crate::integrator::{Frame, Statistics, Stop, Work, Worker};
+use crate::integrator::photons::{PhotonMaps, SamplePhotons};
+use crate::integrator::{RayStatistics, RenderSetup, Stop, Work, Worker};
 
 impl Session {
     /// Renders the samples of a pass that come next; returns how many, or 0 if it was stopped.
@@ -41,16 +41,16 @@ impl Session {
         let photons = self.photons(self.prepared.as_deref(), samples.clone(), stop);
         let Some((of_samples, of_photons)) = photons else { return 0 };
         self.statistics.add(&of_photons);
-        let (frame, options, workers) = (&self.frame, &self.options, &self.workers);
-        let work = work(frame, self.prepared.as_deref(), (samples.start, &of_samples), options.isa);
+        let (setup, options, workers) = (&self.setup, &self.options, &self.workers);
+        let work = work(setup, self.prepared.as_deref(), (samples.start, &of_samples), options.isa);
         let (gathered, statistics) = (Mutex::new(&mut self.gathered), Mutex::new(&mut self.statistics));
         todo.into_par_iter().for_each(|(number, parts)| {
             if stop.is_set() || pause.load(Ordering::Relaxed) {
                 return;
             }
-            let mut worker = take_worker(workers, frame, options);
+            let mut worker = take_worker(workers, setup, options);
             let mut render = |part: Region| {
-                let mut own = Statistics::default();
+                let mut own = RayStatistics::default();
                 let mut moments = options.variance.then(|| Moments::new(part));
                 let todo = (part, samples.clone());
                 let film = match &mut moments {
@@ -63,7 +63,7 @@ impl Session {
                     own,
                 ))
             };
-            let rendered: Option<Vec<(Gathered, Statistics)>> =
+            let rendered: Option<Vec<(Gathered, RayStatistics)>> =
                 parts.iter().map(|(_, part)| render(*part)).collect();
             lock(workers).push(worker);
             // The next pass renders the whole tile.
@@ -105,14 +105,14 @@ impl Session {
         prepared: Option<&Prepared>,
         samples: Range<u32>,
         stop: &Stop,
-    ) -> Option<(Vec<OfSample>, Statistics)> {
+    ) -> Option<(Vec<SamplePhotons>, RayStatistics)> {
         let Some(plan) = prepared.and_then(|prepared| prepared.plan.as_ref().ok()) else {
             return Some(Default::default());
         };
-        let all = Mutex::new(Statistics::default());
-        let with = |trace: &mut dyn FnMut(&mut Worker, &mut Statistics)| {
-            let mut worker = take_worker(&self.workers, &self.frame, &self.options);
-            let mut own = Statistics::default();
+        let all = Mutex::new(RayStatistics::default());
+        let with = |trace: &mut dyn FnMut(&mut Worker, &mut RayStatistics)| {
+            let mut worker = take_worker(&self.workers, &self.setup, &self.options);
+            let mut own = RayStatistics::default();
             trace(&mut worker, &mut own);
             lock(&self.workers).push(worker);
             lock(&all).add(&own);
@@ -123,9 +123,9 @@ impl Session {
 }
 
 /// A worker that is free, or a new one.
-fn take_worker(workers: &Mutex<Vec<Worker>>, frame: &Frame, options: &Options) -> Worker {
+fn take_worker(workers: &Mutex<Vec<Worker>>, setup: &RenderSetup, options: &Options) -> Worker {
     let Options { schedule, wave, sorting, .. } = *options;
-    lock(workers).pop().unwrap_or_else(|| Worker::new(frame, schedule, wave, sorting))
+    lock(workers).pop().unwrap_or_else(|| Worker::new(setup, schedule, wave, sorting))
 }
 
 /// Renders samples one by one: a sample may arrive in several parts, which a film of its own keeps together. None if
@@ -134,11 +134,11 @@ fn one_by_one(
     worker: &mut Worker,
     work: Work,
     (tile, samples): (Region, Range<u32>),
-    statistics: &mut Statistics,
+    statistics: &mut RayStatistics,
     squares: &mut Moments,
     stop: &Stop,
 ) -> Option<Film> {
-    let mut film = Film::new(tile, work.frame.unit);
+    let mut film = Film::new(tile, work.setup.unit);
     for sample in samples {
         let one = worker.render_until(work, (tile, sample..sample + 1), statistics, stop)?;
         squares.add_sample(&one);
@@ -155,12 +155,12 @@ pub(super) fn at_once(prepared: Option<&Prepared>) -> u32 {
 
 /// What workers read.
 pub(super) fn work<'a>(
-    frame: &'a Frame,
+    setup: &'a RenderSetup,
     prepared: Option<&'a Prepared>,
-    (first, samples): (u32, &'a [OfSample]),
+    (first, samples): (u32, &'a [SamplePhotons]),
     isa: Isa,
 ) -> Work<'a> {
     let plan = prepared.and_then(|prepared| prepared.plan.as_ref().ok()).filter(|_| !samples.is_empty());
-    let photons = plan.map(|plan| Photons { plan, first, samples });
-    Work { frame, pilot: prepared.and_then(|prepared| prepared.pilot.as_ref()), photons, isa }
+    let photons = plan.map(|plan| PhotonMaps { plan, first, samples });
+    Work { setup, pilot: prepared.and_then(|prepared| prepared.pilot.as_ref()), photons, isa }
 }

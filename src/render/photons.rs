@@ -6,17 +6,19 @@ use std::sync::Arc;
 
 use super::{Options, Session, camera_medium};
 use crate::bvh::{AnyHitFilter, Stack, closest_ray};
+use crate::integrator::any_hit::PathRay;
 use crate::integrator::path::{Path, pack_pixel};
-#[cfg(any(feature = "cli", feature = "python"))]
-use crate::integrator::photons::draw::Splat;
-use crate::integrator::photons::draw::{is_in_image, view};
 use crate::integrator::photons::gather::first_radius;
-use crate::integrator::photons::map::{Map, Photon, Radii};
+use crate::integrator::photons::map::{Photon, PhotonMap, Radii};
+#[cfg(any(feature = "cli", feature = "python"))]
+use crate::integrator::photons::splat::Splat;
+use crate::integrator::photons::splat::{is_in_image, view};
 use crate::integrator::photons::targets::targets;
-use crate::integrator::photons::{Landed, NoPhotons, OfSample, Plan, emission::Emission};
-use crate::integrator::presence::Traced;
+use crate::integrator::photons::{
+    LandedPhotons, NoPhotons, PhotonPlan, SamplePhotons, emission::PhotonEmission,
+};
 use crate::integrator::recursive::Recursion;
-use crate::integrator::{Frame, Statistics, Stop, Worker, begin, path_tracing, whitted};
+use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker, camera_path, path_tracing, whitted};
 use crate::math::elementary::{exp2, log2};
 use crate::math::{Color, Vec3, Vector};
 use crate::shading::surface::material_of;
@@ -45,35 +47,35 @@ const IN_MEMORY: u64 = 1 << 18;
 const MOST_CHOSEN: f32 = 1048576.0;
 
 /// Sets up the photons of a frame, or returns the reason why there are none. The result has no meaning if stopped.
-pub fn plan(frame: &Frame, stop: &Stop) -> Result<Plan, NoPhotons> {
+pub fn plan(setup: &RenderSetup, stop: &Stop) -> Result<PhotonPlan, NoPhotons> {
     let stop = &for_photons(stop);
-    let (per_pixel, pixels_wide) = frame.photons?;
-    let scene = &frame.scene;
-    let targets = targets(scene, frame.transport);
-    let radius = usual_radius(frame).ok_or(NoPhotons::NotSeen)? * pixels_wide;
+    let (per_pixel, pixels_wide) = setup.photons?;
+    let scene = &setup.scene;
+    let targets = targets(scene, setup.transport);
+    let radius = usual_radius(setup).ok_or(NoPhotons::NotSeen)? * pixels_wide;
     let bodies_at = |places: &[Vec3]| {
         let around = |stack: &mut Stack, place: &Vec3| camera_medium::around(scene, *place, stack);
         places.par_iter().map_init(|| Stack::new(&scene.bvh), around).collect()
     };
     let plan_of = |per_pixel: f32| {
-        let count = count(frame, per_pixel);
-        let emission = Emission::new(scene, frame.transport, targets.clone(), count, &bodies_at);
-        emission.map(|emission| Plan::new(frame, emission, radius)).ok_or(NoPhotons::NoLamp)
+        let count = count(setup, per_pixel);
+        let emission = PhotonEmission::new(scene, setup.transport, targets.clone(), count, &bodies_at);
+        emission.map(|emission| PhotonPlan::new(setup, emission, radius)).ok_or(NoPhotons::NoLamp)
     };
     let plan = plan_of(per_pixel)?;
-    if !frame.chooses_photons {
+    if !setup.chooses_photons {
         return Ok(plan);
     }
-    let mut worker = Worker::Recursive(Box::new(Recursion::new(&plan.frame)));
+    let mut worker = Worker::Recursive(Box::new(Recursion::new(&plan.setup)));
     let numbers = 0..PILOT;
-    let statistics = &mut Statistics::default();
+    let statistics = &mut RayStatistics::default();
     let landed = worker.trace_photons(&plan, Isa::detect(), PILOT_SAMPLE, numbers, statistics, stop);
     if landed.photons.is_empty() || stop.is_set() {
         return Err(NoPhotons::NoneLands);
     }
-    let trial = Trial { count: plan.count(), seen: seen(frame, &landed), others: others(frame, stop) };
-    let plan = plan_of(per_pixel * trial.fitting(frame, radius))?;
-    if trial.are_enough(frame, plan.count()) { Ok(plan) } else { Err(NoPhotons::Dots) }
+    let trial = Trial { count: plan.count(), seen: seen(setup, &landed), others: others(setup, stop) };
+    let plan = plan_of(per_pixel * trial.fitting(setup, radius))?;
+    if trial.are_enough(setup, plan.count()) { Ok(plan) } else { Err(NoPhotons::Dots) }
 }
 
 /// Trial photons, and a small image.
@@ -102,14 +104,14 @@ const SENT: f32 = 0.5 * std::f32::consts::FRAC_1_PI;
 
 impl Trial<'_> {
     /// The number of photons that each of them stands for, over the number of pixels.
-    fn scale(&self, frame: &Frame) -> f64 {
-        let pixels = f64::from(frame.size[0]) * f64::from(frame.size[1]);
+    fn scale(&self, setup: &RenderSetup) -> f64 {
+        let pixels = f64::from(setup.size[0]) * f64::from(setup.size[1]);
         f64::from(self.count) / f64::from(PILOT) / pixels
     }
 
     /// The light that photons bring to a pixel, on average.
-    fn light(&self, frame: &Frame) -> f64 {
-        self.seen.iter().map(|(_, light)| light).sum::<f64>() * self.scale(frame)
+    fn light(&self, setup: &RenderSetup) -> f64 {
+        self.seen.iter().map(|(_, light)| light).sum::<f64>() * self.scale(setup)
     }
 
     /// The mean of other light, as far as no pixel has more than this.
@@ -120,11 +122,11 @@ impl Trial<'_> {
 
     /// A factor on the number of photons: a power of two. Caustics that are small hold more photons than the noise of all
     /// else is worth; those that cover the image hold few, and there may be no other noise.
-    fn fitting(&self, frame: &Frame, radius: f32) -> f32 {
+    fn fitting(&self, setup: &RenderSetup, radius: f32) -> f32 {
         // Within this radius lie as many of them as of all photons within the usual one.
         let radius = radius * (self.count as f32 / PILOT as f32).sqrt();
         let photons = self.seen.iter().map(|(photon, _)| *photon);
-        let map = Map::new(photons.clone(), Radii { shrink: 1.0, most: radius });
+        let map = PhotonMap::new(photons.clone(), Radii { shrink: 1.0, most: radius });
         let around = |photon: &Photon| {
             let [x, y, z] = photon.position;
             let around = map.around(Vector::new(x, y, z), photon.normal(), radius, u32::MAX);
@@ -136,7 +138,7 @@ impl Trial<'_> {
             return 1.0;
         }
         let median = (*crowds.select_nth_unstable(middle).1).max(1);
-        let light = self.light(frame);
+        let light = self.light(setup);
         // Lamps that are seen bring no noise.
         let part = light / (light + self.other_light(4.0 * light)).max(f64::MIN_POSITIVE);
         let [few, many] = CROWD;
@@ -144,31 +146,31 @@ impl Trial<'_> {
         exp2((power - log2(median as f32)).round()).clamp(CHOSEN[0], CHOSEN[1])
     }
 
-    fn are_enough(&self, frame: &Frame, count: u32) -> bool {
+    fn are_enough(&self, setup: &RenderSetup, count: u32) -> bool {
         let squares: f64 = self.seen.iter().map(|(_, light)| light * light).sum();
         // The more photons there are, the less light each of them has.
         let more = f64::from(count) / f64::from(self.count);
-        let deviation = (squares * self.scale(frame) / more / SAMPLES).sqrt();
-        let mean = self.other_light(f64::INFINITY) + self.light(frame);
+        let deviation = (squares * self.scale(setup) / more / SAMPLES).sqrt();
+        let mean = self.other_light(f64::INFINITY) + self.light(setup);
         mean <= 0.0 || deviation <= DEVIATION * mean
     }
 }
 
 /// The luminance of a small image's pixels without photons.
-fn others(frame: &Frame, stop: &Stop) -> Vec<f32> {
-    let small = Frame { photons: Err(NoPhotons::Off), ..frame.small(LONGER_SIDE) };
+fn others(setup: &RenderSetup, stop: &Stop) -> Vec<f32> {
+    let small = RenderSetup { photons: Err(NoPhotons::Off), ..setup.small(LONGER_SIDE) };
     let mut session = Session::of(Arc::new(small), 1, Options::default());
     session.advance_until(1, &stop.or_after_rays(MOST_RAYS), &|_| ());
     session.film().radiance().iter().map(|pixel| pixel.luminance()).collect()
 }
 
 /// Finds the photons that end in the image, as if nothing were between: they may be seen in mirrors, or through glass.
-fn seen<'a>(frame: &Frame, landed: &'a Landed) -> Vec<(&'a Photon, f64)> {
+fn seen<'a>(setup: &RenderSetup, landed: &'a LandedPhotons) -> Vec<(&'a Photon, f64)> {
     let mut seen = Vec::new();
     for (_, photon) in &landed.photons {
         let [x, y, z] = photon.position;
-        let view = view(frame, Vector::new(x, y, z), (0.5, 0.5));
-        if is_in_image(frame, &view) {
+        let view = view(setup, Vector::new(x, y, z), (0.5, 0.5));
+        if is_in_image(setup, &view) {
             let facing = view.to_camera.dot(photon.normal()).abs();
             let [r, g, b] = photon.flux;
             let light = Color::new(r, g, b).luminance() * SENT * view.importance * facing;
@@ -180,18 +182,18 @@ fn seen<'a>(frame: &Frame, landed: &'a Landed) -> Vec<(&'a Photon, f64)> {
 
 /// The mean of the radii at the first surfaces where photons may end, as a few of the camera's rays find them; none if
 /// they find none.
-fn usual_radius(frame: &Frame) -> Option<f32> {
-    let scene = &frame.scene;
+fn usual_radius(setup: &RenderSetup) -> Option<f32> {
+    let scene = &setup.scene;
     let mut stack = Stack::new(&scene.bvh);
-    let [width, height] = frame.size;
+    let [width, height] = setup.size;
     let by = width.max(height).div_ceil(LONGER_SIDE).max(1);
     let (mut sum, mut count) = (0.0f64, 0.0f64);
     for (x, y) in
         (0..height).step_by(by as usize).flat_map(|y| (0..width).step_by(by as usize).map(move |x| (x, y)))
     {
-        let mut path = begin::begin::<f32>(frame, Wrapping(pack_pixel(x, y)), Wrapping(0));
+        let mut path = camera_path::generate::<f32>(setup, Wrapping(pack_pixel(x, y)), Wrapping(0));
         for _ in 0..MOST_BENDS {
-            let traced = Traced { frame, path: &|| path, shadow: None };
+            let traced = PathRay { setup, path: &|| path, shadow: None };
             let hit = closest_ray(
                 Isa::detect(),
                 &scene.bvh,
@@ -204,14 +206,14 @@ fn usual_radius(frame: &Frame) -> Option<f32> {
             }
             let lane = HitLanes::one(&hit);
             let material = material_of(&scene.geometry, &lane, true).0;
-            if scene.materials[material as usize].ends_photons_under(frame.transport) {
+            if scene.materials[material as usize].ends_photons_under(setup.transport) {
                 let surface = Surface::new(&scene.geometry, &path.ray(), &lane, true);
                 // The first sample stands for a whole pixel.
                 sum += f64::from(first_radius(&path, path.width + path.spread * hit.t, &surface));
                 count += 1.0;
                 break;
             }
-            let Some(next) = next(frame, &path, &lane, material) else { break };
+            let Some(next) = next(setup, &path, &lane, material) else { break };
             path = next;
         }
     }
@@ -219,13 +221,13 @@ fn usual_radius(frame: &Frame) -> Option<f32> {
 }
 
 /// The ray of a path behind something that makes caustics.
-fn next(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Option<Path<f32>> {
-    if frame.transport == Transport::Path {
-        let outcome = path_tracing::hit(frame, None, path, hit, material, true);
+fn next(setup: &RenderSetup, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Option<Path<f32>> {
+    if setup.transport == Transport::Path {
+        let outcome = path_tracing::hit(setup, None, path, hit, material, true);
         let through = outcome.fork.and_then(|fork| fork.mask.then_some(fork.next));
         return through.or(outcome.goes_on.then_some(outcome.next));
     }
-    let (vertex, scatter, _) = whitted::hit(frame, None, path, hit, true);
+    let (vertex, scatter, _) = whitted::hit(setup, None, path, hit, true);
     match (scatter.refracts, scatter.reflects) {
         (true, _) => Some(scatter.refracted(path, &vertex)),
         (_, true) => Some(scatter.reflected(path, &vertex)),
@@ -234,7 +236,7 @@ fn next(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> 
 }
 
 /// The largest number of samples that are rendered together, so that their photons take little memory.
-pub fn samples_at_once(plan: &Plan) -> u32 {
+pub fn samples_at_once(plan: &PhotonPlan) -> u32 {
     at_once(plan.count())
 }
 
@@ -255,8 +257,8 @@ pub struct Bytes {
 #[cfg(any(feature = "cli", feature = "python"))]
 impl Bytes {
     /// The estimate for a frame, if each photon ends once; behind one-sided surfaces some end again.
-    pub fn most(frame: &Frame) -> Self {
-        let Ok(count) = count_of(frame) else { return Self::default() };
+    pub fn most(setup: &RenderSetup) -> Self {
+        let Ok(count) = count_of(setup) else { return Self::default() };
         let bytes = |each: usize| u64::from(count) * u64::from(at_once(count)) * each as u64;
         let ended = bytes(size_of::<(u32, Photon)>() + size_of::<(u32, Splat)>());
         // Up to twice as many buckets as photons, and where each of them has got to while it is filled.
@@ -272,15 +274,15 @@ impl Bytes {
 
 /// The number of photons of a sample, if a frame may have any; the largest number if it is chosen.
 #[cfg(any(feature = "cli", feature = "python"))]
-pub fn count_of(frame: &Frame) -> Result<u32, NoPhotons> {
-    let factor = if frame.chooses_photons { CHOSEN[1] } else { 1.0 };
-    frame.photons.map(|(per_pixel, _)| count(frame, per_pixel * factor))
+pub fn count_of(setup: &RenderSetup) -> Result<u32, NoPhotons> {
+    let factor = if setup.chooses_photons { CHOSEN[1] } else { 1.0 };
+    setup.photons.map(|(per_pixel, _)| count(setup, per_pixel * factor))
 }
 
 /// The number of photons of a sample.
-fn count(frame: &Frame, per_pixel: f32) -> u32 {
-    let pixels = frame.size.map(|side| side as f32);
-    let most = if frame.chooses_photons { MOST_CHOSEN } else { 1e9 };
+fn count(setup: &RenderSetup, per_pixel: f32) -> u32 {
+    let pixels = setup.size.map(|side| side as f32);
+    let most = if setup.chooses_photons { MOST_CHOSEN } else { 1e9 };
     (per_pixel * pixels[0] * pixels[1]).clamp(1.0, most) as u32
 }
 
@@ -290,38 +292,38 @@ fn for_photons<'a>(stop: &Stop<'a>) -> Stop<'a> {
 }
 
 /// Calls a function with a worker and what that has done.
-pub type Lend<'a> = dyn Fn(&mut dyn FnMut(&mut Worker, &mut Statistics)) + Sync + 'a;
+pub type Lend<'a> = dyn Fn(&mut dyn FnMut(&mut Worker, &mut RayStatistics)) + Sync + 'a;
 
 /// Traces the photons of some samples on all threads; none if stopped. `with` lends a worker.
-pub fn trace(plan: &Plan, samples: Range<u32>, stop: &Stop, with: &Lend) -> Option<Vec<OfSample>> {
+pub fn trace(plan: &PhotonPlan, samples: Range<u32>, stop: &Stop, with: &Lend) -> Option<Vec<SamplePhotons>> {
     let stop = &for_photons(stop);
     let landed = trace_chunks(plan, samples.clone(), stop, with, |landed| landed);
     if stop.is_set() {
         return None;
     }
-    let of_samples: Vec<&[Landed]> = landed.chunks(chunks(plan) as usize).collect();
+    let of_samples: Vec<&[LandedPhotons]> = landed.chunks(chunks(plan) as usize).collect();
     Some(samples.into_par_iter().zip(of_samples).map(|(sample, some)| plan.of_sample(sample, some)).collect())
 }
 
 /// The number of chunks into which the photons of a sample are cut.
-fn chunks(plan: &Plan) -> u32 {
+fn chunks(plan: &PhotonPlan) -> u32 {
     plan.count().div_ceil(CHUNK).max(1)
 }
 
 /// Calls a function with each chunk of some samples' photons and returns the results in order; meaningless if stopped.
 pub fn trace_chunks<T: Send>(
-    plan: &Plan,
+    plan: &PhotonPlan,
     samples: Range<u32>,
     stop: &Stop,
     with: &Lend,
-    then: impl Fn(Landed) -> T + Sync,
+    then: impl Fn(LandedPhotons) -> T + Sync,
 ) -> Vec<T> {
     let chunks = chunks(plan);
     let todo: Vec<(u32, u32)> =
         samples.flat_map(|sample| (0..chunks).map(move |chunk| (sample, chunk))).collect();
     let trace = |(sample, chunk): (u32, u32)| {
         let numbers = chunk * CHUNK..((chunk + 1) * CHUNK).min(plan.count());
-        let mut landed = Landed::default();
+        let mut landed = LandedPhotons::default();
         with(&mut |worker, statistics| {
             landed = worker.trace_photons(plan, Isa::detect(), sample, numbers.clone(), statistics, stop);
         });

@@ -10,8 +10,8 @@ use super::options::Options;
 use super::passes::at_once;
 use super::prepare::{self, Prepared};
 use crate::film::{Allocation, Film, Moments, Region};
-use crate::integrator::sharing::BLOCK;
-use crate::integrator::{Frame, Statistics, Stop, Worker};
+use crate::integrator::reuse::BLOCK;
+use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker};
 use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Settings};
 
@@ -20,12 +20,12 @@ const PASS: u32 = 16;
 
 /// A rendering under way. Call [`Session::finish`], or [`Session::advance`] until it is done or you have enough.
 pub struct Session {
-    pub(super) frame: Arc<Frame>,
+    pub(super) setup: Arc<RenderSetup>,
     /// The preparation of its samples, once there is any.
     pub(super) prepared: Option<Arc<Prepared>>,
     pub(super) options: Options,
     pub(super) gathered: Gathered,
-    pub(super) statistics: Statistics,
+    pub(super) statistics: RayStatistics,
     pub(super) workers: Mutex<Vec<Worker>>,
     /// Samples to render.
     pub(super) wanted: Range<u32>,
@@ -64,37 +64,37 @@ impl Session {
     ///
     /// Workers allocate their buffers when they begin their first tile, and keep them.
     pub fn new(scene: CompiledScene, settings: &Settings, options: Options) -> Self {
-        Self::of(Arc::new(prepare::frame(scene, settings)), settings.samples, options)
+        Self::of(Arc::new(prepare::setup(scene, settings)), settings.samples, options)
     }
 
     /// For a frame that is rendered several times, in several ways.
     #[doc(hidden)]
-    pub fn of(frame: Arc<Frame>, samples: u32, options: Options) -> Self {
-        let gathered = Gathered::nothing(options.region_of(frame.size), frame.unit, options.variance);
-        Self::with(frame, samples, options, gathered)
+    pub fn of(setup: Arc<RenderSetup>, samples: u32, options: Options) -> Self {
+        let gathered = Gathered::nothing(options.region_of(setup.size), setup.unit, options.variance);
+        Self::with(setup, samples, options, gathered)
     }
 
     /// Goes on with what was gathered before. `None` if this frame cannot have gathered it.
     pub(crate) fn going_on(
-        frame: Arc<Frame>,
+        setup: Arc<RenderSetup>,
         samples: u32,
         options: Options,
         gathered: Gathered,
     ) -> Option<Self> {
         // The film is as large as all else: there are never two.
-        let nothing = Gathered::nothing(Region::whole([0, 0]), frame.unit, options.variance);
-        let mut session = Self::with(frame, samples, options, nothing);
+        let nothing = Gathered::nothing(Region::whole([0, 0]), setup.unit, options.variance);
+        let mut session = Self::with(setup, samples, options, nothing);
         session.go_on_with(gathered).then_some(session)
     }
 
-    fn with(frame: Arc<Frame>, samples: u32, options: Options, gathered: Gathered) -> Self {
+    fn with(setup: Arc<RenderSetup>, samples: u32, options: Options, gathered: Gathered) -> Self {
         let samples = samples.min(Settings::MOST_SAMPLES);
         Self {
             gathered,
-            frame,
+            setup,
             prepared: None,
             options,
-            statistics: Statistics::default(),
+            statistics: RayStatistics::default(),
             workers: Mutex::new(Vec::new()),
             wanted: 0..samples,
             total: samples,
@@ -122,8 +122,8 @@ impl Session {
         let tiles = |pass: &Pass| tiles(new.film.region(), pass.tile.max(1)).len() == pass.done.len();
         let count = adaptive::blocks(new.film.region()).len();
         let blocks = |pass: &Pass| pass.blocks.as_ref().is_none_or(|blocks| blocks.len() == count);
-        let region = self.options.region_of(self.frame.size);
-        let alike = (region, self.frame.unit, self.options.variance)
+        let region = self.options.region_of(self.setup.size);
+        let alike = (region, self.setup.unit, self.options.variance)
             == (new.film.region(), new.film.unit(), new.moments.is_some());
         let rays = new.rays.as_ref().is_none_or(|rays| rays.len() == count);
         let allocation = new.allocation.as_ref().is_none_or(|given| given.samples().len() == count);
@@ -142,11 +142,11 @@ impl Session {
     }
 
     /// From now on renders the scene at another moment, with the same settings.
-    pub(crate) fn set_frame(&mut self, frame: Arc<Frame>) {
+    pub(crate) fn replace_setup(&mut self, setup: Arc<RenderSetup>) {
         // Their buffers are made for the other one.
         self.free_workers();
         self.prepared = None;
-        self.frame = frame;
+        self.setup = setup;
     }
 
     /// Frees the buffers of all workers, which get new ones if they go on.
@@ -157,14 +157,14 @@ impl Session {
     /// Computes what samples depend on, unless that is known. Returns false if it was stopped.
     pub(crate) fn prepare(&mut self, stop: &Stop) -> bool {
         if self.prepared.is_none() {
-            self.prepared = Prepared::new(&self.frame, stop).map(Arc::new);
+            self.prepared = Prepared::new(&self.setup, stop).map(Arc::new);
         }
         self.prepared.is_some()
     }
 
     /// What samples depend on, computed now unless it is known.
     pub(crate) fn prepared(&self) -> Arc<Prepared> {
-        self.prepared.clone().unwrap_or_else(|| Arc::new(Prepared::now(&self.frame)))
+        self.prepared.clone().unwrap_or_else(|| Arc::new(Prepared::now(&self.setup)))
     }
 
     /// True if photons are left out because they would show as single dots.
@@ -191,7 +191,7 @@ impl Session {
     /// Whether it has still to be decided how many samples blocks get.
     fn needs_allocation(&self) -> bool {
         let is_enough = self.total >= 2 * adaptive::PILOT;
-        let is_wanted = self.frame.adaptive == Adaptive::Unbiased && is_enough && !self.is_pilot;
+        let is_wanted = self.setup.adaptive == Adaptive::Unbiased && is_enough && !self.is_pilot;
         is_wanted && self.gathered.allocation.is_none()
     }
 
@@ -208,7 +208,7 @@ impl Session {
             is_pilot: true,
             prepared: self.prepared.clone(),
             workers: Mutex::new(std::mem::take(&mut *lock(&self.workers))),
-            ..Session::of(self.frame.clone(), 0, options).with_samples(first..first + count)
+            ..Session::of(self.setup.clone(), 0, options).with_samples(first..first + count)
         };
         // A pilot cannot be gone on with: it is short, and is not paused.
         let (nothing, unheard) =
@@ -259,7 +259,7 @@ impl Session {
     /// The average number of samples, if they come in rounds.
     pub(super) fn rounds(&self) -> Option<u32> {
         let is_whole = self.total >= 2 * adaptive::PILOT && self.wanted == (0..self.total);
-        (self.frame.adaptive == Adaptive::On && is_whole).then_some(self.total)
+        (self.setup.adaptive == Adaptive::On && is_whole).then_some(self.total)
     }
 
     /// Renders the next `count` samples of every pixel, or as many as are left; or finishes the pass that was under
@@ -355,7 +355,7 @@ impl Session {
     fn tile_size(&self) -> u32 {
         let tile = self.options.tile.max(1);
         // A block that shares paths is not cut.
-        if self.frame.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile }
+        if self.setup.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile }
     }
 
     /// What has been gathered so far; its region is the one that is rendered.
@@ -370,14 +370,14 @@ impl Session {
 
     /// What has been done so far.
     #[doc(hidden)]
-    pub fn statistics(&self) -> &Statistics {
+    pub fn statistics(&self) -> &RayStatistics {
         &self.statistics
     }
 
     /// The scene and its settings.
     #[doc(hidden)]
-    pub fn frame(&self) -> &Arc<Frame> {
-        &self.frame
+    pub fn setup(&self) -> &Arc<RenderSetup> {
+        &self.setup
     }
 
     /// How it renders.
@@ -387,7 +387,7 @@ impl Session {
 
     /// The compiled scene.
     pub(crate) fn scene(&self) -> &CompiledScene {
-        &self.frame.scene
+        &self.setup.scene
     }
 
     /// How many samples every pixel has, and how many there are to be.

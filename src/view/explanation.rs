@@ -6,8 +6,8 @@ use super::viewer::Shown;
 use crate::film::Region;
 use crate::integrator::Schedule;
 use crate::integrator::bounces::LobeKind;
-use crate::integrator::decision::Fate;
-use crate::integrator::observe::Triple;
+use crate::integrator::observe::Components;
+use crate::integrator::path_event::PathEvent;
 use crate::math::Vec3;
 use crate::render::{Options, Session};
 use crate::scene::{Camera, Projection};
@@ -19,23 +19,23 @@ const COMPARED: u32 = 16;
 /// Explains a sample of a pixel; none if there is no such pixel.
 pub fn explanation(shown: &Shown, pixel: [u32; 2], sample: u32) -> Option<Value> {
     let [x, y] = pixel;
-    let [width, height] = shown.frame.size;
+    let [width, height] = shown.setup.size;
     if x >= width || y >= height {
         return None;
     }
     let samples = shown.wanted.max(1);
     let sample = sample.min(samples - 1);
-    let (lives, _) = explain::explain(shown.frame.clone(), &shown.names, pixel, sample..sample + 1);
+    let (lives, _) = explain::explain(shown.setup.clone(), &shown.names, pixel, sample..sample + 1);
     let compared = samples.min(COMPARED);
     let [(wave, by_wave), (one, by_one)] = [Schedule::Wavefront, Schedule::Recursive].map(|schedule| {
         let region = Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
         let options = Options { schedule, region: Some(region), ..shown.options };
-        let mut session = Session::of(shown.frame.clone(), samples, options).with_samples(0..compared);
+        let mut session = Session::of(shown.setup.clone(), samples, options).with_samples(0..compared);
         session.advance(compared);
         let radiance = session.film().radiance().first().map_or([0.0; 3], |pixel| pixel.to_array());
         (session.film().hash(), radiance)
     });
-    let paper = Paper { camera: &shown.frame.scene.camera, size: shown.frame.size, far: far(shown) };
+    let paper = Paper { camera: &shown.setup.scene.camera, size: shown.setup.size, far: far(shown) };
     Some(json!({
         "pixel": pixel,
         "sample": sample,
@@ -51,7 +51,7 @@ pub fn explanation(shown: &Shown, pixel: [u32; 2], sample: u32) -> Option<Value>
 
 /// Farther away than anything in the scene.
 fn far(shown: &Shown) -> f32 {
-    2.0 * shown.frame.scene.bounds.size().length().max(1.0)
+    2.0 * shown.setup.scene.bounds.size().length().max(1.0)
 }
 
 /// Projects points into the image.
@@ -77,7 +77,7 @@ impl Paper<'_> {
     }
 
     fn step(&self, value: &mut Value, step: &Step) {
-        let along = |origin: Triple, direction: Triple, length: f32| {
+        let along = |origin: Components, direction: Components, length: f32| {
             self.point(Vec3::from(origin) + Vec3::from(direction) * length)
         };
         value["from"] = json!(self.point(step.origin.into()));
@@ -113,15 +113,15 @@ impl Paper<'_> {
 }
 
 /// The lobe that a direction was drawn from.
-fn lobe(fate: Fate) -> Option<String> {
+fn lobe(fate: PathEvent) -> Option<String> {
     match fate {
-        Fate::Drawn { kind, through, exact } => {
+        PathEvent::Drawn { kind, through, exact } => {
             let article = if exact { "an exact" } else { "a" };
             let side = if through && kind == LobeKind::Diffuse { ", to the other side" } else { "" };
             Some(format!("{article} {} lobe{side}", kind.name()))
         }
-        Fate::Straight => Some("straight through: no bounce".into()),
-        Fate::Scattered { distance_m } => Some(format!("scattered within, after {distance_m} m")),
+        PathEvent::Straight => Some("straight through: no bounce".into()),
+        PathEvent::Scattered { distance_m } => Some(format!("scattered within, after {distance_m} m")),
         _ => None,
     }
 }

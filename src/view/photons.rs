@@ -4,9 +4,9 @@ use serde_json::{Value, json};
 
 use super::viewer::Shown;
 use crate::film::tonemap::{quantise_8_bit, srgb_encode};
-use crate::integrator::photons::draw::view;
-use crate::integrator::photons::{Landed, Plan};
-use crate::integrator::{Frame, Statistics, Stop, Worker};
+use crate::integrator::photons::splat::view;
+use crate::integrator::photons::{LandedPhotons, PhotonPlan};
+use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker};
 use crate::math::Vector;
 use crate::render::photons::{self, trace_chunks};
 
@@ -42,7 +42,7 @@ pub fn photons_of(shown: &Shown, sample: u32) -> Value {
     let plan = match &shown.prepared {
         Some(prepared) => &prepared.plan,
         None => {
-            traced = photons::plan(&shown.frame, &Stop::NEVER);
+            traced = photons::plan(&shown.setup, &Stop::NEVER);
             &traced
         }
     };
@@ -59,7 +59,7 @@ pub fn photons_of(shown: &Shown, sample: u32) -> Value {
         "generation": shown.generation,
         "sample": sample,
         "none": none,
-        "emitted": plan.as_ref().map_or(0, Plan::count),
+        "emitted": plan.as_ref().map_or(0, PhotonPlan::count),
         "landed": landed,
         "in_picture": points.len(),
         "seen": points.iter().filter(|point| point.is_seen).count(),
@@ -69,14 +69,14 @@ pub fn photons_of(shown: &Shown, sample: u32) -> Value {
 }
 
 /// Traces the photons of a sample as the renderer does.
-fn ends(shown: &Shown, plan: &Plan, sample: u32) -> Ends {
-    let (frame, options) = (&shown.frame, &shown.options);
-    let with = |trace: &mut dyn FnMut(&mut Worker, &mut Statistics)| {
-        let mut worker = Worker::new(frame, options.schedule, options.wave, options.sorting);
-        trace(&mut worker, &mut Statistics::default());
+fn ends(shown: &Shown, plan: &PhotonPlan, sample: u32) -> Ends {
+    let (setup, options) = (&shown.setup, &shown.options);
+    let with = |trace: &mut dyn FnMut(&mut Worker, &mut RayStatistics)| {
+        let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
+        trace(&mut worker, &mut RayStatistics::default());
     };
     let chunks =
-        trace_chunks(plan, sample..sample + 1, &Stop::NEVER, &with, |landed| in_picture(frame, &landed));
+        trace_chunks(plan, sample..sample + 1, &Stop::NEVER, &with, |landed| in_picture(setup, &landed));
     let mut all = Ends { landed: 0, points: Vec::new() };
     for Ends { landed, points } in chunks {
         all.landed += landed;
@@ -87,13 +87,13 @@ fn ends(shown: &Shown, plan: &Plan, sample: u32) -> Ends {
 
 /// Collects the photons that lie in the picture, in the order of their numbers. Those that are drawn lie where they are
 /// drawn, the others where the middle of the lens would see them if nothing were between.
-fn in_picture(frame: &Frame, landed: &Landed) -> Ends {
+fn in_picture(setup: &RenderSetup, landed: &LandedPhotons) -> Ends {
     let mut points: Vec<Option<Point>> = landed
         .photons
         .iter()
         .map(|(_, photon)| {
             let [x, y, z] = photon.position;
-            let view = view(frame, Vector::new(x, y, z), (0.5, 0.5));
+            let view = view(setup, Vector::new(x, y, z), (0.5, 0.5));
             let (column, row) = (view.column, view.row);
             view.seen.then_some(Point { column, row, flux: photon.flux, is_seen: false })
         })
@@ -108,7 +108,7 @@ fn in_picture(frame: &Frame, landed: &Landed) -> Ends {
             *point = Point { column: splat.column, row: splat.row, is_seen: true, ..*point };
         }
     }
-    let size = frame.size.map(|side| side as f32);
+    let size = setup.size.map(|side| side as f32);
     let is_in = |point: &Point| (0.0..size[0]).contains(&point.column) && (0.0..size[1]).contains(&point.row);
     Ends { landed: points.len(), points: points.into_iter().flatten().filter(is_in).collect() }
 }

@@ -103,8 +103,8 @@ pub fn picture(shown: &Shown, layer: Layer, display: Display) -> Picture {
             own(film.pixels().iter().map(|p| heat(count(p) / most)).collect(), shown.size)
         }
         _ => {
-            let whole = || features(shown, Region::whole(shown.frame.size));
-            own(of_features(shown.features.get_or_init(whole), layer), shown.frame.size)
+            let whole = || features(shown, Region::whole(shown.setup.size));
+            own(of_features(shown.features.get_or_init(whole), layer), shown.setup.size)
         }
     }
 }
@@ -181,7 +181,7 @@ fn any_color(number: u32) -> [u8; 3] {
 /// What the first samples of the whole image hit.
 fn features(shown: &Shown, region: Region) -> Vec<Features> {
     let options = Options { region: Some(region), ..shown.options };
-    let mut session = Session::of(shown.frame.clone(), LOOKED_AT, options);
+    let mut session = Session::of(shown.setup.clone(), LOOKED_AT, options);
     let mut samples = SampleRanges::default();
     samples.insert(0..LOOKED_AT);
     session.go_on_with(Gathered { samples, ..session.gathered().clone() });
@@ -190,13 +190,13 @@ fn features(shown: &Shown, region: Region) -> Vec<Features> {
 
 /// A session that has what is shown; none while that is a smaller image.
 fn session(shown: &Shown) -> Option<Session> {
-    let mut session = Session::of(shown.frame.clone(), shown.wanted, shown.options);
+    let mut session = Session::of(shown.setup.clone(), shown.wanted, shown.options);
     session.go_on_with((*shown.gathered).clone()).then_some(session)
 }
 
 /// What is known of a pixel of the whole image; none of one that there is not.
 pub fn pixel(shown: &Shown, [x, y]: [u32; 2]) -> Option<Value> {
-    let [width, height] = shown.frame.size;
+    let [width, height] = shown.setup.size;
     if x >= width || y >= height {
         return None;
     }
@@ -208,7 +208,7 @@ pub fn pixel(shown: &Shown, [x, y]: [u32; 2]) -> Option<Value> {
     let features = features(shown, Region { x0: x, y0: y, x1: x + 1, y1: y + 1 });
     let seen = features.first().filter(|features| features.coverage > 0.0);
     let entity = seen.and_then(|f| shown.entities.get(&f.entity.checked_sub(1)?));
-    let scene = &shown.frame.scene;
+    let scene = &shown.setup.scene;
     let material = seen.and_then(|f| scene.material_names.get(f.material.checked_sub(1)? as usize));
     Some(json!({
         "x": x,

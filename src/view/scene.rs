@@ -11,8 +11,8 @@ use crate::error::{CompileError, LoadError, SaveError};
 use crate::files;
 use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
-use crate::integrator::Frame;
-use crate::integrator::sharing::Grouping;
+use crate::integrator::RenderSetup;
+use crate::integrator::reuse::ReuseGroups;
 use crate::math::Vec3;
 use crate::memory;
 use crate::render::{Options, Session};
@@ -224,8 +224,8 @@ impl LiveScene {
     }
 
     /// As it is rendered.
-    pub fn frame(&self) -> Arc<Frame> {
-        Arc::new(crate::render::frame(self.compiled.scene.clone(), &self.world.settings))
+    pub fn setup(&self) -> Arc<RenderSetup> {
+        Arc::new(crate::render::setup(self.compiled.scene.clone(), &self.world.settings))
     }
 
     /// What the compilation noticed, and what is probably not as it was meant.
@@ -241,7 +241,7 @@ impl LiveScene {
     }
 
     fn look_for_faults(&mut self) {
-        self.findings = check::check(&self.world, &self.frame(), false);
+        self.findings = check::check(&self.world, &self.setup(), false);
     }
 
     /// The names that people use.
@@ -290,7 +290,7 @@ impl LiveScene {
     pub fn depth(&self, [x, y]: [u32; 2]) -> Option<(f32, Vec3)> {
         let region = crate::film::Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
         let options = Options { region: Some(region), ..Options::default() };
-        let features = Session::of(self.frame(), 1, options).features();
+        let features = Session::of(self.setup(), 1, options).features();
         let first = features.first().filter(|features| features.coverage > 0.0)?;
         Some((first.depth_m, Vec3::from_array(first.position)))
     }
@@ -380,7 +380,7 @@ impl LiveScene {
     }
 
     /// The recipe of a frame of it.
-    pub fn recipe(&self, frame: &Frame) -> Recipe {
+    pub fn recipe(&self, setup: &RenderSetup) -> Recipe {
         let mut options = self.options.clone();
         let put = self.rig.as_ref().map(|rig| self.camera_statements(rig));
         let is_moved = matches!(put, Some(None));
@@ -389,7 +389,7 @@ impl LiveScene {
             options.edits.set.extend(statements);
         }
         let mut settings = self.world.settings.clone();
-        if frame.sharing.is_none() && Grouping::of(&frame.scene.materials, &settings).is_some() {
+        if setup.sharing.is_none() && ReuseGroups::of(&setup.scene.materials, &settings).is_some() {
             // The first picture comes before the groups are chosen.
             settings.sharing = Sharing::Off;
         }

@@ -11,7 +11,7 @@ use super::viewer::{Shown, Work};
 use crate::check::Finding;
 use crate::film::Region;
 use crate::integrator::photons::NoPhotons;
-use crate::integrator::{Frame, Stage};
+use crate::integrator::{RenderSetup, Stage};
 use crate::render::Options;
 use crate::study::profile::flow::{self, Flows};
 use crate::world::Camera;
@@ -110,7 +110,7 @@ impl Pixels {
     /// Of those that are shown.
     pub fn of(shown: &Shown) -> Pixels {
         let Shown { size, wanted, ref gathered, .. } = *shown;
-        let is_small = size != shown.frame.size;
+        let is_small = size != shown.setup.size;
         let samples = if is_small { 0.0 } else { gathered.film.samples_per_pixel() };
         let photons = shown.prepared.as_ref().map(|prepared| prepared.photons());
         Pixels { size, wanted, samples, noise: gathered.film.relative_noise(), photons }
@@ -205,14 +205,14 @@ const LOOKED_AT: u32 = 64;
 const SAMPLES: u32 = 2;
 
 /// What the queues hold while the middle of the image is rendered.
-pub fn queues(frame: &Arc<Frame>, options: Options) -> Flows {
-    let [width, height] = frame.size;
+pub fn queues(setup: &Arc<RenderSetup>, options: Options) -> Flows {
+    let [width, height] = setup.size;
     let part = |size: u32| {
         let start = size.saturating_sub(LOOKED_AT) / 2;
         (start, (start + LOOKED_AT).min(size))
     };
     let ((x0, x1), (y0, y1)) = (part(width), part(height));
-    flow::of_region(frame, Options { region: Some(Region { x0, y0, x1, y1 }), ..options }, SAMPLES)
+    flow::of_region(setup, Options { region: Some(Region { x0, y0, x1, y1 }), ..options }, SAMPLES)
 }
 
 fn flows_json(flows: &Flows) -> Value {

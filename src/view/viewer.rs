@@ -14,7 +14,7 @@ use super::status::{Described, Pixels, Status, queues};
 use super::tev::Tev;
 use super::watched::{LOOK, Watched};
 use crate::film::{Features, Film, Region};
-use crate::integrator::{Frame, Schedule, Stop};
+use crate::integrator::{RenderSetup, Schedule, Stop};
 use crate::render::prepare::Prepared;
 use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
 use crate::study::explain::{GivenNames, Recipe};
@@ -32,7 +32,7 @@ const FIRST_PIXELS: u64 = 40_000;
 #[derive(Clone)]
 pub struct Shown {
     /// The scene as it is rendered.
-    pub frame: Arc<Frame>,
+    pub setup: Arc<RenderSetup>,
     /// What has been gathered: of the whole image, or of a smaller one.
     pub gathered: Arc<Gathered>,
     /// A small picture of the whole image, for pixels that have no sample yet; none once all have.
@@ -60,7 +60,7 @@ pub struct Shown {
 impl Shown {
     fn new(
         scene: &LiveScene,
-        frame: Arc<Frame>,
+        setup: Arc<RenderSetup>,
         gathered: Gathered,
         options: Options,
         features: Arc<OnceLock<Vec<Features>>>,
@@ -68,9 +68,9 @@ impl Shown {
         let ((names, entities), wanted) = (scene.names(), scene.settings().samples);
         let region = gathered.film.region();
         let (size, gathered) = ([region.width(), region.height()], Arc::new(gathered));
-        let recipe = Arc::new(scene.recipe(&frame));
+        let recipe = Arc::new(scene.recipe(&setup));
         Shown {
-            frame,
+            setup,
             gathered,
             small: None,
             size,
@@ -133,9 +133,9 @@ impl Work {
 impl Viewer {
     /// For a scene; nothing is rendered before [`Viewer::run`].
     pub fn new(scene: &LiveScene, work: Work) -> Viewer {
-        let frame = scene.frame();
-        let nothing = Gathered::nothing(Region::whole(frame.size), frame.unit, false);
-        let shown = Shown::new(scene, frame, nothing, work.options(), Arc::default());
+        let setup = scene.setup();
+        let nothing = Gathered::nothing(Region::whole(setup.size), setup.unit, false);
+        let shown = Shown::new(scene, setup, nothing, work.options(), Arc::default());
         let status = Status::of(scene, work);
         let state =
             State { shown, status, commands: VecDeque::new(), answers: HashMap::new(), next: 0, ends: false };
@@ -350,7 +350,7 @@ impl Rendering {
         let Some(small) = self.small.clone() else { return self.first_picture(viewer, scene) };
         let options = self.work.options();
         let session =
-            self.session.get_or_insert_with(|| Session::of(scene.frame(), scene.settings().samples, options));
+            self.session.get_or_insert_with(|| Session::of(scene.setup(), scene.settings().samples, options));
         if session.is_done() {
             return;
         }
@@ -361,13 +361,13 @@ impl Rendering {
         let count = next_count(session, self.spent);
         let prepared = Some(session.prepared());
         let features = self.features.clone();
-        let frame = session.frame().clone();
+        let setup = session.setup().clone();
         // A pass has some of its tiles long before others.
         let small = (session.samples_done().0 == 0).then_some(small);
         let shown = Shown {
             small,
             prepared,
-            ..Shown::new(scene, frame, session.gathered().clone(), options, features)
+            ..Shown::new(scene, setup, session.gathered().clone(), options, features)
         };
         let (begun, spent, last) = (Instant::now(), self.spent, Mutex::new(Instant::now()));
         let elapsed = || spent + begun.elapsed();
@@ -396,26 +396,26 @@ impl Rendering {
         }
         show(session.gathered().clone());
         let (rays, done) = (session.statistics().rays.total(), session.is_done());
-        let frame = session.frame().clone();
+        let setup = session.setup().clone();
         viewer.publish(|state| state.status.passed(rays, elapsed(), done));
         let enough = done || session.samples_done().0 >= 4;
         if enough && self.looked.is_none_or(|looked| looked.elapsed() >= QUEUES) {
             self.looked = Some(Instant::now());
             let is_wave = options.schedule == Schedule::Wavefront;
-            let flows = is_wave.then(|| queues(&frame, options));
+            let flows = is_wave.then(|| queues(&setup, options));
             viewer.publish(|state| state.status.queues = flows);
         }
     }
 
     /// A small picture of one sample a pixel, at once.
     fn first_picture(&mut self, viewer: &Viewer, scene: &LiveScene) {
-        let whole = scene.frame();
+        let whole = scene.setup();
         let pixels = |by: u32| whole.size.iter().map(|side| u64::from(side.div_ceil(by))).product::<u64>();
         // At most half as wide. An image that takes no time at all could do without.
         let by = (2..).find(|by| pixels(*by) <= FIRST_PIXELS).unwrap_or(2);
         let size = whole.size.map(|side: u32| side.div_ceil(by));
         let options = self.work.options();
-        let small = Arc::new(Frame { size, sharing: None, ..(*whole).clone() });
+        let small = Arc::new(RenderSetup { size, sharing: None, ..(*whole).clone() });
         let mut session = Session::of(small, 1, options);
         session.advance_until(1, &Stop::at(&viewer.stop), &|_| ());
         if !session.is_done() {

@@ -246,12 +246,12 @@ fn read(path: &Path) -> Vec<(String, FlatSamples)> {
 fn files_hold_what_the_session_has() {
     let folder = tempfile::tempdir().expect("a folder");
     let world = support::world(PLANE_AND_BALL);
-    let frame = Arc::new(rayfront::internals::render::frame(
+    let setup = Arc::new(rayfront::internals::render::setup(
         compile(&world, None).expect("a scene"),
         &world.settings,
     ));
     let options = Options { variance: true, ..Options::default() };
-    let mut session = Session::of(frame, world.settings.samples, options);
+    let mut session = Session::of(setup, world.settings.samples, options);
     session.advance(u32::MAX);
     let radiance = session.film().radiance();
     let channels = session.channels(&Aov::ALL);

@@ -409,19 +409,19 @@ fn photons_are_the_same_for_parts_of_images_and_of_samples() {
 
 /// The light that has ended, in watts, of `samples` samples on average, and how many photons each has.
 fn landed(entities: &str, samples: u32) -> (f64, u32) {
-    use rayfront::internals::integrator::{Statistics, Stop, Worker};
-    use rayfront::internals::render::{Prepared, frame};
+    use rayfront::internals::integrator::{RayStatistics, Stop, Worker};
+    use rayfront::internals::render::{Prepared, setup};
     let world = world(&format!(
         "(settings: (size: (64, 64), transport: Path, max_depth: 200, caustics: (photons: 1)),
           entities: [(camera: Pinhole, transform: LookAt(from: (0, 2, 6), to: (0, 0, 0))), {entities}])"
     ));
-    let frame = frame(rayfront::compile::compile(&world, None).expect("a scene"), &world.settings);
-    let plan = Prepared::now(&frame).plan.expect("photons");
+    let setup = setup(rayfront::compile::compile(&world, None).expect("a scene"), &world.settings);
+    let plan = Prepared::now(&setup).plan.expect("photons");
     let (options, mut sum) = (Options::default(), 0.0);
     for schedule in [Schedule::Wavefront, Schedule::Recursive] {
-        let mut worker = Worker::new(&frame, schedule, options.wave, options.sorting);
+        let mut worker = Worker::new(&setup, schedule, options.wave, options.sorting);
         for sample in 0..samples {
-            let (statistics, all) = (&mut Statistics::default(), 0..plan.count());
+            let (statistics, all) = (&mut RayStatistics::default(), 0..plan.count());
             let landed = worker.trace_photons(&plan, options.isa, sample, all, statistics, &Stop::NEVER);
             sum += landed.photons.iter().map(|(_, photon)| f64::from(photon.flux[1])).sum::<f64>();
         }

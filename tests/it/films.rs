@@ -731,9 +731,9 @@ fn any_tile_may_be_the_last() {
         world.settings.size = [40, 30];
         (world.settings.samples, world.settings.adaptive) = (64, adaptive);
         let scene = rayfront::compile::compile(&world, None).expect("a scene");
-        let frame = std::sync::Arc::new(rayfront::internals::render::frame(scene, &world.settings));
+        let setup = std::sync::Arc::new(rayfront::internals::render::setup(scene, &world.settings));
         let session =
-            || Session::of(frame.clone(), 64, Options { tile: 16, variance: true, ..Options::default() });
+            || Session::of(setup.clone(), 64, Options { tile: 16, variance: true, ..Options::default() });
         let finish = |mut session: Session| {
             while !session.is_done() {
                 session.advance(16);

@@ -19,9 +19,9 @@ fn told(world: &World) -> Vec<String> {
         Err(error) => return vec![error.to_string()],
     };
     told.extend(scene.warnings.iter().cloned());
-    let frame = rayfront::internals::render::frame(scene, &settings);
-    told.extend(check(world, &frame, true).iter().map(Finding::to_string));
-    let mut session = Session::of(frame.into(), settings.samples, Options::default());
+    let setup = rayfront::internals::render::setup(scene, &settings);
+    told.extend(check(world, &setup, true).iter().map(Finding::to_string));
+    let mut session = Session::of(setup.into(), settings.samples, Options::default());
     session.advance(settings.samples);
     told.extend(told_of_image(&session, &settings));
     told
@@ -31,7 +31,7 @@ fn told(world: &World) -> Vec<String> {
 fn told_of_image(session: &Session, settings: &Settings) -> Option<String> {
     let radiance = session.film().radiance();
     let shown = FinishedImage::new(settings, session.film().region(), &radiance);
-    of_image(session.frame(), &shown, false).map(|finding| finding.to_string())
+    of_image(session.setup(), &shown, false).map(|finding| finding.to_string())
 }
 
 const EYE: &str = r#"(name: "eye", camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 1, 6), to: (0, 0, 0)))"#;
@@ -494,9 +494,9 @@ fn findings(path: &Path) -> Vec<String> {
     let by = settings.size[0].max(settings.size[1]).div_ceil(96).max(1);
     settings.size = settings.size.map(|side| side.div_ceil(by));
     settings.samples = 2;
-    let frame = rayfront::internals::render::frame(compile(&world, None).expect("a scene"), &settings);
-    let mut told: Vec<_> = check(&world, &frame, true).iter().map(Finding::to_string).collect();
-    let mut session = Session::of(frame.into(), settings.samples, Options::default());
+    let setup = rayfront::internals::render::setup(compile(&world, None).expect("a scene"), &settings);
+    let mut told: Vec<_> = check(&world, &setup, true).iter().map(Finding::to_string).collect();
+    let mut session = Session::of(setup.into(), settings.samples, Options::default());
     session.advance(settings.samples);
     told.extend(told_of_image(&session, &settings));
     told

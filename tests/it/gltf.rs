@@ -34,9 +34,9 @@ fn check(world: &World) {
 /// A small picture's hash under either schedule.
 fn hashes(world: &World, scene: CompiledScene) -> [u128; 2] {
     let settings = Settings { size: [32, 24], samples: 1, ..world.settings.clone() };
-    let frame = Arc::new(rayfront::internals::render::frame(scene, &settings));
+    let setup = Arc::new(rayfront::internals::render::setup(scene, &settings));
     [Schedule::Wavefront, Schedule::Recursive].map(|schedule| {
-        let mut session = Session::of(frame.clone(), 1, Options { schedule, ..Options::default() });
+        let mut session = Session::of(setup.clone(), 1, Options { schedule, ..Options::default() });
         session.advance(1);
         session.film().hash()
     })

@@ -62,7 +62,7 @@ fn a_tile_that_is_stopped_is_dropped_whole() {
         room(SAMPLES, Sharing::Groups(16)),
     ];
     for (number, world) in scenes.iter().enumerate() {
-        let frame = Arc::new(rayfront::internals::render::frame(
+        let setup = Arc::new(rayfront::internals::render::setup(
             compile(world, None).expect("a scene"),
             &world.settings,
         ));
@@ -70,7 +70,7 @@ fn a_tile_that_is_stopped_is_dropped_whole() {
             [(Schedule::Wavefront, false), (Schedule::Recursive, false), (Schedule::Wavefront, true)]
         {
             let options = Options { schedule, variance, tile: 16, wave: 256, ..Options::default() };
-            let session = || Session::of(frame.clone(), SAMPLES, options);
+            let session = || Session::of(setup.clone(), SAMPLES, options);
             let mut whole = session();
             whole.advance(SAMPLES);
             let tiles = whole.film().region().area().div_ceil(16 * 16) as u64;

@@ -388,7 +388,7 @@ fn a_lens_is_in_the_body_that_its_middle_is_in() {
         );
         let world = world(&text);
         let scene = rayfront::compile::compile(&world, None).expect("a scene");
-        rayfront::internals::render::frame(scene, &world.settings).around
+        rayfront::internals::render::setup(scene, &world.settings).around
     };
     assert_ne!(around(0.1, -0.1), 0);
     for (x, y) in [(0.5, 0.5), (0.7, 0.0), (-0.5, 0.5), (0.0, -0.9)] {
@@ -420,13 +420,13 @@ fn paths_are_not_shared_within_bodies() {
 fn shared_paths_see_the_same_light_through_windows() {
     let mut world = world(&crate::agreement::windows_in_air());
     world.settings.samples = 256;
-    let frame = |world: &rayfront::world::World| {
+    let setup = |world: &rayfront::world::World| {
         let scene = rayfront::compile::compile(world, None).expect("a scene");
-        rayfront::internals::render::frame(scene, &world.settings)
+        rayfront::internals::render::setup(scene, &world.settings)
     };
     let mut means = [Sharing::Off, Sharing::Groups(16)].map(|sharing| {
         world.settings.sharing = sharing;
-        assert_eq!(frame(&world).sharing.is_some(), sharing != Sharing::Off);
+        assert_eq!(setup(&world).sharing.is_some(), sharing != Sharing::Off);
         mean(&Picture::of(&world))
     });
     let [alone, together] = &mut means;

@@ -54,7 +54,7 @@ impl Resources {
                 options.apply(world);
             })?;
             let needs = needs(plan, options, job.header.region);
-            let rendering = info::rendering_bytes(before, &job.frame, &job.header.settings, &needs);
+            let rendering = info::rendering_bytes(before, &job.setup, &job.header.settings, &needs);
             Ok::<_, Failure>((job, memory::peak().max(rendering)))
         })??;
         // Other machines take a little more for the same, and of what they allow some is never handed out.

@@ -24,7 +24,7 @@ use crate::world::Transport;
 const PI: f32 = std::f32::consts::PI;
 
 /// The distribution from which photons are drawn.
-pub struct Emission {
+pub struct PhotonEmission {
     targets: Vec<Ball>,
     /// The probability, for each emitter, that it or one before it is chosen.
     cumulative: Vec<f64>,
@@ -42,7 +42,7 @@ pub struct Emission {
 }
 
 /// A photon that has left its lamp.
-pub struct Emitted {
+pub struct EmittedPhoton {
     /// The place on the lamp.
     pub origin: Vector<f32>,
     /// Unit vector along its ray.
@@ -58,14 +58,14 @@ pub struct Emitted {
 }
 
 /// A ray as it leaves a lamp, with its radiance over the density of rays; and perhaps another density to remember.
-struct Ray {
+struct EmittedRay {
     origin: Vector<f32>,
     direction: Vector<f32>,
     light: Color<f32>,
     density: Option<f32>,
 }
 
-impl Emission {
+impl PhotonEmission {
     /// Builds the distribution for some of a scene's emitters; none if no light of theirs goes to the targets.
     /// `bodies_at` returns the bodies around some places.
     pub fn new(
@@ -243,8 +243,8 @@ impl Emission {
     }
 
     /// Draws photon `number` of all samples together; none if it would carry no light.
-    pub fn emit(&self, scene: &CompiledScene, seed: u64, number: u64) -> Option<Emitted> {
-        let draw = Draw::new(seed, number);
+    pub fn emit(&self, scene: &CompiledScene, seed: u64, number: u64) -> Option<EmittedPhoton> {
+        let draw = PhotonNumbers::new(seed, number);
         let (which, target) = draw.two(0);
         let emitter = self.choose(which);
         let (place, toward) = (draw.two(1), draw.two(2));
@@ -259,7 +259,7 @@ impl Emission {
         let is_point = matches!(what, kind::POINT | kind::SPOT | kind::PHOTOMETRIC);
         let flux = ray.light * (1.0 / (self.count as f32 * chance));
         let is_something = flux.max_component() > 0.0 && flux.max_component() < f32::INFINITY;
-        is_something.then(|| Emitted {
+        is_something.then(|| EmittedPhoton {
             origin: ray.origin,
             direction: ray.direction,
             flux,
@@ -276,7 +276,7 @@ impl Emission {
         target: f32,
         place: (f32, f32),
         toward: (f32, f32),
-    ) -> Option<Ray> {
+    ) -> Option<EmittedRay> {
         let point = point_of(scene, emitter, place);
         let origin = vec3(point.position);
         let angles = self.angles(scene, emitter, origin);
@@ -287,7 +287,7 @@ impl Emission {
         // A ray that a lamp sends does not meet the lamp itself.
         let off = if point.normal.dot(direction) < 0.0 { -point.normal } else { point.normal };
         let scale = origin.abs().max_element() + area(scene, emitter).sqrt();
-        Some(Ray { origin: point.position + off * (scale * 4e-6), direction, light, density: None })
+        Some(EmittedRay { origin: point.position + off * (scale * 4e-6), direction, light, density: None })
     }
 
     fn ray_of_sphere(
@@ -297,7 +297,7 @@ impl Emission {
         target: f32,
         place: (f32, f32),
         toward: (f32, f32),
-    ) -> Option<Ray> {
+    ) -> Option<EmittedRay> {
         let row = scene.emitters.row(emitter).1;
         let (center, radius) = (Vec3::from_slice(row), row[9]);
         let angles = self.angles(scene, emitter, center);
@@ -308,7 +308,7 @@ impl Emission {
         let normal = Basis::about(direction).world(Vector::new(x, y, z));
         let light = radiance_of_sphere(scene, emitter, normal) * (PI * radius * radius / density);
         let reach = radius + (center.abs().max_element() + radius) * 4e-6;
-        Some(Ray { origin: vector(center) + normal * reach, direction, light, density: None })
+        Some(EmittedRay { origin: vector(center) + normal * reach, direction, light, density: None })
     }
 
     fn ray_of_point(
@@ -317,12 +317,12 @@ impl Emission {
         emitter: u32,
         target: f32,
         toward: (f32, f32),
-    ) -> Option<Ray> {
+    ) -> Option<EmittedRay> {
         let origin = Vec3::from_slice(scene.emitters.row(emitter).1);
         let angles = self.angles(scene, emitter, origin);
         let (direction, density) = self.aim(&angles, origin, 0.0, target, toward)?;
         let light = intensity(scene, emitter, direction) * (1.0 / density);
-        Some(Ray { origin: vector(origin), direction, light, density: None })
+        Some(EmittedRay { origin: vector(origin), direction, light, density: None })
     }
 
     /// Draws a ray from infinitely far away, on a disc across a target.
@@ -333,7 +333,7 @@ impl Emission {
         target: f32,
         place: (f32, f32),
         toward: (f32, f32),
-    ) -> Option<Ray> {
+    ) -> Option<EmittedRay> {
         let is_sky = scene.emitters.kinds[emitter as usize] == kind::ENVIRONMENT;
         let (to_light, light, density) = if is_sky {
             let (to_light, pdf) = environment::sample(&scene.environment, toward, true);
@@ -362,7 +362,7 @@ impl Emission {
         let density_of_rays: f32 = met.map(|(number, _)| chances.density(number)).sum();
         // It begins where it comes into the scene: other things may be in its way.
         let origin = vector(through) + to_light * way_out(scene, through, vec3(to_light));
-        Some(Ray { origin, direction, light: light * (1.0 / density_of_rays), density })
+        Some(EmittedRay { origin, direction, light: light * (1.0 / density_of_rays), density })
     }
 
     /// Draws a direction towards one of the targets; returns it and its density per steradian. `radius` is that of
@@ -441,12 +441,12 @@ fn power_of_two_lanes<F: Float>(x: F) -> F {
 }
 
 /// Random numbers of one photon: points of sequences that go on through all photons of all samples.
-struct Draw {
+struct PhotonNumbers {
     seed: u32,
     index: u32,
 }
 
-impl Draw {
+impl PhotonNumbers {
     fn new(seed: u64, number: u64) -> Self {
         // After four thousand million photons other sequences begin.
         let words = [seed as u32, (seed >> 32) as u32, (number >> 32) as u32];

@@ -1,11 +1,11 @@
 //! The light of photons at the vertices of paths, and the weights that divide light between photons and paths.
 
-use super::map::Around;
-use super::{Photons, Plan};
-use crate::integrator::begin;
+use super::map::PhotonsAround;
+use super::{PhotonMaps, PhotonPlan};
 use crate::integrator::bounces::{self, LobeKind};
+use crate::integrator::camera_path;
 use crate::integrator::path::Path;
-use crate::integrator::path_tracing::ScatteringVertex;
+use crate::integrator::path_tracing::ScatterVertex;
 use crate::integrator::shadow::ShadowRay;
 use crate::math::{Color, NONE, Vector};
 use crate::shading::emitter;
@@ -32,14 +32,14 @@ pub trait Receiver<F: Float> {
 
 /// The light of photons that leaves a vertex to the viewer.
 #[derive(Clone, Copy)]
-pub struct Gathered<F: Float> {
+pub struct GatheredLight<F: Float> {
     /// All light.
     pub light: Color<F>,
     /// The part that leaves by the diffuse lobe; black unless paths are shared.
     pub diffuse: Color<F>,
 }
 
-impl<F: Float> Gathered<F> {
+impl<F: Float> GatheredLight<F> {
     /// No light.
     #[inline(always)]
     pub fn nothing() -> Self {
@@ -136,46 +136,46 @@ fn disc<F: Float>(radius: F) -> F {
 
 /// The footprint of a pixel where the first radius is so large.
 #[inline(always)]
-pub(in crate::integrator) fn footprint_area<F: Float>(plan: &Plan, first: F) -> F {
+pub(in crate::integrator) fn footprint_area<F: Float>(plan: &PhotonPlan, first: F) -> F {
     let side = first * F::splat(1.0 / plan.pixels);
     side * side
 }
 
-impl<F: Float> ScatteringVertex<'_, F> {
+impl<F: Float> ScatterVertex<'_, F> {
     /// Divides light between the path and photons: returns what those bring that end here, and leaves to the light
     /// sample, and to what the path finds later, what photons do not bring.
     #[inline(always)]
     pub(in crate::integrator) fn with_photons(
         &self,
-        photons: Photons,
+        photons: PhotonMaps,
         bsdf: &Bsdf<F>,
         drawn: &BsdfSample<F>,
         light: &mut ShadowRay<F>,
         next: &mut Path<F>,
-    ) -> Gathered<F> {
-        let Self { frame, path, surface, here, width, .. } = *self;
+    ) -> GatheredLight<F> {
+        let Self { setup, path, surface, here, width, .. } = *self;
         let bends = next.scatterings.eq(path.scatterings);
         if self.point.material.makes_caustics() {
             let emission = &photons.plan.emission;
-            let density = emission.density(&frame.scene, light.emitter, light.ray.direction, light.mask);
+            let density = emission.density(&setup.scene, light.emitter, light.ray.direction, light.mask);
             let left = photons.left_to_path(path, density, true, light.mask);
             light.contribution = light.contribution * left;
             next.landing = F::Int::select(bends, behind::<F>(path.landing), path.landing);
-            return Gathered::nothing();
+            return GatheredLight::nothing();
         }
-        let width = width * F::splat(photons.plan.pixels) / begin::footprint::<F>(path.sample);
+        let width = width * F::splat(photons.plan.pixels) / camera_path::footprint::<F>(path.sample);
         let radius = first_radius(path, width, surface);
-        let is_drawn = path.branch.eq(F::Int::splat(0));
+        let is_drawn = path.bounce_counts.eq(F::Int::splat(0));
         let word = leaving(surface, radius, drawn.direction, drawn.pdf);
         let word = F::Int::select(is_drawn, word | F::Int::splat(DRAWN), word);
         next.landing = F::Int::select(bends, word, path.landing);
         // What the camera sees directly has been drawn.
         let mask = here & bsdf.scatters() & !is_drawn;
         if !mask.any() {
-            return Gathered::nothing();
+            return GatheredLight::nothing();
         }
-        let lends = frame.sharing.is_some();
-        photons.gather((frame.max_depth, lends), path, surface, bsdf, radius, mask)
+        let lends = setup.sharing.is_some();
+        photons.gather((setup.max_depth, lends), path, surface, bsdf, radius, mask)
     }
 }
 
@@ -186,7 +186,7 @@ fn only_one<I: Int>(sample: I, mask: I::Mask) -> Option<u32> {
     (!(mask & !sample.eq(I::splat(first))).any()).then_some(first)
 }
 
-impl Photons<'_> {
+impl PhotonMaps<'_> {
     /// Returns for each lane its sample's factor on first radii, and the largest radius.
     #[inline(always)]
     fn radius<F: Float>(&self, sample: F::Int, first: F, mask: F::Mask) -> F {
@@ -243,7 +243,7 @@ impl Photons<'_> {
         hit: &HitLanes<F>,
         mask: F::Mask,
     ) -> F {
-        let index = emitter::of_hit(&self.plan.frame.scene, hit, mask);
+        let index = emitter::of_hit(&self.plan.setup.scene, hit, mask);
         let found = mask & !index.eq(F::Int::splat(NONE));
         let density = F::gather(self.plan.emission.densities(), index, found);
         self.left_to_path(path, density, false, found)
@@ -260,8 +260,8 @@ impl Photons<'_> {
         receiver: &impl Receiver<F>,
         first: F,
         mask: F::Mask,
-    ) -> Gathered<F> {
-        let mut sum = Gathered::nothing();
+    ) -> GatheredLight<F> {
+        let mut sum = GatheredLight::nothing();
         if self.samples.is_empty() {
             return sum;
         }
@@ -320,7 +320,7 @@ impl Photons<'_> {
             value.store(column);
         }
         let (mut depths, mut free, mut bounces) = ([0; 16], [0; 16], [0; 16]);
-        path.branch.store(&mut bounces);
+        path.bounce_counts.store(&mut bounces);
         path.depth.store(&mut depths);
         path.scatterings.store(&mut free);
         for lane in 0..F::WIDTH {
@@ -329,7 +329,7 @@ impl Photons<'_> {
             }
             let place = Vector::new(place[0][lane], place[1][lane], place[2][lane]);
             let normal = Vector::new(normal[0][lane], normal[1][lane], normal[2][lane]);
-            let is_path = self.plan.frame.transport == Transport::Path;
+            let is_path = self.plan.setup.transport == Transport::Path;
             let is_indirect = is_path && bounces::counts(bounces[lane])[LobeKind::Diffuse as usize] > 0;
             let most = if is_indirect { INDIRECT } else { u32::MAX };
             all.lanes[lane] = self.of(samples[lane]).around(place, normal, radii[lane], most);
@@ -342,7 +342,7 @@ impl Photons<'_> {
 
 /// The photons around the vertices of some lanes.
 struct AroundLanes<'a> {
-    lanes: [Option<Around<'a>>; 16],
+    lanes: [Option<PhotonsAround<'a>>; 16],
     /// Lanes that may have more of them.
     left: u32,
     /// The most bounces that they may have.

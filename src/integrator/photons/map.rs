@@ -102,7 +102,7 @@ impl Radii {
 
 /// Photons in cells of a grid that is as large as space, by a hash of the cell.
 #[derive(Default)]
-pub struct Map {
+pub struct PhotonMap {
     /// 1 over the width of a cell.
     per_cell: f32,
     /// The change of radii at its sample.
@@ -123,9 +123,9 @@ pub struct Map {
 const CELL: f32 = 2.000_01;
 
 /// A cell's column, row and layer.
-type Cell = [i32; 3];
+type GridCell = [i32; 3];
 
-impl Map {
+impl PhotonMap {
     /// Builds the map of photons, given in their order.
     pub fn new<'a>(photons: impl Iterator<Item = &'a Photon> + Clone, radii: Radii) -> Self {
         let cell = (radii.most * CELL).max(f32::MIN_POSITIVE);
@@ -166,11 +166,11 @@ impl Map {
         size_of_val(&self.photons[..]) + size_of_val(&self.starts[..]) + size_of_val(&self.filled[..])
     }
 
-    fn cell(&self, position: [f32; 3]) -> Cell {
+    fn cell(&self, position: [f32; 3]) -> GridCell {
         position.map(|c| self.column(c).0 as i32)
     }
 
-    fn hash(&self, [x, y, z]: Cell) -> u32 {
+    fn hash(&self, [x, y, z]: GridCell) -> u32 {
         let hash = |c: i32, prime: u32| Wrapping(c as u32) * Wrapping(prime);
         let mixed = hash(x, PRIMES[0]) ^ hash(y, PRIMES[1]) ^ hash(z, PRIMES[2]);
         (mixed >> 15).0 ^ mixed.0
@@ -208,7 +208,7 @@ impl Map {
         (place * F::splat(self.per_cell)).clamp(-1e9, 1e9).floor().to_int()
     }
 
-    fn bucket(&self, cell: Cell) -> u32 {
+    fn bucket(&self, cell: GridCell) -> u32 {
         self.hash(cell) & self.mask
     }
 
@@ -220,7 +220,7 @@ impl Map {
         normal: Vector<f32>,
         radius: f32,
         most: u32,
-    ) -> Option<Around<'_>> {
+    ) -> Option<PhotonsAround<'_>> {
         let position = [place.x, place.y, place.z];
         let low = self.cell(position.map(|c| c - radius));
         let high = self.cell(position.map(|c| c + radius));
@@ -244,7 +244,20 @@ impl Map {
         let [x, y, z] = position.map(|c| Wrapping(c.to_bits()));
         let number = mix(combine(combine(x, y), z)).0;
         let (cell, at, end, step) = (0, 0, 0, 1);
-        Some(Around { map: self, place, normal, radius, most, number, cells, count, cell, at, end, step })
+        Some(PhotonsAround {
+            map: self,
+            place,
+            normal,
+            radius,
+            most,
+            number,
+            cells,
+            count,
+            cell,
+            at,
+            end,
+            step,
+        })
     }
 }
 
@@ -264,8 +277,8 @@ const POWERS: [u32; 32] = {
 const BITS: usize = 2;
 
 /// Photons around a place.
-pub struct Around<'a> {
-    map: &'a Map,
+pub struct PhotonsAround<'a> {
+    map: &'a PhotonMap,
     place: Vector<f32>,
     normal: Vector<f32>,
     radius: f32,
@@ -273,7 +286,7 @@ pub struct Around<'a> {
     most: u32,
     /// A random number of the place, which says with which photon a cell begins.
     number: u32,
-    cells: [Cell; 8],
+    cells: [GridCell; 8],
     count: usize,
     /// The next one of the cells.
     cell: usize,
@@ -289,14 +302,14 @@ const ALIKE: f32 = 0.8;
 /// The largest distance of one surface's photons from the tangent plane, in radii.
 const FLAT: f32 = 0.3;
 
-impl<'a> Around<'a> {
+impl<'a> PhotonsAround<'a> {
     /// Returns the next photon with at most so many bounces, and the kernel there.
     pub fn next_within(&mut self, most: u32) -> Option<(&'a Photon, f32)> {
         self.find(|(photon, _)| photon.bounces() <= most)
     }
 }
 
-impl<'a> Iterator for Around<'a> {
+impl<'a> Iterator for PhotonsAround<'a> {
     /// A photon, and the kernel (Epanechnikov's) there times the number of photons that it stands for.
     type Item = (&'a Photon, f32);
 

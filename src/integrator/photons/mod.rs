@@ -20,24 +20,24 @@
 //! ```
 
 mod aim;
-pub mod draw;
 pub mod emission;
 pub mod gather;
 pub mod map;
+pub mod splat;
 pub mod targets;
 pub mod trace;
 
 use std::ops::Range;
 
-use super::Frame;
+use super::RenderSetup;
 use super::observe::Observer;
 use crate::film::Film;
 use crate::math::Color;
 use crate::sampling::progressive::shrink;
 use crate::world::Transport;
-use draw::{Splat, Splats};
-use emission::Emission;
-use map::{Map, Photon, Radii};
+use emission::PhotonEmission;
+use map::{Photon, PhotonMap, Radii};
+use splat::{Splat, Splats};
 
 /// A reason for which a frame has no photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,11 +77,11 @@ impl NoPhotons {
 }
 
 /// The setup of photons, common to all samples.
-pub struct Plan {
+pub struct PhotonPlan {
     /// The settings by which they are traced: other random numbers, no roulette.
-    pub frame: Frame,
+    pub setup: RenderSetup,
     /// The distribution from which they are drawn.
-    pub emission: Emission,
+    pub emission: PhotonEmission,
     /// The radius of the first sample in widths of a pixel.
     pub pixels: f32,
     /// The usual radius of the first sample, in metres: cells are made for it.
@@ -90,15 +90,15 @@ pub struct Plan {
     pub is_found_by_paths: bool,
 }
 
-impl Plan {
+impl PhotonPlan {
     /// The photons of a frame.
-    pub fn new(frame: &Frame, emission: Emission, radius: f32) -> Self {
+    pub fn new(setup: &RenderSetup, emission: PhotonEmission, radius: f32) -> Self {
         Self {
-            frame: frame_of(frame),
+            setup: frame_of(setup),
             emission,
-            pixels: frame.photons.map_or(0.0, |(_, radius)| radius),
+            pixels: setup.photons.map_or(0.0, |(_, radius)| radius),
             radius,
-            is_found_by_paths: frame.transport == Transport::Path,
+            is_found_by_paths: setup.transport == Transport::Path,
         }
     }
 
@@ -108,13 +108,13 @@ impl Plan {
     }
 
     /// Builds the map of photons of a sample, given in the order of their numbers.
-    pub fn of_sample(&self, sample: u32, landed: &[Landed]) -> OfSample {
+    pub fn of_sample(&self, sample: u32, landed: &[LandedPhotons]) -> SamplePhotons {
         let photons = landed.iter().flat_map(|some| some.photons.iter().map(|(_, photon)| photon));
         let splats = Splats::new(
-            &self.frame,
+            &self.setup,
             landed.iter().flat_map(|some| some.splats.iter().map(|(_, splat)| splat)),
         );
-        OfSample { map: Map::new(photons, self.radii(sample)), splats }
+        SamplePhotons { map: PhotonMap::new(photons, self.radii(sample)), splats }
     }
 
     /// The change of radii at a sample.
@@ -125,11 +125,11 @@ impl Plan {
 }
 
 /// Derives the settings by which photons of a frame are traced.
-pub fn frame_of(frame: &Frame) -> Frame {
-    let seed = frame.seed ^ 0x7068_6f74_6f6e;
+pub fn frame_of(setup: &RenderSetup) -> RenderSetup {
+    let seed = setup.seed ^ 0x7068_6f74_6f6e;
     // Where they end, a vertex of the camera's path is one more bounce.
-    let max_depth = frame.max_depth.min(Photon::MOST_BOUNCES).saturating_sub(1);
-    Frame {
+    let max_depth = setup.max_depth.min(Photon::MOST_BOUNCES).saturating_sub(1);
+    RenderSetup {
         seed,
         max_depth,
         min_throughput: 0.0,
@@ -138,58 +138,64 @@ pub fn frame_of(frame: &Frame) -> Frame {
         roulette_depth: None,
         splitting: 1.0,
         follows_light: true,
-        ..frame.clone()
+        ..setup.clone()
     }
 }
 
 /// The photons of some samples.
 #[derive(Clone, Copy)]
-pub struct Photons<'a> {
+pub struct PhotonMaps<'a> {
     /// Their common setup.
-    pub plan: &'a Plan,
+    pub plan: &'a PhotonPlan,
     /// The first of the samples.
     pub first: u32,
     /// The photons of each sample; empty for a pilot, whose paths leave light to photons but gather none.
-    pub samples: &'a [OfSample],
+    pub samples: &'a [SamplePhotons],
 }
 
 /// The photons of a sample.
-pub struct OfSample {
+pub struct SamplePhotons {
     /// The photons that paths gather.
-    pub map: Map,
+    pub map: PhotonMap,
     /// The photons that the camera sees.
     pub splats: Splats,
 }
 
-impl<'a> Photons<'a> {
+impl<'a> PhotonMaps<'a> {
     /// The photons of a pilot's paths.
-    pub fn of_pilot(self) -> Photons<'a> {
-        Photons { samples: &[], ..self }
+    pub fn of_pilot(self) -> PhotonMaps<'a> {
+        PhotonMaps { samples: &[], ..self }
     }
 
     /// The map of a sample.
-    pub fn of(&self, sample: u32) -> &Map {
+    pub fn of(&self, sample: u32) -> &PhotonMap {
         &self.samples[(sample - self.first) as usize].map
     }
 
     /// Draws the photons of some samples that the camera sees into a film.
-    pub fn draw(&self, frame: &Frame, film: &mut Film, samples: Range<u32>, observer: &mut dyn Observer) {
+    pub fn draw(
+        &self,
+        setup: &RenderSetup,
+        film: &mut Film,
+        samples: Range<u32>,
+        observer: &mut dyn Observer,
+    ) {
         for sample in samples {
-            self.samples[(sample - self.first) as usize].splats.draw(frame, film, sample, observer);
+            self.samples[(sample - self.first) as usize].splats.draw(setup, film, sample, observer);
         }
     }
 }
 
 /// The ends of some photons.
 #[derive(Default)]
-pub struct Landed {
+pub struct LandedPhotons {
     /// Their places and light, with their numbers.
     pub photons: Vec<(u32, Photon)>,
     /// The photons that the camera sees.
     pub splats: Vec<(u32, Splat)>,
 }
 
-impl Landed {
+impl LandedPhotons {
     /// Sorts photons by number. One may end several times: in the order of its bounces, or of its places.
     pub fn sort(&mut self) {
         self.photons.sort_by_key(|(number, photon)| (*number, photon.order()));

@@ -3,15 +3,15 @@
 
 use std::num::Wrapping;
 
-use super::Plan;
-use super::draw::{View, is_in_image, view};
-use super::emission::Emitted;
+use super::PhotonPlan;
+use super::emission::EmittedPhoton;
 use super::gather::{first_radius, footprint_area, own_part};
-use crate::integrator::Frame;
+use super::splat::{ImagePoint, is_in_image, view};
+use crate::integrator::RenderSetup;
 use crate::integrator::medium;
-use crate::integrator::onward::{drawn, past, unhindered};
+use crate::integrator::onward::{past, sampled, unhindered};
 use crate::integrator::path::Path;
-use crate::integrator::path_tracing::{Fork, ScatteringVertex, boundary, bsdf, shading_point};
+use crate::integrator::path_tracing::{Fork, ScatterVertex, boundary, bsdf, shading_point};
 use crate::integrator::shadow::ShadowRay;
 use crate::integrator::whitted::{WhittedVertex, scatter};
 use crate::math::{Color, NONE, Ray, Vector};
@@ -57,7 +57,7 @@ pub fn density<F: Float>(path: &Path<F>) -> F {
 }
 
 /// Stores a new photon as a path.
-pub fn path(sample: u32, number: u32, photon: &Emitted) -> Path<f32> {
+pub fn path(sample: u32, number: u32, photon: &EmittedPhoton) -> Path<f32> {
     Path {
         origin: photon.origin,
         direction: photon.direction,
@@ -65,7 +65,7 @@ pub fn path(sample: u32, number: u32, photon: &Emitted) -> Path<f32> {
         radiance: Color::black(),
         pixel: Wrapping(number),
         sample: Wrapping(sample),
-        branch: Wrapping(0),
+        bounce_counts: Wrapping(0),
         depth: Wrapping(0),
         pdf: 0.0,
         facing: Wrapping(photon.density.to_bits()),
@@ -81,17 +81,17 @@ pub fn path(sample: u32, number: u32, photon: &Emitted) -> Path<f32> {
 /// Scatters or ends photons of one sample that have hit a material.
 #[inline(always)]
 pub fn hit<F: Float>(
-    plan: &Plan,
+    plan: &PhotonPlan,
     path: &Path<F>,
     hit: &HitLanes<F>,
     material: u32,
     mask: F::Mask,
 ) -> PhotonOutcome<F> {
-    let frame = &plan.frame;
-    let record = &frame.scene.materials[material as usize];
+    let setup = &plan.setup;
+    let record = &setup.scene.materials[material as usize];
     let none = F::Mask::from_bits(0);
-    let surface = Surface::new(&frame.scene.geometry, &path.ray(), hit, mask);
-    let flux = medium::passed(frame, path.throughput, path.bodies, hit.t, mask);
+    let surface = Surface::new(&setup.scene.geometry, &path.ray(), hit, mask);
+    let flux = medium::attenuated(setup, path.throughput, path.bodies, hit.t, mask);
     let way = path.width + hit.t;
     let path = &Path { throughput: flux, ..*path };
     let mut out = PhotonOutcome {
@@ -105,7 +105,7 @@ pub fn hit<F: Float>(
         to_camera: ShadowRay::none(),
         place: (F::zero(), F::zero()),
     };
-    let boundary = boundary(&frame.scene, path, &surface, record, mask);
+    let boundary = boundary(&setup.scene, path, &surface, record, mask);
     let gone = mask & boundary.gone;
     if gone.any() {
         let (next, again) = unhindered(path, &surface, &boundary, record, hit.t, way);
@@ -119,24 +119,24 @@ pub fn hit<F: Float>(
         return out;
     }
     if !record.makes_caustics() {
-        out.lands = mask & !path.branch.eq(F::Int::splat(0)) & flux.max_component().gt(F::zero());
+        out.lands = mask & !path.bounce_counts.eq(F::Int::splat(0)) & flux.max_component().gt(F::zero());
         if record.hides_back && !record.lets_through() {
             // Nobody sees that side.
             out.lands = out.lands & !surface.inside;
         }
         if out.lands.any() {
-            out.flux = landed(frame, path, flux, way, out.lands);
+            out.flux = landed(setup, path, flux, way, out.lands);
             let path = &Path { throughput: out.flux, ..*path };
             land(plan, path, (hit, material), &surface, &boundary, &mut out);
         }
         return out;
     }
-    let key = path.only_key(frame.seed);
-    let point = shading_point(frame, path, hit, material, &surface, F::zero(), mask);
-    let here = mask & !crate::integrator::ends::is_last(frame, path);
+    let key = path.path_key(setup.seed);
+    let point = shading_point(setup, path, hit, material, &surface, F::zero(), mask);
+    let here = mask & !crate::integrator::termination::is_last(setup, path);
     let draws = if record.straight { mask } else { here };
-    let vertex = ScatteringVertex {
-        frame,
+    let vertex = ScatterVertex {
+        setup,
         photons: None,
         path,
         boundary,
@@ -148,12 +148,12 @@ pub fn hit<F: Float>(
         t: hit.t,
         width: way,
     };
-    let bsdf = bsdf(point.has(), frame, path, &point, &vertex.boundary.outside, key, draws);
-    let mut drawn = drawn(frame, path, &bsdf, key, draws);
+    let bsdf = bsdf(point.has(), setup, path, &point, &vertex.boundary.outside, key, draws);
+    let mut drawn = sampled(setup, path, &bsdf, key, draws);
     if record.hides_back {
         drawn.valid = drawn.valid & leaves_front(&drawn, &surface);
     }
-    let (mut next, goes_on) = vertex.onward(&drawn);
+    let (mut next, goes_on) = vertex.continued(&drawn);
     let factor = shading_factor(path.direction, drawn.direction, bsdf.normal(), surface.geometric_normal);
     let bends = next.scatterings.eq(path.scatterings);
     next.throughput = next.throughput * F::select(bends, factor, F::one());
@@ -191,9 +191,9 @@ fn leaves_front<F: Float>(drawn: &BsdfSample<F>, surface: &Surface<F>) -> F::Mas
 /// Returns the light of a photon that ends among these bodies after a way of `width` metres. Lamps whose light does not
 /// fall with distance light every place as others light one a metre away.
 #[inline(always)]
-fn landed<F: Float>(frame: &Frame, path: &Path<F>, flux: Color<F>, way: F, mask: F::Mask) -> Color<F> {
+fn landed<F: Float>(setup: &RenderSetup, path: &Path<F>, flux: Color<F>, way: F, mask: F::Mask) -> Color<F> {
     let flux = Color::select(path.spread.gt(F::zero()), flux * (way * way), flux);
-    medium::emitted(frame, path.bodies, flux, mask)
+    medium::emitted(setup, path.bodies, flux, mask)
 }
 
 /// The factor between light and importance where normals are interpolated (Veach 1997, 5.3).
@@ -212,33 +212,33 @@ fn shading_factor<F: Float>(
 /// Finds the places in the image of photons that end, and the rays from there to the camera.
 #[inline(always)]
 fn land<F: Float>(
-    plan: &Plan,
+    plan: &PhotonPlan,
     path: &Path<F>,
     (hit, material): (&HitLanes<F>, u32),
     surface: &Surface<F>,
     boundary: &Boundary<F>,
     out: &mut PhotonOutcome<F>,
 ) {
-    let (frame, scene) = (&plan.frame, &plan.frame.scene);
-    let Some(mut eye) = Eye::new(frame, path, hit, surface, out) else { return };
+    let (setup, scene) = (&plan.setup, &plan.setup.scene);
+    let Some(mut eye) = Eye::new(setup, path, hit, surface, out) else { return };
     if scene.materials[material as usize].hides_back {
         eye.mask = eye.mask & !eye.surface.inside;
     }
     let point =
         ShadingPoint::new(scene, material, &eye.hit, &eye.surface, eye.direction, eye.width, eye.mask);
     let seen = Path { direction: eye.direction, landing: F::Int::splat(0), ..*path };
-    let key = path.only_key(frame.seed);
-    let bsdf = bsdf(point.has(), frame, &seen, &point, &boundary.outside, key, eye.mask);
+    let key = path.path_key(setup.seed);
+    let bsdf = bsdf(point.has(), setup, &seen, &point, &boundary.outside, key, eye.mask);
     let (value, pdf) = bsdf.evaluate(-path.direction, eye.mask);
     let first = first_radius(&seen, eye.width * F::splat(plan.pixels), &eye.surface);
     let own = own_part(density(path), footprint_area(plan, first), pdf, eye.cosine);
     let through = eye.direction.dot(surface.geometric_normal).gt(F::zero());
-    out.to_camera = eye.ray(frame, path.throughput * value * own, boundary.beyond(through));
+    out.to_camera = eye.ray(setup, path.throughput * value * own, boundary.beyond(through));
 }
 
 /// The place where a photon ends, as the camera sees it.
 pub(super) struct Eye<F: Float> {
-    view: View<F>,
+    view: ImagePoint<F>,
     /// A ray from the camera to it.
     pub direction: Vector<F>,
     /// The hit that this ray would find.
@@ -257,18 +257,18 @@ impl<F: Float> Eye<F> {
     /// Projects places into the image and writes columns and rows to `out`; none if no place lies in the image.
     #[inline(always)]
     pub fn new(
-        frame: &Frame,
+        setup: &RenderSetup,
         path: &Path<F>,
         hit: &HitLanes<F>,
         surface: &Surface<F>,
         out: &mut PhotonOutcome<F>,
     ) -> Option<Self> {
-        let scene = &frame.scene;
-        let key = path.only_key(frame.seed);
-        let lens = draw_2d(frame.sampler, frame.samples, key, Dimension::Lens.at(F::Int::splat(0)));
-        let view = view(frame, surface.position, lens);
+        let scene = &setup.scene;
+        let key = path.path_key(setup.seed);
+        let lens = draw_2d(setup.sampler, setup.samples, key, Dimension::Lens.at(F::Int::splat(0)));
+        let view = view(setup, surface.position, lens);
         out.place = (view.column, view.row);
-        let mask = out.lands & is_in_image(frame, &view);
+        let mask = out.lands & is_in_image(setup, &view);
         if !mask.any() {
             return None;
         }
@@ -277,7 +277,7 @@ impl<F: Float> Eye<F> {
         let ray = Ray { origin, direction, t_min: F::zero(), t_max: F::splat(f32::INFINITY) };
         let hit = HitLanes { t: view.distance, ..*hit };
         let surface = Surface::new(&scene.geometry, &ray, &hit, mask);
-        let (at_lens, per_metre) = camera::pixel_width(&scene.camera, frame.size[1] as f32);
+        let (at_lens, per_metre) = camera::pixel_width(&scene.camera, setup.size[1] as f32);
         let width = F::splat(at_lens) + F::splat(per_metre) * view.distance;
         let cosine = path.direction.dot(surface.geometric_normal).abs().max(F::splat(1e-3));
         Some(Self { view, direction, hit, surface, width, cosine, mask })
@@ -285,10 +285,10 @@ impl<F: Float> Eye<F> {
 
     /// Returns the ray to the camera. `light` is value · |cos| times the photon's flux; the ray begins within `bodies`.
     #[inline(always)]
-    pub fn ray(&self, frame: &Frame, light: Color<F>, bodies: F::Int) -> ShadowRay<F> {
+    pub fn ray(&self, setup: &RenderSetup, light: Color<F>, bodies: F::Int) -> ShadowRay<F> {
         let Self { view, surface, cosine, .. } = self;
         let facing = view.to_camera.dot(surface.geometric_normal).abs();
-        let light = light * (view.importance * facing / *cosine * F::splat(frame.around_square));
+        let light = light * (view.importance * facing / *cosine * F::splat(setup.around_square));
         let normal = surface.geometric_normal;
         ShadowRay {
             ray: Ray {
@@ -309,13 +309,13 @@ impl<F: Float> Eye<F> {
 /// transmits, in proportion to the weights of the camera's paths.
 #[inline(always)]
 pub fn hit_whitted<F: Float>(
-    plan: &Plan,
+    plan: &PhotonPlan,
     path: &Path<F>,
     hit: &HitLanes<F>,
     mask: F::Mask,
 ) -> PhotonOutcome<F> {
-    let (frame, none) = (&plan.frame, F::Mask::from_bits(0));
-    let scene = &frame.scene;
+    let (setup, none) = (&plan.setup, F::Mask::from_bits(0));
+    let scene = &setup.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
     let mut shaded = Shaded::new(scene, hit, &surface, path.direction, F::zero(), mask);
     let boundary = Boundary::<F>::new(&scene.bodies, path.bodies, &shaded.between, surface.inside, mask);
@@ -324,7 +324,7 @@ pub fn hit_whitted<F: Float>(
     }
     let (flux, way) = (path.throughput, path.width + hit.t);
     let path = &Path { width: way, ..*path };
-    let ends = shaded.model.diffuse.max_component().gt(F::zero()) & !path.branch.eq(F::Int::splat(0));
+    let ends = shaded.model.diffuse.max_component().gt(F::zero()) & !path.bounce_counts.eq(F::Int::splat(0));
     let one_sided = one_sided(scene, &surface, mask & !boundary.gone);
     let passed = one_sided.any().then(|| passed(path, &surface, way, one_sided));
     let mut out = PhotonOutcome {
@@ -339,11 +339,11 @@ pub fn hit_whitted<F: Float>(
         place: (F::zero(), F::zero()),
     };
     if out.lands.any() {
-        let square = F::splat(frame.index_square_around());
-        out.flux = landed(frame, path, flux * square, way, out.lands);
+        let square = F::splat(setup.index_square_around());
+        out.flux = landed(setup, path, flux * square, way, out.lands);
     }
     if out.lands.any()
-        && let Some(mut eye) = Eye::new(frame, path, hit, &surface, &mut out)
+        && let Some(mut eye) = Eye::new(setup, path, hit, &surface, &mut out)
     {
         eye.mask = eye.mask & !(one_sided & eye.surface.inside);
         let seen = Shaded::new(scene, &eye.hit, &eye.surface, eye.direction, eye.width, eye.mask);
@@ -351,14 +351,14 @@ pub fn hit_whitted<F: Float>(
         // Light does not go through what is diffuse.
         let same_side = eye.surface.geometric_normal.dot(path.direction).lt(F::zero());
         let light = Color::select(same_side, out.flux * value, Color::black());
-        out.to_camera = eye.ray(frame, light, path.bodies);
+        out.to_camera = eye.ray(setup, light, path.bodies);
     }
-    let scatter = scatter(frame, path, &surface, &shaded, &boundary, mask);
+    let scatter = scatter(setup, path, &surface, &shaded, &boundary, mask);
     let scale = F::one() / flux.luminance().max(F::splat(1e-30));
     let reflected = scatter.reflect_throughput.luminance() * scale;
     let refracted = scatter.refract_throughput.luminance() * scale;
-    let key = path.only_key(frame.seed);
-    let number: F = draw_1d(frame.sampler, frame.samples, key, Dimension::Through.at(path.depth));
+    let key = path.path_key(setup.seed);
+    let number: F = draw_1d(setup.sampler, setup.samples, key, Dimension::Through.at(path.depth));
     let total = (reflected + refracted).max(F::one());
     let (first, both) = (reflected / total, (reflected + refracted) / total);
     let reflects = scatter.reflects & number.lt(first);
@@ -381,7 +381,7 @@ pub fn hit_whitted<F: Float>(
     out.goes_on = reflects | refracts;
     out.next = Path {
         throughput: next.throughput * (factor / chance),
-        branch: F::Int::select(boundary.gone, path.branch, F::Int::splat(1)),
+        bounce_counts: F::Int::select(boundary.gone, path.bounce_counts, F::Int::splat(1)),
         ..next
     };
     out

@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use smallvec::{SmallVec, smallvec};
 
-use super::{Buffers, Recursion, Tile};
-use crate::integrator::Statistics;
+use super::{Recursion, RecursionBuffers, Tile};
+use crate::integrator::RayStatistics;
 use crate::integrator::observe::Observer;
 use crate::integrator::path::Path;
 use crate::integrator::photons::map::Photon;
-use crate::integrator::photons::{Landed, Plan, trace};
+use crate::integrator::photons::{LandedPhotons, PhotonPlan, trace};
 use crate::integrator::shadow::connect;
-use crate::integrator::straight::arriving;
+use crate::integrator::transparent_shadow::arriving;
 use crate::math::Color;
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
@@ -22,21 +22,21 @@ impl Recursion {
     /// Traces some of a sample's photons, one after another.
     pub fn trace_photons(
         &mut self,
-        plan: &Plan,
+        plan: &PhotonPlan,
         isa: Isa,
         (sample, numbers): (u32, Range<u32>),
-        landed: &mut Landed,
-        statistics: &mut Statistics,
+        landed: &mut LandedPhotons,
+        statistics: &mut RayStatistics,
         observer: &mut dyn Observer,
     ) {
-        let frame = &plan.frame;
-        let mut tile = Tile::new([frame; 2], None, isa, statistics, &mut self.buffers, observer);
+        let setup = &plan.setup;
+        let mut tile = Tile::new([setup; 2], None, isa, statistics, &mut self.buffers, observer);
         let first = u64::from(sample) * u64::from(plan.count());
         for number in numbers {
             if tile.stopped {
                 return;
             }
-            if let Some(photon) = plan.emission.emit(&frame.scene, frame.seed, first + u64::from(number)) {
+            if let Some(photon) = plan.emission.emit(&setup.scene, setup.seed, first + u64::from(number)) {
                 tile.follow_photon(plan, trace::path(sample, number, &photon), landed);
             }
         }
@@ -45,7 +45,7 @@ impl Recursion {
 
 impl Tile<'_> {
     /// Follows a photon to its ends.
-    fn follow_photon(&mut self, plan: &Plan, first: Path<f32>, landed: &mut Landed) {
+    fn follow_photon(&mut self, plan: &PhotonPlan, first: Path<f32>, landed: &mut LandedPhotons) {
         let mut waiting: SmallVec<[Path<f32>; 8]> = smallvec![first];
         while let Some(path) = waiting.pop() {
             self.statistics.rays.photon += 1;
@@ -54,10 +54,10 @@ impl Tile<'_> {
                 continue;
             }
             let lane = HitLanes::one(&hit);
-            let outcome = match self.frame.transport {
+            let outcome = match self.setup.transport {
                 Transport::Whitted => trace::hit_whitted(plan, &path, &lane, true),
                 Transport::Path => {
-                    let material = material_of(&self.frame.scene.geometry, &lane, true).0;
+                    let material = material_of(&self.setup.scene.geometry, &lane, true).0;
                     trace::hit(plan, &path, &lane, material, true)
                 }
             };
@@ -65,9 +65,9 @@ impl Tile<'_> {
                 let mut light = Color::black();
                 if outcome.to_camera.mask {
                     self.statistics.rays.shadow += 1;
-                    let Self { frame, isa, .. } = *self;
-                    let Buffers { stack, crossings, .. } = &mut *self.buffers;
-                    let found = arriving(frame, isa, &path, &outcome.to_camera, stack, crossings);
+                    let Self { setup, isa, .. } = *self;
+                    let RecursionBuffers { stack, crossings, .. } = &mut *self.buffers;
+                    let found = arriving(setup, isa, &path, &outcome.to_camera, stack, crossings);
                     light = found.map_or(light, |found| connect(light, found));
                 }
                 let Color { r, g, b } = outcome.flux;

@@ -3,12 +3,12 @@
 
 use std::num::Wrapping;
 
-use super::Todo;
-use super::queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue};
+use super::SampleCursor;
+use super::queue::{Columns, HitQueue, PADDING, PathAnyHit, PathQueue, RayLimits};
 use super::stages::GenerateStage;
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Features, FirstHit, Gathering, Region, SampleRanges};
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
 use crate::integrator::path::{Path, unpack_pixel};
 use crate::math::{NONE, Rgb, Vector};
 use crate::shading::classic::Shaded;
@@ -23,53 +23,59 @@ pub struct FirstHits {
     found: Vec<Option<FirstHit>>,
     pixels: Vec<u32>,
     samples: Vec<u32>,
-    ends: Ends,
+    ends: RayLimits,
     stack: Stack,
 }
 
 impl FirstHits {
     /// For waves of `capacity` paths, at least 1.
-    pub fn new(frame: &Frame, capacity: usize) -> Self {
+    pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
         let capacity = capacity.max(1);
         Self {
-            paths: PathQueue::new(frame, capacity),
+            paths: PathQueue::new(setup, capacity),
             hits: HitQueue(Columns::new(capacity)),
             found: vec![None; capacity],
             pixels: vec![0; capacity + PADDING],
             samples: vec![0; capacity + PADDING],
-            ends: Ends::new(capacity + PADDING),
-            stack: Stack::new(&frame.scene.bvh),
+            ends: RayLimits::new(capacity + PADDING),
+            stack: Stack::new(&setup.scene.bvh),
         }
     }
 
     /// The first hits of all of a tile's pixels, row by row.
-    pub fn look(&mut self, frame: &Frame, isa: Isa, tile: Region, samples: &SampleRanges) -> Vec<Features> {
-        let [all] = self.look_apart(frame, isa, tile, samples);
+    pub fn look(
+        &mut self,
+        setup: &RenderSetup,
+        isa: Isa,
+        tile: Region,
+        samples: &SampleRanges,
+    ) -> Vec<Features> {
+        let [all] = self.look_apart(setup, isa, tile, samples);
         all
     }
 
     /// The same of every Nth sample: with 2 of even and of odd ones.
     pub fn look_apart<const N: usize>(
         &mut self,
-        frame: &Frame,
+        setup: &RenderSetup,
         isa: Isa,
         tile: Region,
         samples: &SampleRanges,
     ) -> [Vec<Features>; N] {
         let mut features = [(); N].map(|()| vec![Features::NOTHING; tile.area()]);
         let mut parts = [(); N].map(|()| Gathering::default());
-        let mut todo = Todo::new(tile, 0..samples.count(), false, &|_, _| true);
+        let mut todo = SampleCursor::new(tile, 0..samples.count(), false, &|_, _| true);
         let last = samples.iter().last().map_or(0, |range| range.end - 1);
         loop {
             let capacity = self.found.len();
-            let count = todo.take(&mut self.pixels[..capacity], &mut self.samples[..capacity]);
+            let count = todo.next_batch(&mut self.pixels[..capacity], &mut self.samples[..capacity]);
             if count == 0 {
                 return features;
             }
             for place in &mut self.samples[..count] {
                 *place = samples.nth(*place).unwrap_or(last);
             }
-            self.trace(frame, isa, count);
+            self.trace(setup, isa, count);
             for at in 0..count {
                 parts[self.samples[at] as usize % N].add(self.found[at].as_ref());
                 if self.samples[at] == last {
@@ -83,26 +89,26 @@ impl FirstHits {
     }
 
     /// Fills the first `count` places of what has been found.
-    fn trace(&mut self, frame: &Frame, isa: Isa, count: usize) {
+    fn trace(&mut self, setup: &RenderSetup, isa: Isa, count: usize) {
         self.paths.columns.clear();
         let (pixels, samples, out) = (&self.pixels, &self.samples, &mut self.paths);
-        dispatch(isa, GenerateStage { frame, pixels, samples, count, out });
-        let surfaces = OfPaths { frame, paths: &self.paths };
+        dispatch(isa, GenerateStage { setup, pixels, samples, count, out });
+        let surfaces = PathAnyHit { setup, paths: &self.paths };
         let (rays, hits) = (self.paths.rays(&self.ends, &surfaces), self.hits.columns(count));
-        bvh::closest(isa, &frame.scene.bvh, rays, Coherence::Unknown, &mut self.stack, hits);
+        bvh::closest(isa, &setup.scene.bvh, rays, Coherence::Unknown, &mut self.stack, hits);
         for at in 0..count {
             let (path, hit) = (self.paths.load::<f32>(at), self.hits.load::<f32>(at));
-            self.found[at] = (hit.primitive != Wrapping(NONE)).then(|| look_up(frame, &path, &hit));
+            self.found[at] = (hit.primitive != Wrapping(NONE)).then(|| look_up(setup, &path, &hit));
         }
     }
 }
 
 /// A hit as the transport sees it.
-fn look_up(frame: &Frame, path: &Path<f32>, hit: &HitLanes<f32>) -> FirstHit {
-    let scene = &frame.scene;
+fn look_up(setup: &RenderSetup, path: &Path<f32>, hit: &HitLanes<f32>) -> FirstHit {
+    let scene = &setup.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);
     let (material, width) = (surface.material.0, path.width + path.spread * hit.t);
-    let (normal, albedo) = match frame.transport {
+    let (normal, albedo) = match setup.transport {
         Transport::Whitted => {
             let shaded = Shaded::new(scene, hit, &surface, path.direction, width, true);
             (shaded.normal, shaded.model.diffuse)

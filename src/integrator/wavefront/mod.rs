@@ -14,8 +14,8 @@ mod path_stages;
 mod photons;
 pub mod queue;
 mod reports;
+mod reuse;
 pub mod shadows;
-mod sharing;
 mod stages;
 pub mod vertices;
 
@@ -24,19 +24,19 @@ use std::time::Instant;
 
 use super::observe::Observer;
 use super::path::{pack_pixel, unpack_pixel};
-use super::photons::Photons;
-use super::sharing::Sink;
-use super::straight::Crossings;
-use super::{Frame, Sorting, Stage, Statistics, Work};
+use super::photons::PhotonMaps;
+use super::reuse::Sink;
+use super::transparent_shadow::Crossings;
+use super::{RayStatistics, RenderSetup, Sorting, Stage, Work};
 use crate::bvh::{self, Coherence, Stack};
 use crate::film::{Film, Region};
 use crate::math::Rgb;
 use crate::simd::{Isa, dispatch};
 use crate::world::Transport;
-use path_stages::{EndQueue, Groups, Roles, ShadePathsStage};
-use queue::{Columns, Ends, HitQueue, OfPaths, PADDING, PathQueue};
+use path_stages::{EndQueue, Groups, HitRoles, ShadePathsStage};
+use queue::{Columns, HitQueue, PADDING, PathAnyHit, PathQueue, RayLimits};
+use reuse::ReuseBuffers;
 use shadows::ShadowQueue;
-use sharing::Shared;
 use stages::{GenerateStage, LightStage, RetireStage, ShadeStage};
 use vertices::VertexQueue;
 
@@ -56,44 +56,44 @@ pub struct Wave {
     /// Paths that are not shared, while those that are go first.
     alone: PathQueue,
     goes_on: Vec<u32>,
-    roles: Roles,
-    shared: Option<Shared>,
+    roles: HitRoles,
+    shared: Option<ReuseBuffers>,
     occluded: Vec<u32>,
     crossings: Crossings,
     pixels: Vec<u32>,
     samples: Vec<u32>,
     groups: Groups,
-    ends: Ends,
+    ends: RayLimits,
     stack: Stack,
 }
 
 impl Wave {
     /// For waves of `capacity` paths, at least 1.
-    pub fn new(frame: &Frame, capacity: usize, sorting: Sorting) -> Self {
-        let shared = frame.sharing.map(|_| Shared::new(frame, capacity));
+    pub fn new(setup: &RenderSetup, capacity: usize, sorting: Sorting) -> Self {
+        let shared = setup.sharing.map(|_| ReuseBuffers::new(setup, capacity));
         // Shared paths go through the wave together.
-        let capacity = shared.as_ref().map_or(capacity, Shared::paths).max(1);
+        let capacity = shared.as_ref().map_or(capacity, ReuseBuffers::paths).max(1);
         let integers = || vec![0; capacity + PADDING];
         Self {
-            paths: PathQueue::new(frame, capacity),
+            paths: PathQueue::new(setup, capacity),
             hits: HitQueue(Columns::new(capacity)),
             vertices: VertexQueue(Columns::new(capacity)),
-            reflect: PathQueue::new(frame, capacity),
-            refract: PathQueue::new(frame, capacity),
-            shadow: ShadowQueue::new(frame, capacity),
-            ended: frame.photons.is_ok().then(|| EndQueue(Columns::new(capacity))),
-            pending: PathQueue::new(frame, capacity),
-            alone: PathQueue::new(frame, 0),
+            reflect: PathQueue::new(setup, capacity),
+            refract: PathQueue::new(setup, capacity),
+            shadow: ShadowQueue::new(setup, capacity),
+            ended: setup.photons.is_ok().then(|| EndQueue(Columns::new(capacity))),
+            pending: PathQueue::new(setup, capacity),
+            alone: PathQueue::new(setup, 0),
             goes_on: integers(),
-            roles: if shared.is_some() { Roles::new(capacity) } else { Roles::default() },
+            roles: if shared.is_some() { HitRoles::new(capacity) } else { HitRoles::default() },
             shared,
             occluded: integers(),
             crossings: Crossings::default(),
             pixels: integers(),
             samples: integers(),
-            groups: Groups::new(capacity, frame.scene.materials.len(), sorting),
-            ends: Ends::new(capacity + PADDING),
-            stack: Stack::new(&frame.scene.bvh),
+            groups: Groups::new(capacity, setup.scene.materials.len(), sorting),
+            ends: RayLimits::new(capacity + PADDING),
+            stack: Stack::new(&setup.scene.bvh),
         }
     }
 
@@ -103,37 +103,37 @@ impl Wave {
         work: Work,
         film: &mut Film,
         samples: Range<u32>,
-        statistics: &mut Statistics,
+        statistics: &mut RayStatistics,
         observer: &mut dyn Observer,
     ) {
-        let clock = &mut Clock { statistics, last: Instant::now(), observer };
-        if work.frame.sharing.is_some() {
+        let clock = &mut StageClock { statistics, last: Instant::now(), observer };
+        if work.setup.sharing.is_some() {
             return self.render_shared(work, film, samples, clock);
         }
-        let todo = Todo::new(film.region(), samples, work.photons.is_some(), &|_, _| true);
+        let todo = SampleCursor::new(film.region(), samples, work.photons.is_some(), &|_, _| true);
         self.render_todo(work, film, todo, clock);
     }
 
     /// Renders samples of pixels that share nothing.
-    fn render_todo(&mut self, work: Work, film: &mut Film, mut todo: Todo, clock: &mut Clock) {
-        let Work { frame, photons, isa, .. } = work;
+    fn render_todo(&mut self, work: Work, film: &mut Film, mut todo: SampleCursor, clock: &mut StageClock) {
+        let Work { setup, photons, isa, .. } = work;
         while !self.is_stopped(clock) {
-            self.generate(frame, isa, film, &mut todo, clock);
+            self.generate(setup, isa, film, &mut todo, clock);
             if self.paths.columns.is_empty() {
                 return;
             }
-            self.intersect(frame, isa, clock);
-            self.retire(frame, photons, isa, Some(film), clock);
-            match frame.transport {
+            self.intersect(setup, isa, clock);
+            self.retire(setup, photons, isa, Some(film), clock);
+            match setup.transport {
                 Transport::Whitted => {
-                    self.shade(frame, photons, isa, clock);
+                    self.shade(setup, photons, isa, clock);
                     self.report_vertices(isa, clock.observer);
-                    self.lights(frame, isa, clock);
+                    self.lights(setup, isa, clock);
                 }
                 Transport::Path => {
-                    self.shade_paths(frame, photons, isa, false, clock);
-                    self.report_paths(frame, photons, isa, clock.observer);
-                    self.shadows(frame, isa, clock);
+                    self.shade_paths(setup, photons, isa, false, clock);
+                    self.report_paths(setup, photons, isa, clock.observer);
+                    self.shadows(setup, isa, clock);
                 }
             }
             self.report_ends(clock.observer);
@@ -142,7 +142,7 @@ impl Wave {
     }
 
     /// True if the tile is to end within; all paths are given up then.
-    fn is_stopped(&mut self, clock: &mut Clock) -> bool {
+    fn is_stopped(&mut self, clock: &mut StageClock) -> bool {
         let stops = clock.observer.stops(clock.statistics.rays.total());
         if stops {
             self.paths.columns.clear();
@@ -153,11 +153,11 @@ impl Wave {
     }
 
     /// What the paths of the wave meet.
-    fn intersect(&mut self, frame: &Frame, isa: Isa, clock: &mut Clock) {
+    fn intersect(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
         let count = self.paths.columns.len();
-        let surfaces = OfPaths { frame, paths: &self.paths };
+        let surfaces = PathAnyHit { setup, paths: &self.paths };
         let rays = self.paths.rays(&self.ends, &surfaces);
-        let (bvh, hits) = (&frame.scene.bvh, self.hits.columns(count));
+        let (bvh, hits) = (&setup.scene.bvh, self.hits.columns(count));
         bvh::closest(isa, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
         clock.stage(Stage::Intersect);
         self.report_hits(isa, clock.observer);
@@ -166,39 +166,46 @@ impl Wave {
     /// Paths that have met nothing leave the wave; without a sink nobody is told.
     fn retire(
         &mut self,
-        frame: &Frame,
-        photons: Option<Photons>,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
         isa: Isa,
         sink: Option<&mut (dyn Sink + '_)>,
-        clock: &mut Clock,
+        clock: &mut StageClock,
     ) {
         let (paths, hits) = (&mut self.paths, &mut self.hits);
-        dispatch(isa, RetireStage { frame, photons, paths, hits, sink, observer: &mut *clock.observer });
+        dispatch(isa, RetireStage { setup, photons, paths, hits, sink, observer: &mut *clock.observer });
         clock.stage(Stage::Retire);
     }
 
     /// New samples into the free places of the wave.
-    fn generate(&mut self, frame: &Frame, isa: Isa, film: &mut Film, todo: &mut Todo, clock: &mut Clock) {
+    fn generate(
+        &mut self,
+        setup: &RenderSetup,
+        isa: Isa,
+        film: &mut Film,
+        todo: &mut SampleCursor,
+        clock: &mut StageClock,
+    ) {
         let room = self.paths.columns.room();
-        let count = todo.take(&mut self.pixels[..room], &mut self.samples[..room]);
+        let count = todo.next_batch(&mut self.pixels[..room], &mut self.samples[..room]);
         for (pixel, sample) in self.pixels[..count].iter().zip(&self.samples) {
             let (x, y) = unpack_pixel(*pixel);
             film.count(x, y, *sample);
         }
-        self.begin(frame, isa, count, clock);
+        self.begin(setup, isa, count, clock);
     }
 
     /// The camera's paths for the first `count` pixels and samples.
-    fn begin(&mut self, frame: &Frame, isa: Isa, count: usize, clock: &mut Clock) {
+    fn begin(&mut self, setup: &RenderSetup, isa: Isa, count: usize, clock: &mut StageClock) {
         let (pixels, samples) = (&self.pixels, &self.samples);
-        dispatch(isa, GenerateStage { frame, pixels, samples, count, out: &mut self.paths });
+        dispatch(isa, GenerateStage { setup, pixels, samples, count, out: &mut self.paths });
         clock.statistics.rays.camera += count as u64;
         clock.stage(Stage::Generate);
     }
 
-    fn shade(&mut self, frame: &Frame, photons: Option<Photons>, isa: Isa, clock: &mut Clock) {
+    fn shade(&mut self, setup: &RenderSetup, photons: Option<PhotonMaps>, isa: Isa, clock: &mut StageClock) {
         let stage = ShadeStage {
-            frame,
+            setup,
             photons,
             paths: &mut self.paths,
             hits: &self.hits,
@@ -216,15 +223,15 @@ impl Wave {
     /// The path transport's vertices, material by material.
     fn shade_paths(
         &mut self,
-        frame: &Frame,
-        photons: Option<Photons>,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
         isa: Isa,
         asks: bool,
-        clock: &mut Clock,
+        clock: &mut StageClock,
     ) {
         self.groups.sort(self.hits.materials(self.paths.columns.len()));
         let stage = ShadePathsStage {
-            frame,
+            setup,
             photons,
             paths: &mut self.paths,
             hits: &self.hits,
@@ -243,27 +250,27 @@ impl Wave {
 
     /// All samples of all lights, light by light, as many to a shadow wave as fit. Of many lights this may take long,
     /// so that it may be stopped here, too.
-    fn lights(&mut self, frame: &Frame, isa: Isa, clock: &mut Clock) {
-        for light in 0..frame.scene.lights.len() {
-            for which in 0..frame.scene.lights[light].samples {
+    fn lights(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
+        for light in 0..setup.scene.lights.len() {
+            for which in 0..setup.scene.lights[light].samples {
                 if self.shadow.room() < self.paths.columns.len() {
-                    self.shadows(frame, isa, clock);
+                    self.shadows(setup, isa, clock);
                     if clock.observer.stops(clock.statistics.rays.total()) {
                         return;
                     }
                 }
                 let before = self.shadow.count();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
-                dispatch(isa, LightStage { frame, paths, vertices, light, which, out });
+                dispatch(isa, LightStage { setup, paths, vertices, light, which, out });
                 clock.stage(Stage::Light);
                 self.report_lights(isa, light, which, before, clock.observer);
             }
         }
-        self.shadows(frame, isa, clock);
+        self.shadows(setup, isa, clock);
     }
 
     /// Finished paths to the film, the others with their radiance to the next wave.
-    fn advance(&mut self, sink: &mut dyn Sink, clock: &mut Clock) {
+    fn advance(&mut self, sink: &mut dyn Sink, clock: &mut StageClock) {
         let (pixels, samples) = self.paths.pixels();
         let [r, g, b] = self.paths.radiance();
         for i in 0..pixels.len() {
@@ -286,7 +293,7 @@ impl Wave {
 /// Samples of a tile that have not begun: blocks of 8 × 8 pixels, within a block all
 /// samples of a pixel after another, so that neighbours in the wave are neighbours in the image; or, where these gather
 /// photons, which each sample has of its own, all pixels of a sample.
-struct Todo {
+struct SampleCursor {
     samples: Range<u32>,
     /// Pixels that follow each other, as often as there are samples.
     runs: Vec<Vec<u32>>,
@@ -296,7 +303,7 @@ struct Todo {
     next: u32,
 }
 
-impl Todo {
+impl SampleCursor {
     const BLOCK: u32 = 8;
 
     fn new(region: Region, samples: Range<u32>, by_sample: bool, holds: &dyn Fn(u32, u32) -> bool) -> Self {
@@ -313,7 +320,7 @@ impl Todo {
     }
 
     /// Fills both columns from the front; returns how many places it filled.
-    fn take(&mut self, pixels: &mut [u32], samples: &mut [u32]) -> usize {
+    fn next_batch(&mut self, pixels: &mut [u32], samples: &mut [u32]) -> usize {
         let mut count = 0;
         while count < pixels.len()
             && let Some(run) = self.runs.get(self.next_run)
@@ -335,13 +342,13 @@ impl Todo {
 }
 
 /// Charges the time since the last stage to this one.
-struct Clock<'a> {
-    statistics: &'a mut Statistics,
+struct StageClock<'a> {
+    statistics: &'a mut RayStatistics,
     last: Instant,
     observer: &'a mut dyn Observer,
 }
 
-impl Clock<'_> {
+impl StageClock<'_> {
     fn stage(&mut self, stage: Stage) {
         let now = Instant::now();
         self.statistics.stages[stage as usize] += now - self.last;

@@ -5,9 +5,9 @@ use super::shadows::ShadowQueue;
 use super::stages::{lanes, numbered};
 use crate::integrator::path::Path;
 use crate::integrator::photons::trace::{self, PhotonOutcome};
-use crate::integrator::photons::{Photons, Plan};
-use crate::integrator::sharing::lend::{COLUMNS, Lent, Shared};
-use crate::integrator::{Frame, Sorting, path_tracing};
+use crate::integrator::photons::{PhotonMaps, PhotonPlan};
+use crate::integrator::reuse::reusable::{COLUMNS, ReusableVertex, ReuseRoles};
+use crate::integrator::{RenderSetup, Sorting, path_tracing};
 use crate::math::{Color, NONE};
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use crate::world::Transport;
@@ -85,9 +85,9 @@ impl Groups {
 /// Turns hits into emission, shadow rays and the next rays.
 pub struct ShadePathsStage<'a> {
     /// The scene.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// The photons of the paths' samples.
-    pub photons: Option<Photons<'a>>,
+    pub photons: Option<PhotonMaps<'a>>,
     /// Paths that have hit something; their radiance gets what surfaces give off.
     pub paths: &'a mut PathQueue,
     /// What they have hit.
@@ -103,7 +103,7 @@ pub struct ShadePathsStage<'a> {
     /// Rays to lights.
     pub shadow: &'a mut ShadowQueue,
     /// What the hits mean to shared paths, if that is wanted.
-    pub roles: Option<&'a mut Roles>,
+    pub roles: Option<&'a mut HitRoles>,
 }
 
 impl Kernel for ShadePathsStage<'_> {
@@ -123,7 +123,7 @@ impl Kernel for ShadePathsStage<'_> {
                 } else {
                     (self.paths.gather(places, valid), self.hits.gather(places, valid))
                 };
-                let outcome = path_tracing::hit(self.frame, self.photons, &path, &hit, material, valid);
+                let outcome = path_tracing::hit(self.setup, self.photons, &path, &hit, material, valid);
                 let goes_on: <L::Queue as Float>::Int =
                     Int::select(outcome.goes_on, Int::splat(1), Int::splat(0));
                 put_back::<L::Queue>(self.paths, self.goes_on, places, outcome.radiance, goes_on, valid);
@@ -143,7 +143,7 @@ impl Kernel for ShadePathsStage<'_> {
 /// Moves photons that have hit something: on to where they are reflected or let through, or to where they end.
 pub struct PhotonStage<'a> {
     /// What photons have in common.
-    pub plan: &'a Plan,
+    pub plan: &'a PhotonPlan,
     /// Photons that have hit something.
     pub paths: &'a PathQueue,
     /// What they have hit.
@@ -169,7 +169,7 @@ impl Kernel for PhotonStage<'_> {
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
         let width = L::Queue::WIDTH;
-        if self.plan.frame.transport == Transport::Whitted {
+        if self.plan.setup.transport == Transport::Whitted {
             let count = self.paths.columns.len();
             for at in (0..count).step_by(width) {
                 let (path, hit) = (self.paths.load(at), self.hits.load(at));
@@ -210,43 +210,43 @@ impl PhotonStage<'_> {
 
 /// What the hits of a wave mean to shared paths.
 #[derive(Default)]
-pub struct Roles {
+pub struct HitRoles {
     /// First vertices that take part.
-    pub receives: Vec<bool>,
+    pub takes: Vec<bool>,
     /// What second vertices have to lend.
-    pub lent: Vec<Option<Lent<f32>>>,
+    pub reusable: Vec<Option<ReusableVertex<f32>>>,
 }
 
-impl Roles {
+impl HitRoles {
     /// For at most `capacity` hits.
     pub fn new(capacity: usize) -> Self {
-        Self { receives: vec![false; capacity], lent: vec![None; capacity] }
+        Self { takes: vec![false; capacity], reusable: vec![None; capacity] }
     }
 
     /// Writes to where the lanes came from.
     #[inline(always)]
-    fn put<F: Float>(&mut self, places: F::Int, shared: Option<&Shared<F>>, mask: F::Mask) {
+    fn put<F: Float>(&mut self, places: F::Int, shared: Option<&ReuseRoles<F>>, mask: F::Mask) {
         let mut at = [0; 16];
         places.store(&mut at);
-        let (mut receives, mut lends, mut rows) = (0, 0, [[[0.0; 4]; 16]; COLUMNS / 4]);
+        let (mut takes, mut lends, mut rows) = (0, 0, [[[0.0; 4]; 16]; COLUMNS / 4]);
         if let Some(shared) = shared {
-            (receives, lends) = (shared.receives.bits(), shared.lends.bits());
+            (takes, lends) = (shared.takes.bits(), shared.gives.bits());
             if lends != 0 {
-                for (rows, columns) in rows.iter_mut().zip(shared.lent.columns().as_chunks().0) {
+                for (rows, columns) in rows.iter_mut().zip(shared.reusable.columns().as_chunks().0) {
                     F::store_rows_mixed(*columns, rows);
                 }
             }
         }
         for (lane, place) in at[..mask.count()].iter().enumerate() {
             let place = *place as usize;
-            self.receives[place] = receives >> lane & 1 != 0;
-            self.lent[place] = None;
+            self.takes[place] = takes >> lane & 1 != 0;
+            self.reusable[place] = None;
             if lends >> lane & 1 != 0 {
                 let mut numbers = [0.0; COLUMNS];
                 for (to, rows) in numbers.as_chunks_mut::<4>().0.iter_mut().zip(&rows) {
                     *to = rows[F::mixed(lane) % 16];
                 }
-                self.lent[place] = Some(Lent::new(&numbers));
+                self.reusable[place] = Some(ReusableVertex::new(&numbers));
             }
         }
     }

@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use super::path_stages::{EndQueue, PhotonStage};
 use super::queue::Columns;
-use super::{Clock, Wave};
+use super::{StageClock, Wave};
 use crate::integrator::observe::Observer;
 use crate::integrator::photons::map::Photon;
-use crate::integrator::photons::{Landed, Plan, trace};
-use crate::integrator::{Stage, Statistics};
+use crate::integrator::photons::{LandedPhotons, PhotonPlan, trace};
+use crate::integrator::{RayStatistics, Stage};
 use crate::math::{Color, NONE, Vector};
 use crate::simd::{Isa, dispatch};
 use crate::world::Transport;
@@ -20,14 +20,14 @@ impl Wave {
     /// Traces some of a sample's photons, by their numbers.
     pub fn trace_photons(
         &mut self,
-        plan: &Plan,
+        plan: &PhotonPlan,
         isa: Isa,
         (sample, numbers): (u32, Range<u32>),
-        landed: &mut Landed,
-        statistics: &mut Statistics,
+        landed: &mut LandedPhotons,
+        statistics: &mut RayStatistics,
         observer: &mut dyn Observer,
     ) {
-        let clock = &mut Clock { statistics, last: Instant::now(), observer };
+        let clock = &mut StageClock { statistics, last: Instant::now(), observer };
         let mut ended =
             self.ended.take().unwrap_or_else(|| EndQueue(Columns::new(self.paths.columns.capacity())));
         let mut numbers = numbers;
@@ -36,10 +36,10 @@ impl Wave {
             if self.paths.columns.is_empty() {
                 break;
             }
-            self.intersect(&plan.frame, isa, clock);
-            self.retire(&plan.frame, None, isa, None, clock);
+            self.intersect(&plan.setup, isa, clock);
+            self.retire(&plan.setup, None, isa, None, clock);
             self.scatter_photons(plan, isa, &mut ended, clock);
-            self.shadows(&plan.frame, isa, clock);
+            self.shadows(&plan.setup, isa, clock);
             self.land(&mut ended, landed);
             self.paths.columns.clear();
             self.paths.fill_from(&mut self.reflect);
@@ -52,9 +52,9 @@ impl Wave {
     }
 
     /// New photons into the free places of the wave.
-    fn emit(&mut self, plan: &Plan, sample: u32, numbers: &mut Range<u32>, clock: &mut Clock) {
+    fn emit(&mut self, plan: &PhotonPlan, sample: u32, numbers: &mut Range<u32>, clock: &mut StageClock) {
         let first = u64::from(sample) * u64::from(plan.count());
-        let (scene, seed) = (&plan.frame.scene, plan.frame.seed);
+        let (scene, seed) = (&plan.setup.scene, plan.setup.seed);
         while self.paths.columns.room() > 0
             && let Some(number) = numbers.next()
         {
@@ -67,8 +67,8 @@ impl Wave {
         clock.stage(Stage::Photons);
     }
 
-    fn scatter_photons(&mut self, plan: &Plan, isa: Isa, ended: &mut EndQueue, clock: &mut Clock) {
-        if plan.frame.transport == Transport::Path {
+    fn scatter_photons(&mut self, plan: &PhotonPlan, isa: Isa, ended: &mut EndQueue, clock: &mut StageClock) {
+        if plan.setup.transport == Transport::Path {
             self.groups.sort(self.hits.materials(self.paths.columns.len()));
         }
         for column in self.paths.radiance_mut() {
@@ -89,7 +89,7 @@ impl Wave {
     }
 
     /// Takes photons out that have ended, with what has arrived at the camera.
-    fn land(&mut self, ended: &mut EndQueue, landed: &mut Landed) {
+    fn land(&mut self, ended: &mut EndQueue, landed: &mut LandedPhotons) {
         let [r, g, b] = self.paths.radiance();
         let queue = &ended.0;
         for i in 0..queue.len() {

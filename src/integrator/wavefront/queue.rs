@@ -5,11 +5,11 @@
 use std::num::Wrapping;
 
 use crate::bvh::{AnyHitFilter, Crossing, HitPredicate, HitsMut, Rays};
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
+use crate::integrator::any_hit::{PathRay, culling};
 use crate::integrator::medium::MOST;
 use crate::integrator::path::Path;
-use crate::integrator::presence::{Traced, sides};
-use crate::integrator::sharing::PixelSample;
+use crate::integrator::reuse::PixelSample;
 use crate::math::{Color, NONE, Vector};
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int, Mask};
@@ -191,8 +191,8 @@ const _: () = assert!(Settings::MOST_DEPTH + MOST < 1 << DEPTH_BITS && MOST < 1 
 
 impl PathQueue {
     /// Room for `capacity` paths of a frame.
-    pub fn new(frame: &Frame, capacity: usize) -> Self {
-        let landing = if frame.photons.is_ok() { vec![0; capacity + PADDING] } else { Vec::new() };
+    pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
+        let landing = if setup.photons.is_ok() { vec![0; capacity + PADDING] } else { Vec::new() };
         Self { columns: Columns::new(capacity), landing }
     }
 
@@ -209,7 +209,7 @@ impl PathQueue {
             radiance: Color::new(q.float(9, at), q.float(10, at), q.float(11, at)),
             pixel: q.integer(0, at),
             sample: q.integer(1, at),
-            branch: q.integer(2, at),
+            bounce_counts: q.integer(2, at),
             depth: q.integer::<F::Int>(3, at) & F::Int::splat(DEPTH_MASK),
             pdf: q.float(12, at),
             width: q.float(13, at),
@@ -239,7 +239,7 @@ impl PathQueue {
             radiance: gather_color::<F>([&f[9], &f[10], &f[11]], places, mask),
             pixel: F::Int::gather(&i[0], places, mask),
             sample: F::Int::gather(&i[1], places, mask),
-            branch: F::Int::gather(&i[2], places, mask),
+            bounce_counts: F::Int::gather(&i[2], places, mask),
             depth: bounces & F::Int::splat(DEPTH_MASK),
             pdf: F::gather(&f[12], places, mask),
             width: F::gather(&f[13], places, mask),
@@ -259,7 +259,7 @@ impl PathQueue {
         let Path { pdf, width, spread, travelled, .. } = *path;
         let floats =
             [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, pdf, width, spread, travelled];
-        let Path { pixel, sample, branch, depth, bodies, facing, scatterings, .. } = *path;
+        let Path { pixel, sample, bounce_counts: branch, depth, bodies, facing, scatterings, .. } = *path;
         let bounces = depth | scatterings.shl::<DEPTH_BITS>();
         let integers = [pixel, sample, branch, bounces, bodies, facing, source];
         self.columns.pack::<F>(at, mask, floats, integers);
@@ -282,7 +282,7 @@ impl PathQueue {
     }
 
     /// The rays along which the paths go, with columns of where they begin and end.
-    pub fn rays<'a>(&'a self, ends: &'a Ends, surfaces: &'a OfPaths) -> Rays<'a> {
+    pub fn rays<'a>(&'a self, ends: &'a RayLimits, surfaces: &'a PathAnyHit) -> Rays<'a> {
         let n = self.columns.length;
         let column = |i: usize| &self.columns.floats[i][..n];
         Rays {
@@ -290,7 +290,7 @@ impl PathQueue {
             direction: [3, 4, 5].map(column),
             t_min: &ends.zero[..n],
             t_max: &ends.infinity[..n],
-            filter: AnyHitFilter::new(surfaces, 0).with_culling(sides(surfaces.frame, false)),
+            filter: AnyHitFilter::new(surfaces, 0).with_culling(culling(surfaces.setup, false)),
         }
     }
 
@@ -459,12 +459,12 @@ impl HitQueue {
 }
 
 /// Columns for rays that begin at their origin and have no end.
-pub struct Ends {
+pub struct RayLimits {
     zero: Vec<f32>,
     infinity: Vec<f32>,
 }
 
-impl Ends {
+impl RayLimits {
     /// For queues of a capacity.
     pub fn new(capacity: usize) -> Self {
         Self { zero: vec![0.0; capacity], infinity: vec![f32::INFINITY; capacity] }
@@ -482,15 +482,15 @@ impl Ends {
 }
 
 /// Which surfaces exist for the rays of paths.
-pub struct OfPaths<'a> {
+pub struct PathAnyHit<'a> {
     /// The scene.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// The paths.
     pub paths: &'a PathQueue,
 }
 
-impl HitPredicate for OfPaths<'_> {
+impl HitPredicate for PathAnyHit<'_> {
     fn accepts(&self, ray: usize, crossing: &Crossing) -> bool {
-        Traced { frame: self.frame, path: &|| self.paths.load(ray), shadow: None }.meets(crossing)
+        PathRay { setup: self.setup, path: &|| self.paths.load(ray), shadow: None }.meets(crossing)
     }
 }

@@ -3,10 +3,10 @@
 
 use super::Wave;
 use super::queue::PathQueue;
-use crate::integrator::decision::decide;
 use crate::integrator::observe::{self, Continuation, Event, Flow, Observer};
-use crate::integrator::photons::Photons;
-use crate::integrator::{Frame, Stage};
+use crate::integrator::path_event::decide;
+use crate::integrator::photons::PhotonMaps;
+use crate::integrator::{RenderSetup, Stage};
 use crate::math::{Color, Hit};
 use crate::simd::{Float, Isa, Kernel, Lanes, dispatch};
 use crate::world::Transport;
@@ -28,7 +28,7 @@ impl Wave {
 
     /// The rays of the wave and what they have met.
     pub(super) fn report_hits(&self, isa: Isa, observer: &mut dyn Observer) {
-        if !observer.looks() {
+        if !observer.is_active() {
             return;
         }
         let count = self.paths.columns.len();
@@ -51,7 +51,7 @@ impl Wave {
 
     /// Where the paths of the wave are, and what goes on from there.
     pub(super) fn report_vertices(&self, isa: Isa, observer: &mut dyn Observer) {
-        if !observer.looks() {
+        if !observer.is_active() {
             return;
         }
         let count = self.paths.columns.len();
@@ -70,19 +70,19 @@ impl Wave {
     /// The same under the path transport, with the rays to lights.
     pub(super) fn report_paths(
         &self,
-        frame: &Frame,
-        photons: Option<Photons>,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
         isa: Isa,
         observer: &mut dyn Observer,
     ) {
-        if !observer.looks() {
+        if !observer.is_active() {
             return;
         }
         let count = self.paths.columns.len();
         let materials = self.hits.materials(count);
         let seen = |i: usize| {
             let path = self.paths.load::<f32>(i);
-            (path, decide(frame, photons, &path, &self.hits.load::<f32>(i), materials[i]))
+            (path, decide(setup, photons, &path, &self.hits.load::<f32>(i), materials[i]))
         };
         for i in 0..count {
             let (path, decision) = seen(i);
@@ -110,7 +110,7 @@ impl Wave {
         first: usize,
         observer: &mut dyn Observer,
     ) {
-        if !observer.looks() {
+        if !observer.is_active() {
             return;
         }
         let ([r, g, b], targets) = self.shadow.contributions();
@@ -125,15 +125,15 @@ impl Wave {
     }
 
     /// Which of the shadow rays were blocked.
-    pub(super) fn report_shadows(&self, frame: &Frame, isa: Isa, observer: &mut dyn Observer) {
-        if !observer.looks() {
+    pub(super) fn report_shadows(&self, setup: &RenderSetup, isa: Isa, observer: &mut dyn Observer) {
+        if !observer.is_active() {
             return;
         }
         let (_, targets) = self.shadow.contributions();
         let count = targets.len();
         for (target, occluded) in targets.iter().zip(&self.occluded) {
             let (path, blocked) = (self.paths.load::<f32>(*target as usize), *occluded != 0);
-            observer.report(&match frame.transport {
+            observer.report(&match setup.transport {
                 Transport::Whitted => observe::shadow(&path, blocked),
                 Transport::Path => observe::path_shadow(&path, blocked, path.radiance),
             });
@@ -145,7 +145,7 @@ impl Wave {
 
     /// The paths that go no further.
     pub(super) fn report_ends(&self, observer: &mut dyn Observer) {
-        if !observer.looks() {
+        if !observer.is_active() {
             return;
         }
         for i in (0..self.paths.columns.len()).filter(|i| self.goes_on[*i] == 0) {
@@ -177,7 +177,7 @@ fn flow(stage: Stage, isa: Isa, count: usize, capacity: usize, leaving: impl Ite
 
 /// Rays that share paths, and how many of them nothing blocked.
 pub(super) fn report_connections(isa: Isa, blocked: &[u32], observer: &mut dyn Observer) {
-    if observer.looks() && !blocked.is_empty() {
+    if observer.is_active() && !blocked.is_empty() {
         let free = (0..blocked.len()).filter(|i| blocked[*i] == 0);
         observer.report(&Event::Wave(flow(Stage::Connect, isa, blocked.len(), blocked.len(), free)));
     }

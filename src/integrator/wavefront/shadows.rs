@@ -2,14 +2,14 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::queue::{Columns, Ends, PathQueue};
-use super::{Clock, Wave};
+use super::queue::{Columns, PathQueue, RayLimits};
+use super::{StageClock, Wave};
 use crate::bvh::{self, AnyHitFilter, Coherence, Crossing, HitPredicate, Rays};
+use crate::integrator::any_hit::{LightRay, PathRay, culling};
 use crate::integrator::path_tracing::limited;
-use crate::integrator::presence::{Shadow, Traced, sides};
 use crate::integrator::shadow::{ShadowRay, connect};
-use crate::integrator::straight::arriving;
-use crate::integrator::{Frame, Stage};
+use crate::integrator::transparent_shadow::arriving;
+use crate::integrator::{RenderSetup, Stage};
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::scene::Material;
 use crate::scene::bodies::{Body, NOWHERE};
@@ -33,14 +33,14 @@ pub struct ShadowQueue {
 
 impl ShadowQueue {
     /// Room for `capacity` rays.
-    pub fn new(frame: &Frame, capacity: usize) -> Self {
+    pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
         let any = |is: fn(&Material) -> bool| {
-            frame.transport == Transport::Path && frame.scene.materials.iter().any(is)
+            setup.transport == Transport::Path && setup.scene.materials.iter().any(is)
         };
         let passes = if any(|material| material.straight) { capacity } else { 0 };
         Self {
             rays: Columns::new(capacity),
-            emitters: frame.scene.emitters.can_be_hit().then(|| Columns::new(capacity)),
+            emitters: setup.scene.emitters.can_be_hit().then(|| Columns::new(capacity)),
             bodies: (any(|m| m.body != 0) && any(|m| m.attenuates() || m.straight))
                 .then(|| Columns::new(capacity)),
             passes: (0..passes).map(|_| AtomicBool::new(false)).collect(),
@@ -89,14 +89,14 @@ impl ShadowQueue {
     }
 
     /// The rays, with a column of where they begin.
-    fn rays<'a>(&'a self, ends: &'a Ends, surfaces: &'a OfShadows) -> Rays<'a> {
+    fn rays<'a>(&'a self, ends: &'a RayLimits, surfaces: &'a OfShadows) -> Rays<'a> {
         let column = |i: usize| self.rays.floats(i);
         Rays {
             origin: [0, 1, 2].map(column),
             direction: [3, 4, 5].map(column),
             t_min: ends.zero(self.count()),
             t_max: column(6),
-            filter: AnyHitFilter::new(surfaces, 0).with_culling(sides(surfaces.frame, true)),
+            filter: AnyHitFilter::new(surfaces, 0).with_culling(culling(surfaces.setup, true)),
         }
     }
 
@@ -140,7 +140,7 @@ impl ShadowQueue {
 
 /// Which surfaces exist for rays to lights.
 struct OfShadows<'a> {
-    frame: &'a Frame,
+    setup: &'a RenderSetup,
     /// Where the rays come from.
     paths: &'a PathQueue,
     shadow: &'a ShadowQueue,
@@ -154,21 +154,22 @@ impl HitPredicate for OfShadows<'_> {
                 passes.store(true, Ordering::Relaxed);
             }
         };
-        let shadow = Shadow { ray: self.shadow.ray(ray), emitter: self.shadow.emitter(ray), passes: &passes };
-        Traced { frame: self.frame, path: &path, shadow: Some(shadow) }.meets(crossing)
+        let shadow =
+            LightRay { ray: self.shadow.ray(ray), emitter: self.shadow.emitter(ray), passes: &passes };
+        PathRay { setup: self.setup, path: &path, shadow: Some(shadow) }.meets(crossing)
     }
 }
 
 impl Wave {
     /// Traces the shadow queue and adds what arrives, in the queue's order.
-    pub(super) fn shadows(&mut self, frame: &Frame, isa: Isa, clock: &mut Clock) {
+    pub(super) fn shadows(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
         let count = self.shadow.count();
         self.shadow.passes.iter_mut().take(count).for_each(|passes| *passes.get_mut() = false);
-        let surfaces = OfShadows { frame, paths: &self.paths, shadow: &self.shadow };
+        let surfaces = OfShadows { setup, paths: &self.paths, shadow: &self.shadow };
         let rays = self.shadow.rays(&self.ends, &surfaces);
-        let (bvh, occluded) = (&frame.scene.bvh, &mut self.occluded[..count]);
+        let (bvh, occluded) = (&setup.scene.bvh, &mut self.occluded[..count]);
         bvh::any(isa, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
-        self.weaken(frame, isa, count);
+        self.weaken(setup, isa, count);
         let ([r, g, b], targets) = self.shadow.contributions();
         let [to_r, to_g, to_b] = self.paths.radiance_mut();
         for i in 0..count {
@@ -180,23 +181,23 @@ impl Wave {
             }
         }
         clock.statistics.rays.shadow += count as u64;
-        self.report_shadows(frame, isa, clock.observer);
+        self.report_shadows(setup, isa, clock.observer);
         self.shadow.clear();
         clock.stage(Stage::Shadow);
     }
 
     /// What rays that nothing blocks bring: what is left behind surfaces that they go straight through, and in the
     /// bodies where they begin; clamped.
-    fn weaken(&mut self, frame: &Frame, isa: Isa, count: usize) {
-        let clamps = frame.transport == Transport::Path && frame.clamp.is_some();
+    fn weaken(&mut self, setup: &RenderSetup, isa: Isa, count: usize) {
+        let clamps = setup.transport == Transport::Path && setup.clamp.is_some();
         if self.shadow.bodies.is_none() && self.shadow.passes.is_empty() && !clamps {
             return;
         }
         for i in (0..count).filter(|i| self.occluded[*i] == 0) {
             let bodies = self.shadow.bodies(i);
             let passes = self.shadow.passes.get_mut(i).is_some_and(|passes| *passes.get_mut());
-            let attenuates = |body: &Body| frame.scene.materials[body.material as usize].attenuates();
-            let is_weakened = passes || frame.scene.bodies.filling(bodies).is_some_and(attenuates);
+            let attenuates = |body: &Body| setup.scene.materials[body.material as usize].attenuates();
+            let is_weakened = passes || setup.scene.bodies.filling(bodies).is_some_and(attenuates);
             if !is_weakened && !clamps {
                 continue;
             }
@@ -207,9 +208,9 @@ impl Wave {
                 let [emitter, bodies] = [self.shadow.emitter(i), bodies].map(std::num::Wrapping);
                 let shadow = ShadowRay { ray: self.shadow.ray(i), contribution, emitter, bodies, mask: true };
                 let (stack, room) = (&mut self.stack, &mut self.crossings);
-                arriving(frame, isa, &path, &shadow, stack, room).unwrap_or(Color::black())
+                arriving(setup, isa, &path, &shadow, stack, room).unwrap_or(Color::black())
             } else {
-                limited(frame, &path, contribution)
+                limited(setup, &path, contribution)
             };
             self.shadow.bring(i, left);
         }

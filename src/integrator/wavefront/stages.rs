@@ -5,9 +5,9 @@ use super::queue::{HitQueue, PathQueue};
 use super::shadows::ShadowQueue;
 use super::vertices::VertexQueue;
 use crate::integrator::observe::{self, Observer};
-use crate::integrator::photons::Photons;
-use crate::integrator::sharing::Sink;
-use crate::integrator::{Frame, begin, path_tracing, whitted};
+use crate::integrator::photons::PhotonMaps;
+use crate::integrator::reuse::Sink;
+use crate::integrator::{RenderSetup, camera_path, path_tracing, whitted};
 use crate::math::{Color, NONE, Rgb};
 use crate::shading::surface::material_of;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
@@ -29,7 +29,7 @@ pub(super) fn numbered<I: Int>(first: usize) -> I {
 /// Camera paths for pixels and samples, to the end of `out`.
 pub struct GenerateStage<'a> {
     /// The scene.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// Packed pixels, padded.
     pub pixels: &'a [u32],
     /// Samples, padded.
@@ -48,7 +48,7 @@ impl Kernel for GenerateStage<'_> {
         for at in (0..self.count).step_by(width) {
             let pixel = <L::Queue as Float>::Int::load(&self.pixels[at..]);
             let sample = <L::Queue as Float>::Int::load(&self.samples[at..]);
-            let path = begin::begin::<L::Queue>(self.frame, pixel, sample);
+            let path = camera_path::generate::<L::Queue>(self.setup, pixel, sample);
             self.out.append(lanes::<L::Queue>(self.count - at), &path, Int::splat(NONE));
         }
     }
@@ -57,9 +57,9 @@ impl Kernel for GenerateStage<'_> {
 /// Moves misses to the film, and compacts hits at the front of both queues.
 pub struct RetireStage<'a, 's> {
     /// The scene.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// The photons of the paths' samples.
-    pub photons: Option<Photons<'a>>,
+    pub photons: Option<PhotonMaps<'a>>,
     /// Paths, in and out.
     pub paths: &'a mut PathQueue,
     /// Their hits, in and out.
@@ -84,9 +84,9 @@ impl Kernel for RetireStage<'_, '_> {
             if missed.any()
                 && let Some(sink) = &mut self.sink
             {
-                let radiance = match self.frame.transport {
-                    Transport::Whitted => whitted::miss(self.frame, &path),
-                    Transport::Path => path_tracing::miss(self.frame, self.photons, &path, missed),
+                let radiance = match self.setup.transport {
+                    Transport::Whitted => whitted::miss(self.setup, &path),
+                    Transport::Path => path_tracing::miss(self.setup, self.photons, &path, missed),
                 };
                 let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
                 let (mut pixel, mut sample) = ([0; 16], [0; 16]);
@@ -100,7 +100,7 @@ impl Kernel for RetireStage<'_, '_> {
                     let lane = bits.trailing_zeros() as usize;
                     bits &= bits - 1;
                     sink.deposit(pixel[lane], sample[lane], Rgb::new(r[lane], g[lane], b[lane]));
-                    if self.observer.looks() {
+                    if self.observer.is_active() {
                         let path = self.paths.load::<f32>(at + lane);
                         let radiance = Color::new(r[lane], g[lane], b[lane]);
                         self.observer.report(&observe::end(&path, radiance));
@@ -110,9 +110,9 @@ impl Kernel for RetireStage<'_, '_> {
             let stays = valid & !missed;
             // In place: what is written lies at or before what has been read.
             self.paths.store(kept, stays, &path, Int::splat(NONE));
-            let material = match self.frame.transport {
+            let material = match self.setup.transport {
                 Transport::Whitted => Int::splat(NONE),
-                Transport::Path => material_of(&self.frame.scene.geometry, &hit, stays),
+                Transport::Path => material_of(&self.setup.scene.geometry, &hit, stays),
             };
             self.hits.store(kept, stays, &hit, material);
             kept += stays.count();
@@ -124,9 +124,9 @@ impl Kernel for RetireStage<'_, '_> {
 /// Turns hits into vertices and reflected and refracted rays.
 pub struct ShadeStage<'a> {
     /// The scene.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// The photons of the paths' samples.
-    pub photons: Option<Photons<'a>>,
+    pub photons: Option<PhotonMaps<'a>>,
     /// Paths that have hit something; their radiance gets what surfaces give off.
     pub paths: &'a mut PathQueue,
     /// What they have hit.
@@ -150,7 +150,7 @@ impl Kernel for ShadeStage<'_> {
             let valid = lanes::<L::Queue>(count - at);
             let path = self.paths.load::<L::Queue>(at);
             let hit = self.hits.load::<L::Queue>(at);
-            let (vertex, scatter, radiance) = whitted::hit(self.frame, self.photons, &path, &hit, valid);
+            let (vertex, scatter, radiance) = whitted::hit(self.setup, self.photons, &path, &hit, valid);
             self.vertices.store(at, &vertex);
             let [r, g, b] = self.paths.radiance_mut();
             put(radiance.r, r, at);
@@ -188,7 +188,7 @@ fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
 /// Vertices to shadow rays to one sample of a light, to the end of `out`.
 pub struct LightStage<'a> {
     /// The scene.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// Paths at their hits.
     pub paths: &'a PathQueue,
     /// Their vertices.
@@ -210,7 +210,7 @@ impl Kernel for LightStage<'_> {
             let path = self.paths.load::<L::Queue>(at);
             let vertex = self.vertices.load::<L::Queue>(at);
             let valid = lanes::<L::Queue>(count - at);
-            let shadow = whitted::light_ray(self.frame, &path, &vertex, self.light, self.which, valid);
+            let shadow = whitted::light_ray(self.setup, &path, &vertex, self.light, self.which, valid);
             self.out.append(&shadow, numbered(at));
         }
     }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Life, LightRay, Shares, Step};
-use crate::integrator::decision::Fate;
+use crate::integrator::path_event::PathEvent;
 use crate::math::NONE;
 
 /// A sample with all its paths.
@@ -66,12 +66,12 @@ fn step(step: &Step) -> Value {
 }
 
 /// The lobe that a direction was drawn from.
-fn lobe(fate: Fate) -> Option<Value> {
+fn lobe(fate: PathEvent) -> Option<Value> {
     match fate {
-        Fate::Drawn { kind, through, exact } => {
+        PathEvent::Drawn { kind, through, exact } => {
             Some(json!({"kind": kind.name(), "through": through, "exact": exact}))
         }
-        Fate::Straight => Some(json!({"kind": "straight", "through": true, "exact": true})),
+        PathEvent::Straight => Some(json!({"kind": "straight", "through": true, "exact": true})),
         _ => None,
     }
 }

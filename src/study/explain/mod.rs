@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use crate::film::{Film, Region};
 use crate::integrator::bounces::LobeKind;
-use crate::integrator::decision::Fate;
-use crate::integrator::observe::{Continuation, Event, PathKey, Triple, What};
-use crate::integrator::{Frame, Schedule};
+use crate::integrator::observe::{Components, Continuation, Event, EventKind, PathKey};
+use crate::integrator::path_event::PathEvent;
+use crate::integrator::{RenderSetup, Schedule};
 use crate::math::Hit;
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
@@ -26,12 +26,12 @@ pub struct Life {
     /// Its paths: first the camera's, each fork behind the path that it comes from.
     pub paths: Vec<Followed>,
     /// What photons bring that have ended where the sample sees them directly, and how many.
-    pub drawn: (Triple, u32),
+    pub drawn: (Components, u32),
 }
 
 impl Life {
     /// What it adds to the film.
-    pub fn radiance(&self) -> Triple {
+    pub fn radiance(&self) -> Components {
         let mut sum = self.drawn.0;
         for path in &self.paths {
             (0..3).for_each(|channel| sum[channel] += path.radiance[channel]);
@@ -50,7 +50,7 @@ pub struct Followed {
     /// Its rays and what they met.
     pub steps: Vec<Step>,
     /// What it adds to the film.
-    pub radiance: Triple,
+    pub radiance: Components,
     /// If its group shares paths, what happens to the light found beyond the first vertex.
     pub shares: Option<Shares>,
     /// Why it went no further.
@@ -63,11 +63,11 @@ pub struct Followed {
 #[derive(Clone, Copy, Debug)]
 pub struct Shares {
     /// What the path has found up to the first vertex.
-    pub before: Triple,
+    pub before: Components,
     /// What its own path has found beyond that for it alone.
-    pub own: Triple,
+    pub own: Components,
     /// What the second vertices of the group send, its own among them.
-    pub shared: Triple,
+    pub shared: Components,
     /// How many of them send anything.
     pub vertices: u32,
 }
@@ -80,11 +80,11 @@ pub struct Step {
     /// The queue in which the ray waited: that of the camera's, of reflected or of refracted rays.
     pub queue: &'static str,
     /// Where from.
-    pub origin: Triple,
+    pub origin: Components,
     /// Where to.
-    pub direction: Triple,
+    pub direction: Components,
     /// The part of what it finds that reaches the film.
-    pub throughput: Triple,
+    pub throughput: Components,
     /// What it met, if anything.
     pub vertex: Option<Vertex>,
 }
@@ -99,22 +99,22 @@ pub struct Vertex {
     /// Where on it.
     pub hit: Hit,
     /// In world space.
-    pub position: Triple,
+    pub position: Components,
     /// Of the surface itself, on the viewer's side.
-    pub geometric_normal: Triple,
+    pub geometric_normal: Components,
     /// For shading.
-    pub normal: Triple,
+    pub normal: Components,
     /// What the surface itself emits, as it reaches the film.
-    pub own: Triple,
+    pub own: Components,
     /// Under the path transport, the weight of the drawn direction that led here in finding that light: the rest is
     /// found by rays to lights.
     pub own_share: f32,
     /// What photons bring that have ended around it, under the path transport.
-    pub gathered: Triple,
+    pub gathered: Components,
     /// Rays to lights.
     pub lights: Vec<LightRay>,
     /// What becomes of the path there, under the path transport.
-    pub fate: Option<Fate>,
+    pub fate: Option<PathEvent>,
 }
 
 /// A ray to a light.
@@ -125,13 +125,13 @@ pub struct LightRay {
     /// Which of its samples.
     pub which: u32,
     /// Where to.
-    pub direction: Triple,
+    pub direction: Components,
     /// How far.
     pub distance: f32,
     /// What reaches the film if nothing is between.
-    pub contribution: Triple,
+    pub contribution: Components,
     /// What did reach it.
-    pub arrived: Triple,
+    pub arrived: Components,
     /// Under the path transport, the weight of finding the light this way; otherwise 1.
     pub share: f32,
     /// Whether something is.
@@ -227,16 +227,16 @@ impl GivenNames {
 
 /// Follows samples of a pixel. Returns them and the pixel's film.
 pub fn explain(
-    frame: Arc<Frame>,
+    setup: Arc<RenderSetup>,
     names: &GivenNames,
     [x, y]: [u32; 2],
     samples: std::ops::Range<u32>,
 ) -> (Vec<Life>, Film) {
     let region = Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
     let options = Options { schedule: Schedule::Recursive, region: Some(region), ..Options::default() };
-    let session = Session::of(frame.clone(), samples.end, options).with_samples(samples);
+    let session = Session::of(setup.clone(), samples.end, options).with_samples(samples);
     let mut story =
-        Story { frame: &frame, names, lives: Vec::new(), begun: HashMap::new(), waiting: Vec::new() };
+        Story { setup: &setup, names, lives: Vec::new(), begun: HashMap::new(), waiting: Vec::new() };
     let film = session.observe(Some([x, y]), &mut |event| {
         // Those that share with it are rendered, too.
         if let Event::Sample(place, what) = event
@@ -250,7 +250,7 @@ pub fn explain(
 
 /// Turns events into lives.
 struct Story<'a> {
-    frame: &'a Frame,
+    setup: &'a RenderSetup,
     names: &'a GivenNames,
     lives: Vec<Life>,
     /// For each path that continues from a vertex, how, and from which path.
@@ -260,16 +260,16 @@ struct Story<'a> {
 }
 
 impl Story<'_> {
-    fn tell(&mut self, place: PathKey, what: &What) {
+    fn tell(&mut self, place: PathKey, what: &EventKind) {
         match what {
-            What::Ray { origin, direction, throughput, hit } => {
+            EventKind::Ray { origin, direction, throughput, hit } => {
                 let queue = self.begin(place);
                 let (origin, direction, throughput) = (*origin, *direction, *throughput);
                 let vertex = (!hit.is_miss()).then(|| self.vertex(*hit));
                 let step = Step { depth: place.depth, queue, origin, direction, throughput, vertex };
                 self.path().into_iter().for_each(|path| path.steps.push(step.clone()));
             }
-            What::Vertex { position, geometric_normal, normal, radiance } => {
+            EventKind::Vertex { position, geometric_normal, normal, radiance } => {
                 let before = self.path().map_or([0.0; 3], |path| path.radiance);
                 if let Some(path) = self.path() {
                     path.radiance = *radiance;
@@ -281,12 +281,12 @@ impl Story<'_> {
                     vertex.own = [0, 1, 2].map(|channel| radiance[channel] - before[channel]);
                 }
             }
-            What::Choice { emission_share, fate } => {
+            EventKind::Choice { emission_share, fate } => {
                 if let Some(vertex) = self.last_vertex() {
                     (vertex.own_share, vertex.fate) = (*emission_share, Some(*fate));
                 }
             }
-            What::Gathered { light } => {
+            EventKind::Gathered { light } => {
                 if let Some(vertex) = self.last_vertex() {
                     vertex.gathered = *light;
                     // By rounding, a little may be left of nothing.
@@ -294,15 +294,15 @@ impl Story<'_> {
                     vertex.own = [0, 1, 2].map(|i| if all { 0.0 } else { vertex.own[i] - light[i] });
                 }
             }
-            What::Drawn { light } => {
+            EventKind::Drawn { light } => {
                 if let Some(life) = self.lives.iter_mut().find(|life| life.sample == place.sample) {
                     life.drawn = (add(life.drawn.0, *light), life.drawn.1 + 1);
                 }
             }
-            What::Light { light, share, which, direction, distance, contribution, .. } => {
-                let light = match self.frame.transport {
+            EventKind::Light { light, share, which, direction, distance, contribution, .. } => {
+                let light = match self.setup.transport {
                     Transport::Whitted => self.names.light(*light),
-                    Transport::Path => self.names.emitter(&self.frame.scene, *light),
+                    Transport::Path => self.names.emitter(&self.setup.scene, *light),
                 };
                 let (which, share, direction, distance) = (*which, *share, *direction, *distance);
                 let (contribution, arrived, blocked) = (*contribution, [0.0; 3], false);
@@ -310,16 +310,16 @@ impl Story<'_> {
                     LightRay { light, which, direction, distance, contribution, arrived, share, blocked };
                 self.last_vertex().into_iter().for_each(|vertex| vertex.lights.push(lit.clone()));
             }
-            What::Shadow { blocked, radiance } => self.shadow(*blocked, *radiance),
-            What::Onward { way, .. } => {
+            EventKind::Shadow { blocked, radiance } => self.shadow(*blocked, *radiance),
+            EventKind::Onward { way, .. } => {
                 let from = self.lives.last().map_or(0, |life| life.paths.len().saturating_sub(1));
                 self.begun.insert(place, (*way, from));
                 // Forks wait on a stack while their path is followed to its end.
-                if self.frame.transport == Transport::Path && *way == Continuation::Refract {
+                if self.setup.transport == Transport::Path && *way == Continuation::Refract {
                     self.waiting.push((place.depth, from));
                 }
             }
-            What::Aside => {
+            EventKind::Aside => {
                 if let Some(path) = self.path() {
                     if place.depth == 0 {
                         let nothing = [0.0; 3];
@@ -329,8 +329,8 @@ impl Story<'_> {
                     path.radiance = [0.0; 3];
                 }
             }
-            What::Received { own, shared, vertices } => self.received(place, *own, *shared, *vertices),
-            What::End { radiance } => {
+            EventKind::Received { own, shared, vertices } => self.received(place, *own, *shared, *vertices),
+            EventKind::End { radiance } => {
                 let why = self.why(place);
                 if let Some(path) = self.path() {
                     (path.radiance, path.why, path.has_ended) = (*radiance, why, true);
@@ -340,7 +340,7 @@ impl Story<'_> {
     }
 
     /// Adds up what a path and its group have found for a sample.
-    fn received(&mut self, place: PathKey, own: Triple, shared: Triple, vertices: u32) {
+    fn received(&mut self, place: PathKey, own: Components, shared: Components, vertices: u32) {
         let life = self.lives.iter_mut().find(|life| life.sample == place.sample);
         let Some(path) = life.and_then(|life| life.paths.first_mut()) else { return };
         let before = path.shares.map_or(path.radiance, |shares| shares.before);
@@ -350,7 +350,7 @@ impl Story<'_> {
 
     /// What a ray to a light has brought; under the path transport, whose surfaces may let a part of
     /// it through, this is told by what the path has gathered with it.
-    fn shadow(&mut self, blocked: bool, after: Option<Triple>) {
+    fn shadow(&mut self, blocked: bool, after: Option<Components>) {
         let before = self.path().map_or([0.0; 3], |path| path.radiance);
         let Some(lit) = self.last_vertex().and_then(|vertex| vertex.lights.last_mut()) else { return };
         lit.blocked = blocked;
@@ -379,12 +379,12 @@ impl Story<'_> {
             Some((Continuation::Scatter, _)) => "scatter",
         };
         let Some(life) = self.lives.last_mut() else { return queue };
-        let follows = match self.frame.transport {
+        let follows = match self.setup.transport {
             Transport::Whitted => life.paths.last().is_some_and(|path| path.branch == place.branch),
             // Under the path transport a branch counts bounces.
             Transport::Path => life.paths.last().is_some_and(|path| !path.has_ended),
         };
-        if self.frame.transport == Transport::Path {
+        if self.setup.transport == Transport::Path {
             let fork = if follows { None } else { self.waiting.pop() };
             if let Some((depth, parent)) = fork {
                 (from, queue) = (Some((parent, depth.saturating_sub(1))), "refract");
@@ -417,7 +417,7 @@ impl Story<'_> {
 
     /// What is known of a hit before it has been looked up.
     fn vertex(&self, hit: Hit) -> Vertex {
-        let scene = &self.frame.scene;
+        let scene = &self.setup.scene;
         let material = scene.geometry.material_of(hit.primitive, hit.instance);
         let name = scene.material_names.get(material as usize);
         Vertex {
@@ -442,12 +442,12 @@ impl Story<'_> {
         if let Some(fate) = vertex.fate {
             return self.why_of(fate, place);
         }
-        let scene = &self.frame.scene;
+        let scene = &self.setup.scene;
         let material = scene.geometry.material_of(hit.primitive, hit.instance) as usize;
         let classic = &scene.materials[material].classic;
         if classic.kr.is_black() && classic.ior <= 0.0 {
             Why::Surface
-        } else if place.depth >= self.frame.max_depth {
+        } else if place.depth >= self.setup.max_depth {
             Why::Bounces
         } else {
             Why::Weak
@@ -455,26 +455,26 @@ impl Story<'_> {
     }
 
     /// The same under the path transport.
-    fn why_of(&self, fate: Fate, place: PathKey) -> Why {
+    fn why_of(&self, fate: PathEvent, place: PathKey) -> Why {
         match fate {
-            Fate::Last => {
-                let reached = self.frame.limits.and_then(|limits| limits.reached(place.branch));
+            PathEvent::Last => {
+                let reached = self.setup.limits.and_then(|limits| limits.reached(place.branch));
                 reached.map_or(Why::Bounces, Why::Limit)
             }
-            Fate::Unlit => Why::Unlit,
-            Fate::Absorbed => Why::Absorbed,
-            Fate::Black => Why::Black,
-            Fate::Scattered { .. } | Fate::Straight | Fate::Drawn { .. } => Why::Roulette,
+            PathEvent::Unlit => Why::Unlit,
+            PathEvent::Absorbed => Why::Absorbed,
+            PathEvent::Black => Why::Black,
+            PathEvent::Scattered { .. } | PathEvent::Straight | PathEvent::Drawn { .. } => Why::Roulette,
         }
     }
 }
 
-fn add(a: Triple, b: Triple) -> Triple {
+fn add(a: Components, b: Components) -> Components {
     [0, 1, 2].map(|channel| a[channel] + b[channel])
 }
 
 /// Equal but for the rounding of a sum.
-fn near(a: Triple, b: Triple) -> bool {
+fn near(a: Components, b: Components) -> bool {
     (0..3).all(|channel| (a[channel] - b[channel]).abs() <= 1e-6 * a[channel].abs())
 }
 

@@ -32,8 +32,8 @@ fn explained(pixel: [u32; 2]) -> (Vec<Life>, Film) {
 
 fn explained_of(world: &World, pixel: [u32; 2]) -> (Vec<Life>, Film) {
     let scene = crate::compile::compile(world, None).unwrap();
-    let frame = Arc::new(crate::render::frame(scene, &world.settings));
-    explain(frame, &GivenNames::new(world), pixel, 0..3)
+    let setup = Arc::new(crate::render::setup(scene, &world.settings));
+    explain(setup, &GivenNames::new(world), pixel, 0..3)
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn a_path_tells_its_normals_lobes_and_lights() {
             assert!(!matches!(path.why, Why::Surface | Why::Weak), "{path:?}");
             let wall = path.steps[0].vertex.as_ref().expect("the wall");
             assert_eq!((wall.entity.as_str(), wall.normal), ("wall", [0.0, 0.0, 1.0]));
-            let drawn = Fate::Drawn { kind: LobeKind::Diffuse, through: false, exact: false };
+            let drawn = PathEvent::Drawn { kind: LobeKind::Diffuse, through: false, exact: false };
             assert_eq!(wall.fate, Some(drawn));
             for lit in &wall.lights {
                 seen.insert(lit.light.clone());

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::ProfilePlan;
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
 use crate::integrator::Stage;
 use crate::render::ThreadError;
 
@@ -50,9 +50,9 @@ pub struct Counted {
 }
 
 /// Counts, or says in a few words why that is not possible.
-pub fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<Result<Counted, String>, ThreadError> {
+pub fn count(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<Result<Counted, String>, ThreadError> {
     // The counters are those of the thread that asks for them.
-    crate::render::on_threads(1, || here::count(frame, plan))
+    crate::render::on_threads(1, || here::count(setup, plan))
 }
 
 #[cfg(target_os = "linux")]
@@ -65,10 +65,10 @@ mod here {
 
     use super::super::ProfilePlan;
     use super::{Counted, Counts};
-    use crate::integrator::{Frame, Schedule, Stage, Stop};
+    use crate::integrator::{RenderSetup, Schedule, Stage, Stop};
     use crate::render::Session;
 
-    pub(super) fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<Counted, String> {
+    pub(super) fn count(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<Counted, String> {
         let refused = |error: io::Error| match error.kind() {
             io::ErrorKind::NotFound => "this processor, or the virtual machine, has none to read".to_owned(),
             io::ErrorKind::PermissionDenied => {
@@ -80,7 +80,7 @@ mod here {
         let mut counters = Counters::new().map_err(refused)?;
         let mut stages = [Counts::default(); Stage::ALL.len()];
         let mut failure = None;
-        let mut wavefront = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+        let mut wavefront = Session::of(setup.clone(), plan.samples, plan.options(Schedule::Wavefront));
         wavefront.prepare(&Stop::NEVER);
         let mut last = counters.read().map_err(refused)?;
         wavefront.time_stages(&mut |stage: Stage| match counters.read() {
@@ -93,7 +93,7 @@ mod here {
         if let Some(error) = failure {
             return Err(refused(error));
         }
-        let mut session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Recursive));
+        let mut session = Session::of(setup.clone(), plan.samples, plan.options(Schedule::Recursive));
         let before = counters.read().map_err(refused)?;
         session.advance(u32::MAX);
         let recursive = counters.read().map_err(refused)?.since(before);
@@ -142,9 +142,9 @@ mod here {
 
     use super::super::ProfilePlan;
     use super::Counted;
-    use crate::integrator::Frame;
+    use crate::integrator::RenderSetup;
 
-    pub(super) fn count(_: &Arc<Frame>, _: &ProfilePlan) -> Result<Counted, String> {
+    pub(super) fn count(_: &Arc<RenderSetup>, _: &ProfilePlan) -> Result<Counted, String> {
         Err("they are read on Linux only".into())
     }
 }

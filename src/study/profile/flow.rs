@@ -8,12 +8,12 @@ use smallvec::SmallVec;
 use super::ProfilePlan;
 use crate::bvh::Stack;
 use crate::bvh::counters::{Visits, visits};
-use crate::integrator::observe::{Continuation, Event, Flow, PathKey, What};
+use crate::integrator::observe::{Continuation, Event, EventKind, Flow, PathKey};
 use crate::integrator::photons::map::Photon;
 use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES};
 use crate::integrator::wavefront::shadows::SHADOW_BYTES;
 use crate::integrator::wavefront::vertices::VERTEX_BYTES;
-use crate::integrator::{Frame, Schedule, Stage};
+use crate::integrator::{RenderSetup, Schedule, Stage};
 use crate::math::{Ray, Vector};
 use crate::render::{Options, Session};
 use crate::simd::Isa;
@@ -118,28 +118,28 @@ pub struct Flows {
 }
 
 /// Renders once more with the wavefront, on one thread, and counts.
-pub fn count(frame: &Arc<Frame>, plan: &ProfilePlan) -> Flows {
-    of_region(frame, plan.options(Schedule::Wavefront), plan.samples)
+pub fn count(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Flows {
+    of_region(setup, plan.options(Schedule::Wavefront), plan.samples)
 }
 
 /// The same of a part of the image.
-pub fn of_region(frame: &Arc<Frame>, options: Options, samples: u32) -> Flows {
-    let session = Session::of(frame.clone(), samples, options);
+pub fn of_region(setup: &Arc<RenderSetup>, options: Options, samples: u32) -> Flows {
+    let session = Session::of(setup.clone(), samples, options);
     let mut counter = Counter {
-        frame,
+        setup,
         isa: options.isa,
-        stack: Stack::new(&frame.scene.bvh),
+        stack: Stack::new(&setup.scene.bvh),
         ways: HashMap::new(),
         flows: Flows::default(),
     };
     session.observe(None, &mut |event| counter.take(event));
     let mut flows = counter.flows;
-    complete(&mut flows, frame.transport);
+    complete(&mut flows, setup.transport);
     flows
 }
 
 struct Counter<'a> {
-    frame: &'a Frame,
+    setup: &'a RenderSetup,
     isa: Isa,
     stack: Stack,
     /// How each waiting path came to be.
@@ -158,7 +158,7 @@ impl Counter<'_> {
             self.flows.bounces.resize(depth + 1, Bounce::default());
         }
         match what {
-            What::Ray { origin, direction, hit, .. } => {
+            EventKind::Ray { origin, direction, hit, .. } => {
                 let visits = self.visits(*origin, *direction, f32::INFINITY, false);
                 let way = self.way(place);
                 let bounce = &mut self.flows.bounces[depth];
@@ -171,21 +171,21 @@ impl Counter<'_> {
                 bounce.hits += u64::from(!hit.is_miss());
                 bounce.visits.add(visits);
             }
-            What::Light { origin, direction, distance, .. } => {
+            EventKind::Light { origin, direction, distance, .. } => {
                 let visits = self.visits(*origin, *direction, *distance, true);
                 let bounce = &mut self.flows.bounces[depth];
                 bounce.shadow += 1;
                 bounce.shadow_visits.add(visits);
             }
-            What::Shadow { blocked, .. } => self.flows.bounces[depth].blocked += u64::from(*blocked),
-            What::Onward { way, .. } => self.ways.entry(place).or_default().push(*way),
-            What::End { .. } => self.flows.bounces[depth].ends += 1,
-            What::Vertex { .. }
-            | What::Choice { .. }
-            | What::Gathered { .. }
-            | What::Drawn { .. }
-            | What::Aside
-            | What::Received { .. } => {}
+            EventKind::Shadow { blocked, .. } => self.flows.bounces[depth].blocked += u64::from(*blocked),
+            EventKind::Onward { way, .. } => self.ways.entry(place).or_default().push(*way),
+            EventKind::End { .. } => self.flows.bounces[depth].ends += 1,
+            EventKind::Vertex { .. }
+            | EventKind::Choice { .. }
+            | EventKind::Gathered { .. }
+            | EventKind::Drawn { .. }
+            | EventKind::Aside
+            | EventKind::Received { .. } => {}
         }
     }
 
@@ -202,7 +202,7 @@ impl Counter<'_> {
     fn visits(&mut self, origin: [f32; 3], direction: [f32; 3], t_max: f32, any: bool) -> Visits {
         let vector = |[x, y, z]: [f32; 3]| Vector { x, y, z };
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_min: 0.0, t_max };
-        visits(self.isa, &self.frame.scene.bvh, &ray, any, &mut self.stack)
+        visits(self.isa, &self.setup.scene.bvh, &ray, any, &mut self.stack)
     }
 }
 

@@ -7,7 +7,7 @@ pub mod flow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::integrator::{Frame, RayCounts, Schedule, Sorting, Stage, Stop};
+use crate::integrator::{RayCounts, RenderSetup, Schedule, Sorting, Stage, Stop};
 use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Isa;
 
@@ -91,7 +91,7 @@ impl Timed {
 /// Renders with both schedules in turn, after one run of each that does not count, so that
 /// whatever else the machine does meets both alike.
 pub fn time(
-    frame: &Arc<Frame>,
+    setup: &Arc<RenderSetup>,
     plan: &ProfilePlan,
     progress: &mut (dyn FnMut(u32) + Send),
 ) -> Result<[Timed; 2], ThreadError> {
@@ -102,7 +102,7 @@ pub fn time(
             // Whichever was second goes first the next time.
             for turn in 0..2 {
                 let which = (turn + round as usize) % 2;
-                let run = run(frame, plan, SCHEDULES[which]);
+                let run = run(setup, plan, SCHEDULES[which]);
                 if round > 0 {
                     runs[which].push(run);
                 }
@@ -120,8 +120,8 @@ struct Measured {
     session: Session,
 }
 
-fn run(frame: &Arc<Frame>, plan: &ProfilePlan, schedule: Schedule) -> Measured {
-    let mut session = Session::of(frame.clone(), plan.samples, plan.options(schedule));
+fn run(setup: &Arc<RenderSetup>, plan: &ProfilePlan, schedule: Schedule) -> Measured {
+    let mut session = Session::of(setup.clone(), plan.samples, plan.options(schedule));
     let (start, cpu) = (Instant::now(), (plan.cpu_seconds)());
     session.advance(u32::MAX);
     let wall = start.elapsed().as_secs_f64();
@@ -155,13 +155,13 @@ pub struct StageTimes {
 
 /// Renders with the wavefront on one thread and charges its time to the stages: the least of several runs, since what
 /// else the machine does can only add to it.
-pub fn stage_times(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<StageTimes, ThreadError> {
+pub fn stage_times(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<StageTimes, ThreadError> {
     on_threads(1, || {
         let (start, are_cpu) = (Instant::now(), (plan.cpu_seconds)().is_some());
         let now = || (plan.cpu_seconds)().unwrap_or_else(|| start.elapsed().as_secs_f64());
         let mut least = [f64::INFINITY; Stage::ALL.len()];
         for _ in 0..plan.runs.max(1) {
-            let mut session = Session::of(frame.clone(), plan.samples, plan.options(Schedule::Wavefront));
+            let mut session = Session::of(setup.clone(), plan.samples, plan.options(Schedule::Wavefront));
             // What is known before samples is no stage.
             session.prepare(&Stop::NEVER);
             let (mut seconds, mut last) = ([0.0; Stage::ALL.len()], now());
@@ -177,8 +177,8 @@ pub fn stage_times(frame: &Arc<Frame>, plan: &ProfilePlan) -> Result<StageTimes,
 }
 
 /// Bytes of a worker's queues.
-pub fn wave_bytes(frame: &Frame, plan: &ProfilePlan) -> usize {
-    crate::integrator::wavefront::Wave::new(frame, plan.wave, Sorting::default()).bytes()
+pub fn wave_bytes(setup: &RenderSetup, plan: &ProfilePlan) -> usize {
+    crate::integrator::wavefront::Wave::new(setup, plan.wave, Sorting::default()).bytes()
 }
 
 #[cfg(test)]

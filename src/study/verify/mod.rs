@@ -7,7 +7,7 @@ mod tests;
 use std::sync::Arc;
 
 use crate::film::Film;
-use crate::integrator::{Frame, Schedule};
+use crate::integrator::{RenderSetup, Schedule};
 use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Isa;
 pub use narrow::{Difference, First};
@@ -91,32 +91,32 @@ pub fn ways(cores: usize) -> Vec<Way> {
 
 /// Renders all samples of a frame in all ways. After each, `progress` gets the number of those done.
 pub fn verify(
-    frame: Arc<Frame>,
+    setup: Arc<RenderSetup>,
     samples: u32,
     ways: &[Way],
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Verification, ThreadError> {
-    Bench { frame, samples, fault: None }.run(ways, progress)
+    Bench { setup, samples, fault: None }.run(ways, progress)
 }
 
 /// What is rendered.
 struct Bench {
-    frame: Arc<Frame>,
+    setup: Arc<RenderSetup>,
     samples: u32,
     /// For tests: another frame that some ways are given.
     fault: Option<PlantedFault>,
 }
 
 /// Another frame, and which ways are given it.
-type PlantedFault = (Arc<Frame>, fn(&Way) -> bool);
+type PlantedFault = (Arc<RenderSetup>, fn(&Way) -> bool);
 
 impl Bench {
     fn session(&self, way: &Way) -> Session {
-        let frame = match &self.fault {
-            Some((frame, hits)) if hits(way) => frame,
-            _ => &self.frame,
+        let setup = match &self.fault {
+            Some((setup, hits)) if hits(way) => setup,
+            _ => &self.setup,
         };
-        Session::of(frame.clone(), self.samples, way.options())
+        Session::of(setup.clone(), self.samples, way.options())
     }
 
     fn run(

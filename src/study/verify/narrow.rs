@@ -3,7 +3,7 @@
 use super::Way;
 use crate::film::{Film, PixelSum};
 use crate::integrator::Stage;
-use crate::integrator::observe::{Event, PathKey, What};
+use crate::integrator::observe::{Event, EventKind, PathKey};
 use crate::render::Session;
 use crate::world::Transport;
 
@@ -38,7 +38,7 @@ pub struct First {
     /// The stage of the wave in which it shows.
     pub stage: Stage,
     /// What happened on both sides; nothing where one of them did not get there.
-    pub happened: [Option<What>; 2],
+    pub happened: [Option<EventKind>; 2],
 }
 
 /// The first pixel, and what happens to its samples on either side.
@@ -58,7 +58,7 @@ struct Occurrence {
     place: PathKey,
     /// Which of several of its kind at one place.
     ordinal: usize,
-    what: What,
+    what: EventKind,
 }
 
 impl Occurrence {
@@ -68,19 +68,19 @@ impl Occurrence {
 }
 
 /// The order of what happens at one depth.
-fn rank(what: &What) -> usize {
+fn rank(what: &EventKind) -> usize {
     match what {
-        What::Onward { .. } => 0,
-        What::Ray { .. } => 1,
-        What::Vertex { .. } => 2,
-        What::Choice { .. } => 3,
-        What::Gathered { .. } => 4,
-        What::Light { .. } => 5,
-        What::Shadow { .. } => 6,
-        What::Aside => 7,
-        What::End { .. } => 8,
-        What::Received { .. } => 9,
-        What::Drawn { .. } => 10,
+        EventKind::Onward { .. } => 0,
+        EventKind::Ray { .. } => 1,
+        EventKind::Vertex { .. } => 2,
+        EventKind::Choice { .. } => 3,
+        EventKind::Gathered { .. } => 4,
+        EventKind::Light { .. } => 5,
+        EventKind::Shadow { .. } => 6,
+        EventKind::Aside => 7,
+        EventKind::End { .. } => 8,
+        EventKind::Received { .. } => 9,
+        EventKind::Drawn { .. } => 10,
     }
 }
 
@@ -98,7 +98,7 @@ fn history(session: &Session, pixel: [u32; 2]) -> Vec<Occurrence> {
         }
     });
     entries.sort_by_key(Occurrence::key);
-    if session.frame().transport == Transport::Path {
+    if session.setup().transport == Transport::Path {
         // Only forks that went through the same kinds of bounces share a place: their order is the schedule's.
         for same in entries.chunk_by_mut(|a, b| a.ordinal < b.ordinal) {
             same.sort_by_cached_key(|entry| format!("{:?}", entry.what));
@@ -139,16 +139,16 @@ fn first([a, b]: [Vec<Occurrence>; 2]) -> Option<First> {
 }
 
 /// To the bit: −0 is not 0, and NaN is itself.
-fn same(a: &What, b: &What) -> bool {
+fn same(a: &EventKind, b: &EventKind) -> bool {
     format!("{a:?}") == format!("{b:?}")
 }
 
 /// Which stage does what differs.
-fn stage(place: PathKey, happened: &[Option<What>; 2]) -> Stage {
+fn stage(place: PathKey, happened: &[Option<EventKind>; 2]) -> Stage {
     match happened {
         [
-            Some(What::Ray { origin: a, direction: b, throughput: c, .. }),
-            Some(What::Ray { origin: d, direction: e, throughput: f, .. }),
+            Some(EventKind::Ray { origin: a, direction: b, throughput: c, .. }),
+            Some(EventKind::Ray { origin: d, direction: e, throughput: f, .. }),
         ] if (a, b, c) != (d, e, f) => {
             if place.depth == 0 {
                 Stage::Generate
@@ -157,15 +157,15 @@ fn stage(place: PathKey, happened: &[Option<What>; 2]) -> Stage {
             }
         }
         // Shading decided that one goes on and the other does not.
-        [None, Some(What::End { .. })] | [Some(What::End { .. }), None] => Stage::Shade,
+        [None, Some(EventKind::End { .. })] | [Some(EventKind::End { .. }), None] => Stage::Shade,
         [Some(one), _] | [None, Some(one)] => match one {
-            What::Ray { .. } => Stage::Intersect,
-            What::Vertex { .. } | What::Choice { .. } | What::Onward { .. } => Stage::Shade,
-            What::Light { .. } => Stage::Light,
-            What::Shadow { .. } => Stage::Shadow,
-            What::Received { .. } => Stage::Connect,
-            What::Gathered { .. } | What::Drawn { .. } => Stage::Photons,
-            What::Aside | What::End { .. } => Stage::Advance,
+            EventKind::Ray { .. } => Stage::Intersect,
+            EventKind::Vertex { .. } | EventKind::Choice { .. } | EventKind::Onward { .. } => Stage::Shade,
+            EventKind::Light { .. } => Stage::Light,
+            EventKind::Shadow { .. } => Stage::Shadow,
+            EventKind::Received { .. } => Stage::Connect,
+            EventKind::Gathered { .. } | EventKind::Drawn { .. } => Stage::Photons,
+            EventKind::Aside | EventKind::End { .. } => Stage::Advance,
         },
         [None, None] => Stage::Advance,
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::integrator::Stage;
-use crate::integrator::observe::What;
+use crate::integrator::observe::EventKind;
 use crate::math::{Quat, Rgb, Vec3};
 use crate::world::{BlinnPhong, Camera, ColorInput, Falloff, Light, Material, Shape, Transform, World};
 
@@ -31,23 +31,23 @@ fn world() -> World {
     world
 }
 
-fn frame(change: impl Fn(&mut Frame)) -> Arc<Frame> {
+fn setup(change: impl Fn(&mut RenderSetup)) -> Arc<RenderSetup> {
     let world = world();
     let scene = crate::compile::compile(&world, None).unwrap();
-    let mut frame = crate::render::frame(scene, &world.settings);
-    change(&mut frame);
-    Arc::new(frame)
+    let mut setup = crate::render::setup(scene, &world.settings);
+    change(&mut setup);
+    Arc::new(setup)
 }
 
-fn run(change: impl Fn(&mut Frame), hits: fn(&Way) -> bool) -> Verification {
-    let bench = Bench { frame: frame(|_| ()), samples: 2, fault: Some((frame(change), hits)) };
+fn run(change: impl Fn(&mut RenderSetup), hits: fn(&Way) -> bool) -> Verification {
+    let bench = Bench { setup: setup(|_| ()), samples: 2, fault: Some((setup(change), hits)) };
     bench.run(&ways(2), &mut |_| ()).unwrap()
 }
 
 #[test]
 fn all_ways_agree() {
     let mut done = Vec::new();
-    let found = verify(frame(|_| ()), 2, &ways(3), &mut |n| done.push(n)).unwrap();
+    let found = verify(setup(|_| ()), 2, &ways(3), &mut |n| done.push(n)).unwrap();
     assert_eq!(found.outcomes.len(), 3 * 5 * Isa::available().len());
     assert_eq!((found.mismatches(), done.len()), (0, found.outcomes.len()));
     assert!(found.difference.is_none());
@@ -56,29 +56,29 @@ fn all_ways_agree() {
 /// What each fault changes, the stage and the bounce where it shows first.
 #[test]
 fn a_planted_fault_is_found_where_it_is() {
-    type Change = fn(&mut Frame);
+    type Change = fn(&mut RenderSetup);
     let faults: [(Change, Stage, u32); 6] = [
-        (|frame| scene(frame).camera.origin.x += 1e-6, Stage::Generate, 0),
+        (|setup| scene(setup).camera.origin.x += 1e-6, Stage::Generate, 0),
         (
-            |frame| {
-                let bvh = std::sync::Arc::make_mut(&mut scene(frame).bvh);
+            |setup| {
+                let bvh = std::sync::Arc::make_mut(&mut scene(setup).bvh);
                 bvh.spheres.iter_mut().for_each(|block| block.radius[0] *= 1.001);
             },
             Stage::Intersect,
             0,
         ),
-        (|frame| Arc::make_mut(&mut scene(frame).geometry).spheres[0][0] += 1e-3, Stage::Shade, 0),
+        (|setup| Arc::make_mut(&mut scene(setup).geometry).spheres[0][0] += 1e-3, Stage::Shade, 0),
         (
-            |frame| scene(frame).materials.iter_mut().for_each(|m| m.classic.kr.factor[1] *= 0.75),
+            |setup| scene(setup).materials.iter_mut().for_each(|m| m.classic.kr.factor[1] *= 0.75),
             Stage::Shade,
             1,
         ),
         (
-            |frame| scene(frame).materials.iter_mut().for_each(|m| m.classic.diffuse.factor[2] *= 0.75),
+            |setup| scene(setup).materials.iter_mut().for_each(|m| m.classic.diffuse.factor[2] *= 0.75),
             Stage::Light,
             0,
         ),
-        (|frame| frame.max_depth = 0, Stage::Shade, 0),
+        (|setup| setup.max_depth = 0, Stage::Shade, 0),
     ];
     for (number, (fault, stage, bounce)) in faults.into_iter().enumerate() {
         let found = run(fault, |way| way.schedule == Schedule::Wavefront && way.wave == 7);
@@ -95,12 +95,12 @@ fn a_planted_fault_is_found_where_it_is() {
 
 #[test]
 fn a_missing_bounce_has_one_side() {
-    let found = run(|frame| frame.max_depth = 0, |way| way.wave == 64);
+    let found = run(|setup| setup.max_depth = 0, |way| way.wave == 64);
     let first = found.difference.and_then(|difference| difference.first).expect("something");
-    assert!(matches!(first.happened, [None, Some(What::End { .. })]), "{first:?}");
+    assert!(matches!(first.happened, [None, Some(EventKind::End { .. })]), "{first:?}");
 }
 
 /// To plant faults in.
-fn scene(frame: &mut Frame) -> &mut crate::scene::CompiledScene {
-    Arc::get_mut(&mut frame.scene).expect("nobody else has it")
+fn scene(setup: &mut RenderSetup) -> &mut crate::scene::CompiledScene {
+    Arc::get_mut(&mut setup.scene).expect("nobody else has it")
 }

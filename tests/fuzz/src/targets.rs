@@ -87,10 +87,10 @@ fn renders(mut world: World) {
         Ok(scene) => scene,
         Err(error) => return is_fair(&error),
     };
-    let frame = Arc::new(rayfront::internals::render::frame(scene, &world.settings));
+    let setup = Arc::new(rayfront::internals::render::setup(scene, &world.settings));
     let hash = |schedule, wave| {
         let options = Options { schedule, wave, ..Options::default() };
-        let mut session = Session::of(frame.clone(), world.settings.samples, options);
+        let mut session = Session::of(setup.clone(), world.settings.samples, options);
         session.advance(u32::MAX);
         let channels = session.channels(&world.settings.aov);
         assert_eq!(channels.is_empty(), world.settings.aov.is_empty());

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::bounces::Limits;
+use super::bounces::BounceLimits;
 use super::photons::NoPhotons;
-use super::sharing::Grouping;
+use super::reuse::ReuseGroups;
 use crate::film::Unit;
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
@@ -19,7 +19,7 @@ const SPLITTING: f32 = 8.0;
 
 /// A scene and how it is to be rendered: plain settings, which transport reads.
 #[derive(Clone)]
-pub struct Frame {
+pub struct RenderSetup {
     /// The scene.
     pub scene: Arc<CompiledScene>,
     /// Width and height of the whole image in pixels.
@@ -35,7 +35,7 @@ pub struct Frame {
     /// Bounces after the camera ray.
     pub max_depth: u32,
     /// Bounces of each kind, if there are limits within these (path transport).
-    pub limits: Option<Limits>,
+    pub limits: Option<BounceLimits>,
     /// A branch ends when no component of its throughput is above this.
     pub min_throughput: f32,
     /// What happens to light at a vertex.
@@ -47,7 +47,7 @@ pub struct Frame {
     /// What a path may add after its first bounce.
     pub clamp: Option<f32>,
     /// How paths are shared, if they are.
-    pub sharing: Option<Grouping>,
+    pub sharing: Option<ReuseGroups>,
     /// Whether samples go where they lessen the error most.
     pub adaptive: Adaptive,
     /// Photons for each pixel in each sample, and the first radius in widths of a pixel, if there may be any.
@@ -68,7 +68,7 @@ pub struct Frame {
     pub around_square: f32,
 }
 
-impl Frame {
+impl RenderSetup {
     /// The same in a small image, whose longer side has at most so many pixels: for a first look.
     pub fn small(&self, longer_side: u32) -> Self {
         let [width, height] = self.size;
@@ -87,7 +87,7 @@ impl Frame {
         // Ways through a body take from what is lent.
         let acts = |body: &Body| scene.materials[body.material as usize].fills();
         let sharing =
-            Grouping::of(&scene.materials, settings).filter(|_| !scene.bodies.all(around).any(acts));
+            ReuseGroups::of(&scene.materials, settings).filter(|_| !scene.bodies.all(around).any(acts));
         let around_square = match settings.transport {
             Transport::Whitted => 1.0,
             Transport::Path => index_square(&scene, around),
@@ -104,7 +104,7 @@ impl Frame {
             filter: FilterTable::new(settings.filter),
             seed: settings.seed,
             max_depth: settings.max_depth,
-            limits: Limits::new(settings.depth_limits, settings.max_depth),
+            limits: BounceLimits::new(settings.depth_limits, settings.max_depth),
             min_throughput: settings.min_throughput,
             transport: settings.transport,
             sampler: settings.sampler,

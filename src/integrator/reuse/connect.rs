@@ -5,17 +5,17 @@ use std::num::Wrapping;
 
 use smallvec::SmallVec;
 
-use super::lend::{Sight, spread};
 use super::partition::{PIXELS, Partition};
-use super::{Offer, Slots, path_of, run_of, unit_at};
+use super::reusable::{Connection, splat};
+use super::{PathSlots, SecondVertex, path_of, run_of, unit_at};
 use crate::bvh::{AnyHitFilter, Crossing, HitPredicate, Rays};
 use crate::film::Film;
-use crate::integrator::begin::begin;
+use crate::integrator::any_hit::PathRay;
+use crate::integrator::camera_path::generate;
 use crate::integrator::observe::Observer;
 use crate::integrator::path::Path;
 use crate::integrator::path_tracing::bsdf;
-use crate::integrator::presence::Traced;
-use crate::integrator::{Frame, wavefront::queue::Columns};
+use crate::integrator::{RenderSetup, wavefront::queue::Columns};
 use crate::math::{Color, Ray, Vector};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::parameters::Outside;
@@ -31,13 +31,13 @@ const PADDING: usize = 16;
 const LARGEST: usize = 64;
 
 /// A group: ranges of the members, the lenders and the pairs.
-struct Group {
+struct GatheredGroup {
     members: std::ops::Range<usize>,
     lenders: std::ops::Range<usize>,
     pairs: usize,
 }
 
-impl Group {
+impl GatheredGroup {
     /// The distance between the pairs of one lender and those of the next.
     fn row(&self) -> usize {
         self.members.len() + PADDING
@@ -63,7 +63,7 @@ pub struct Connections {
     fans: Vec<u32>,
     blocked: Vec<u32>,
     t_min: Vec<f32>,
-    groups: Vec<Group>,
+    groups: Vec<GatheredGroup>,
     /// Slots whose first vertices take part.
     members: Vec<u32>,
     /// Slots whose second vertices do, and the place of each among its group's members.
@@ -97,17 +97,17 @@ impl RayQueue {
 }
 
 /// Which surfaces exist for the rays of connections.
-struct OfConnections<'a> {
-    frame: &'a Frame,
-    slots: &'a Slots,
+struct ConnectionAnyHit<'a> {
+    setup: &'a RenderSetup,
+    slots: &'a PathSlots,
     queue: &'a RayQueue,
 }
 
-impl HitPredicate for OfConnections<'_> {
+impl HitPredicate for ConnectionAnyHit<'_> {
     /// A ray to another's second vertex meets what the first vertex's own ray would have met there: the
     /// same numbers say what is there, so that densities are those of one and the same scene.
     fn accepts(&self, ray: usize, crossing: &Crossing) -> bool {
-        let Self { frame, slots, queue } = *self;
+        let Self { setup, slots, queue } = *self;
         let path = || {
             let vector = |column: usize| {
                 let [x, y, z] = [0, 1, 2].map(|axis| queue.0.floats(column + axis)[ray]);
@@ -115,9 +115,9 @@ impl HitPredicate for OfConnections<'_> {
             };
             let (origin, direction) = (vector(0), vector(3));
             let slot = &slots.slots[queue.0.integers(1)[ray] as usize];
-            Path { origin, direction, depth: std::num::Wrapping(1), ..path_of(frame, slot) }
+            Path { origin, direction, depth: std::num::Wrapping(1), ..path_of(setup, slot) }
         };
-        Traced { frame, path: &path, shadow: None }.meets(crossing)
+        PathRay { setup, path: &path, shadow: None }.meets(crossing)
     }
 }
 
@@ -155,51 +155,52 @@ impl Connections {
     /// rays are blocked.
     pub fn finish(
         &mut self,
-        frame: &Frame,
+        setup: &RenderSetup,
         isa: Isa,
-        slots: &Slots,
+        slots: &PathSlots,
         film: &mut Film,
         observer: &mut dyn Observer,
         any: &mut Any,
     ) {
-        if frame.sharing.is_none() {
+        if setup.sharing.is_none() {
             return;
         }
         self.received.clear();
         let nothing = Received { radiance: Color::black(), vertices: 0 };
         self.received.resize(slots.units.len() * PIXELS, nothing);
-        self.counts = observer.looks();
+        self.counts = observer.is_active();
         for (index, unit) in slots.units.clone().enumerate() {
             let (block, sample) = unit_at(&slots.blocks, &slots.samples, unit);
             let log2 = u32::from(slots.sizes[unit / slots.samples.len()]);
             if log2 == 0 {
                 continue;
             }
-            for group in Partition::new(log2, frame.seed, block, run_of(Wrapping(sample)).0).groups() {
+            for group in Partition::new(log2, setup.seed, block, run_of(Wrapping(sample)).0).groups() {
                 let Some(group) = self.gather(slots, index * PIXELS, group) else { continue };
                 let Self { members, lenders, pairs, rays, fans, .. } = self;
-                dispatch(isa, Connect { frame, slots, members, lenders, group: &group, pairs, rays, fans });
+                dispatch(isa, Connect { setup, slots, members, lenders, group: &group, pairs, rays, fans });
                 self.groups.push(group);
                 if self.rays.0.len() >= RAYS {
-                    self.trace(frame, isa, slots, observer, any);
+                    self.trace(setup, isa, slots, observer, any);
                 }
             }
         }
-        self.trace(frame, isa, slots, observer, any);
+        self.trace(setup, isa, slots, observer, any);
         slots.finish(&self.received, film, observer);
     }
 
     /// The members and lenders of a group, if there is anything to lend.
-    fn gather(&mut self, slots: &Slots, first: usize, group: &[u8]) -> Option<Group> {
+    fn gather(&mut self, slots: &PathSlots, first: usize, group: &[u8]) -> Option<GatheredGroup> {
         let (from_member, from_lender) = (self.members.len(), self.lenders.len());
         let slot = |place: &u8| first + usize::from(*place);
-        self.members
-            .extend(group.iter().map(slot).filter(|at| slots.slots[*at].receives).map(|at| at as u32));
+        self.members.extend(group.iter().map(slot).filter(|at| slots.slots[*at].takes).map(|at| at as u32));
         // Lanes that are looked up together have the same material.
         self.members[from_member..].sort_by_key(|at| slots.slots[*at as usize].material);
         for (place, at) in self.members[from_member..].iter().enumerate() {
             let slot = &slots.slots[*at as usize];
-            if matches!(slot.offer, Offer::Far(_) | Offer::Near(_)) && slot.lent.max_component() > 0.0 {
+            if matches!(slot.offer, SecondVertex::Far(_) | SecondVertex::Near(_))
+                && slot.lent.max_component() > 0.0
+            {
                 self.lenders.push((*at, place as u32));
             }
         }
@@ -209,7 +210,7 @@ impl Connections {
             return None;
         }
         let pairs = self.pairs.density.len();
-        let group = Group { members: from_member..self.members.len(), lenders, pairs };
+        let group = GatheredGroup { members: from_member..self.members.len(), lenders, pairs };
         let end = pairs + group.row() * group.lenders.len();
         self.pairs.density.resize(end, 0.0);
         self.pairs.value.iter_mut().for_each(|column| column.resize(end, 0.0));
@@ -217,9 +218,16 @@ impl Connections {
     }
 
     /// Traces the rays so far and adds what arrives.
-    fn trace(&mut self, frame: &Frame, isa: Isa, slots: &Slots, observer: &mut dyn Observer, any: &mut Any) {
+    fn trace(
+        &mut self,
+        setup: &RenderSetup,
+        isa: Isa,
+        slots: &PathSlots,
+        observer: &mut dyn Observer,
+        any: &mut Any,
+    ) {
         let count = self.rays.0.len();
-        let surfaces = OfConnections { frame, slots, queue: &self.rays };
+        let surfaces = ConnectionAnyHit { setup, slots, queue: &self.rays };
         let rays = Rays {
             origin: [0, 1, 2].map(|i| self.rays.0.floats(i)),
             direction: [3, 4, 5].map(|i| self.rays.0.floats(i)),
@@ -253,11 +261,11 @@ impl Connections {
 
 /// What the members of a group receive from its lenders.
 struct Receive<'a> {
-    group: &'a Group,
+    group: &'a GatheredGroup,
     members: &'a [u32],
     lenders: &'a [(u32, u32)],
     pairs: &'a Pairs,
-    slots: &'a Slots,
+    slots: &'a PathSlots,
     received: &'a mut [Received],
 }
 
@@ -302,7 +310,7 @@ impl Kernel for Receive<'_> {
     }
 }
 
-impl Group {
+impl GatheredGroup {
     /// The sum of all members' densities for each lender. Four at once: each sum has its order, and waits for itself.
     #[inline(always)]
     fn add_densities(&self, pairs: &Pairs, sums: &mut [f32]) {
@@ -323,7 +331,7 @@ impl Group {
 }
 
 /// From how many second vertices the members of a group receive anything.
-fn count_senders(group: &Group, members: &[u32], pairs: &Pairs, received: &mut [Received]) {
+fn count_senders(group: &GatheredGroup, members: &[u32], pairs: &Pairs, received: &mut [Received]) {
     for (place, at) in members[group.members.clone()].iter().enumerate() {
         let sends = |row: &usize| pairs.density[group.pairs + row * group.row() + place] > 0.0;
         received[*at as usize].vertices = (0..group.lenders.len()).filter(sends).count() as u32;
@@ -332,11 +340,11 @@ fn count_senders(group: &Group, members: &[u32], pairs: &Pairs, received: &mut [
 
 /// What each lender of a group counts for at each member, and the rays between them.
 struct Connect<'a> {
-    frame: &'a Frame,
-    slots: &'a Slots,
+    setup: &'a RenderSetup,
+    slots: &'a PathSlots,
     members: &'a [u32],
     lenders: &'a [(u32, u32)],
-    group: &'a Group,
+    group: &'a GatheredGroup,
     pairs: &'a mut Pairs,
     rays: &'a mut RayQueue,
     fans: &'a mut Vec<u32>,
@@ -356,7 +364,7 @@ impl Kernel for Connect<'_> {
                 end += 1;
             }
             let look_up =
-                LookUp { connect: &self, first, end, material: material(first), lanes: PhantomData };
+                ReceiverLookUp { connect: &self, first, end, material: material(first), lanes: PhantomData };
             receivers.push(<L::Queue as Float>::outlined(look_up));
             first = end;
         }
@@ -387,7 +395,7 @@ struct Receivers<F: Float> {
 }
 
 /// Looks up first vertices of one material.
-struct LookUp<'c, 'a, F> {
+struct ReceiverLookUp<'c, 'a, F> {
     connect: &'c Connect<'a>,
     first: usize,
     end: usize,
@@ -395,12 +403,12 @@ struct LookUp<'c, 'a, F> {
     lanes: PhantomData<F>,
 }
 
-impl<F: Float> Outlined for LookUp<'_, '_, F> {
+impl<F: Float> Outlined for ReceiverLookUp<'_, '_, F> {
     type Output = Receivers<F>;
     #[inline(always)]
     fn run(self) -> Receivers<F> {
         let Self { connect, first, end, material, .. } = self;
-        let Connect { frame, slots, group, members, .. } = *connect;
+        let Connect { setup, slots, group, members, .. } = *connect;
         let members = &members[group.members.clone()][first..end];
         let (mut at, mut pixel, mut sample) = ([0; PADDING], [0; PADDING], [0; PADDING]);
         for (lane, member) in members.iter().enumerate() {
@@ -410,11 +418,11 @@ impl<F: Float> Outlined for LookUp<'_, '_, F> {
         let mask = F::Mask::first(members.len());
         let places = F::Int::load(&at);
         let hit = slots.hits::<F>(places, mask);
-        let path = begin::<F>(frame, F::Int::load(&pixel), F::Int::load(&sample));
-        let surface = Surface::new(&frame.scene.geometry, &path.ray(), &hit, mask);
+        let path = generate::<F>(setup, F::Int::load(&pixel), F::Int::load(&sample));
+        let surface = Surface::new(&setup.scene.geometry, &path.ray(), &hit, mask);
         let width = path.width + path.spread * hit.t;
-        let point = ShadingPoint::new(&frame.scene, material, &hit, &surface, path.direction, width, mask);
-        let bsdf = bsdf(point.has(), frame, &path, &point, &Outside::air(), path.only_key(frame.seed), mask);
+        let point = ShadingPoint::new(&setup.scene, material, &hit, &surface, path.direction, width, mask);
+        let bsdf = bsdf(point.has(), setup, &path, &point, &Outside::air(), path.path_key(setup.seed), mask);
         let normal = surface.geometric_normal;
         // No light goes through: all rays leave on the viewer's side.
         let origin = leave(surface.position, normal, surface.offset, normal);
@@ -426,12 +434,12 @@ impl Connect<'_> {
     /// One row of pairs, of a lender that is at place `own` of the group.
     #[inline(always)]
     fn connect<F: Float>(&mut self, row: usize, lender: u32, own: u32, some: &Receivers<F>) {
-        let Self { frame, slots, group, .. } = *self;
+        let Self { setup, slots, group, .. } = *self;
         let Receivers { first, places, mask, origin, bsdf } = some;
         let (sight, t_max) = match &slots.slots[lender as usize].offer {
-            Offer::Far(direction) => (far::<F>(spread(*direction), *mask), F::splat(f32::INFINITY)),
-            Offer::Near(lent) => {
-                let sight = lent.seen_from(frame.lobes, *origin, *mask);
+            SecondVertex::Far(direction) => (far::<F>(splat(*direction), *mask), F::splat(f32::INFINITY)),
+            SecondVertex::Near(lent) => {
+                let sight = lent.seen_from(setup.lobes, *origin, *mask);
                 let t_max = sight.distance * F::splat(CONNECTION_END);
                 (sight, t_max)
             }
@@ -458,7 +466,7 @@ const LANES: [u32; PADDING] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
 
 /// What lies infinitely far away looks the same from everywhere.
 #[inline(always)]
-fn far<F: Float>(direction: Vector<F>, visible: F::Mask) -> Sight<F> {
+fn far<F: Float>(direction: Vector<F>, visible: F::Mask) -> Connection<F> {
     let one = F::one();
-    Sight { direction, distance: one, part: Color::new(one, one, one), geometry: one, visible }
+    Connection { direction, distance: one, part: Color::new(one, one, one), geometry: one, visible }
 }

@@ -4,40 +4,44 @@
 use std::ops::Range;
 
 use super::reports::report_connections;
-use super::{Clock, Todo, Wave};
+use super::{SampleCursor, StageClock, Wave};
 use crate::bvh;
 use crate::film::Film;
-use crate::integrator::observe::{self, Aside};
+use crate::integrator::observe::{self, Spilled};
 use crate::integrator::path::unpack_pixel;
-use crate::integrator::photons::Photons;
-use crate::integrator::sharing::pilot::{Pilot, plain};
-use crate::integrator::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
-use crate::integrator::{Frame, Stage, Statistics, Work};
+use crate::integrator::photons::PhotonMaps;
+use crate::integrator::reuse::probe::{ReuseProbe, plain};
+use crate::integrator::reuse::{ClippedSink, Connections, PIXELS, PathSlots, Sink, contains};
+use crate::integrator::{RayStatistics, RenderSetup, Stage, Work};
 use crate::math::{NONE, Rgb};
 use crate::simd::Isa;
 
 /// A frame, and the same for paths that are not shared.
 #[derive(Clone, Copy)]
-struct Frames<'a> {
-    frame: &'a Frame,
-    plain: &'a Frame,
+struct SharedAndPlain<'a> {
+    setup: &'a RenderSetup,
+    plain: &'a RenderSetup,
 }
 
 /// Stands for a path that goes on with what it has found.
 const KEEPS: u32 = 2;
 
 /// What sharing needs in addition to the queues.
-pub(super) struct Shared {
-    slots: Slots,
+pub(super) struct ReuseBuffers {
+    slots: PathSlots,
     connections: Connections,
     paths: usize,
 }
 
-impl Shared {
+impl ReuseBuffers {
     /// For waves of about `capacity` paths.
-    pub fn new(frame: &Frame, capacity: usize) -> Self {
+    pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
         let units = (capacity / PIXELS).max(1);
-        Self { slots: Slots::new(frame, units), connections: Connections::default(), paths: units * PIXELS }
+        Self {
+            slots: PathSlots::new(setup, units),
+            connections: Connections::default(),
+            paths: units * PIXELS,
+        }
     }
 
     /// The number of paths in a wave.
@@ -59,29 +63,30 @@ impl Wave {
         work: Work,
         film: &mut Film,
         samples: Range<u32>,
-        clock: &mut Clock,
+        clock: &mut StageClock,
     ) {
-        let Work { frame, pilot, photons, isa } = work;
+        let Work { setup, pilot, photons, isa } = work;
         let Some(mut shared) = self.shared.take() else { return };
-        let frames = Frames { frame, plain: &plain(frame) };
-        shared.slots.enter(frame, film.region());
+        let setups = SharedAndPlain { setup, plain: &plain(setup) };
+        shared.slots.enter(setup, film.region());
         if let Some(pilot) = pilot {
-            if !shared.slots.recall() && !self.look(pilot, photons, isa, &mut shared.slots, clock) {
+            if !shared.slots.recall() && !self.probe(pilot, photons, isa, &mut shared.slots, clock) {
                 self.shared = Some(shared);
                 return;
             }
             let slots = &shared.slots;
-            let todo =
-                Todo::new(film.region(), samples.clone(), photons.is_some(), &|x, y| slots.is_plain(x, y));
+            let todo = SampleCursor::new(film.region(), samples.clone(), photons.is_some(), &|x, y| {
+                slots.is_plain(x, y)
+            });
             self.render_todo(work.with_frame(&pilot.plain), film, todo, clock);
         }
         shared.slots.start(samples);
-        while self.trace_units(frames, photons, isa, film, &mut shared.slots, clock) {
-            let Shared { slots, connections, .. } = &mut shared;
+        while self.trace_units(setups, photons, isa, film, &mut shared.slots, clock) {
+            let ReuseBuffers { slots, connections, .. } = &mut shared;
             let stack = &mut self.stack;
             let observer = &mut *clock.observer;
-            connections.finish(frame, isa, slots, film, observer, &mut |rays, fans, blocked, observer| {
-                bvh::any_in_bundles(isa, &frame.scene.bvh, rays, fans, stack, blocked);
+            connections.finish(setup, isa, slots, film, observer, &mut |rays, fans, blocked, observer| {
+                bvh::any_in_bundles(isa, &setup.scene.bvh, rays, fans, stack, blocked);
                 report_connections(isa, blocked, observer);
             });
             clock.statistics.rays.connect += std::mem::take(&mut connections.traced);
@@ -91,22 +96,22 @@ impl Wave {
     }
 
     /// Looks at some pixels to see where sharing pays. The rays do not count. Returns false if it was stopped.
-    fn look(
+    fn probe(
         &mut self,
-        pilot: &Pilot,
-        photons: Option<Photons>,
+        pilot: &ReuseProbe,
+        photons: Option<PhotonMaps>,
         isa: Isa,
-        slots: &mut Slots,
-        clock: &mut Clock,
+        slots: &mut PathSlots,
+        clock: &mut StageClock,
     ) -> bool {
-        let photons = photons.map(Photons::of_pilot);
+        let photons = photons.map(PhotonMaps::of_pilot);
         slots.start_pilot();
-        let frame = &pilot.frame;
-        let frames = Frames { frame, plain: &plain(frame) };
-        let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
-        let (mut aside, mut observer) = (Statistics::default(), Aside(&mut *clock.observer));
-        let mut own = Clock { statistics: &mut aside, last: clock.last, observer: &mut observer };
-        while self.trace_units(frames, photons, isa, &mut film, slots, &mut own) {
+        let setup = &pilot.setup;
+        let setups = SharedAndPlain { setup, plain: &plain(setup) };
+        let mut film = Film::new(slots.whole_blocks(setup.size), setup.unit);
+        let (mut aside, mut observer) = (RayStatistics::default(), Spilled(&mut *clock.observer));
+        let mut own = StageClock { statistics: &mut aside, last: clock.last, observer: &mut observer };
+        while self.trace_units(setups, photons, isa, &mut film, slots, &mut own) {
             slots.measure(&film);
         }
         if own.observer.stops(0) {
@@ -120,28 +125,28 @@ impl Wave {
     /// Follows the paths of the next units to their ends; false if there are none, or if it was stopped.
     fn trace_units(
         &mut self,
-        Frames { frame, plain }: Frames,
-        photons: Option<Photons>,
+        SharedAndPlain { setup, plain }: SharedAndPlain,
+        photons: Option<PhotonMaps>,
         isa: Isa,
         film: &mut Film,
-        slots: &mut Slots,
-        clock: &mut Clock,
+        slots: &mut PathSlots,
+        clock: &mut StageClock,
     ) -> bool {
-        if !self.generate_shared(frame, isa, film, slots, clock) {
+        if !self.generate_shared(setup, isa, film, slots, clock) {
             return false;
         }
-        self.first_vertices(frame, photons, isa, film, slots, clock);
-        self.second_vertices(frame, photons, isa, slots, clock);
+        self.first_vertices(setup, photons, isa, film, slots, clock);
+        self.second_vertices(setup, photons, isa, slots, clock);
         while !self.paths.columns.is_empty() && !self.is_stopped(clock) {
-            self.vertices(frame, photons, isa, slots, false, clock);
+            self.vertices(setup, photons, isa, slots, false, clock);
             self.advance(slots, clock);
         }
         slots.settle();
         self.pending.spill_from(&mut self.alone);
         self.paths.fill_from(&mut self.pending);
         while !self.paths.columns.is_empty() && !self.is_stopped(clock) {
-            self.vertices(plain, photons, isa, &mut Within(&mut *film), false, clock);
-            self.advance(&mut Within(&mut *film), clock);
+            self.vertices(plain, photons, isa, &mut ClippedSink(&mut *film), false, clock);
+            self.advance(&mut ClippedSink(&mut *film), clock);
         }
         !clock.observer.stops(0)
     }
@@ -149,24 +154,24 @@ impl Wave {
     /// The camera's paths of the next units.
     fn generate_shared(
         &mut self,
-        frame: &Frame,
+        setup: &RenderSetup,
         isa: Isa,
         film: &mut Film,
-        slots: &mut Slots,
-        clock: &mut Clock,
+        slots: &mut PathSlots,
+        clock: &mut StageClock,
     ) -> bool {
         let (mut count, region) = (0, film.region());
         let (pixels, numbers) = (&mut self.pixels, &mut self.samples);
-        let more = slots.advance(frame.size, &mut |pixel, sample| {
+        let more = slots.advance(setup.size, &mut |pixel, sample| {
             (pixels[count], numbers[count]) = (pixel, sample);
             count += 1;
             let (x, y) = unpack_pixel(pixel);
-            if holds(&region, x, y) {
+            if contains(&region, x, y) {
                 film.count(x, y, sample);
             }
         });
         if more {
-            self.begin(frame, isa, count, clock);
+            self.begin(setup, isa, count, clock);
         }
         more
     }
@@ -175,39 +180,39 @@ impl Wave {
     /// to shared paths is wanted.
     fn vertices(
         &mut self,
-        frame: &Frame,
-        photons: Option<Photons>,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
         isa: Isa,
         sink: &mut dyn Sink,
         asks: bool,
-        clock: &mut Clock,
+        clock: &mut StageClock,
     ) {
-        self.intersect(frame, isa, clock);
-        self.retire(frame, photons, isa, Some(sink), clock);
-        self.shade_paths(frame, photons, isa, asks, clock);
-        self.report_paths(frame, photons, isa, clock.observer);
-        self.shadows(frame, isa, clock);
+        self.intersect(setup, isa, clock);
+        self.retire(setup, photons, isa, Some(sink), clock);
+        self.shade_paths(setup, photons, isa, asks, clock);
+        self.report_paths(setup, photons, isa, clock.observer);
+        self.shadows(setup, isa, clock);
         self.report_ends(clock.observer);
     }
 
     /// First vertices: what is found there belongs to the path alone.
     fn first_vertices(
         &mut self,
-        frame: &Frame,
-        photons: Option<Photons>,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
         isa: Isa,
         film: &mut Film,
-        slots: &mut Slots,
-        clock: &mut Clock,
+        slots: &mut PathSlots,
+        clock: &mut StageClock,
     ) {
-        let mut film = Within(film);
-        self.vertices(frame, photons, isa, &mut film, true, clock);
+        let mut film = ClippedSink(film);
+        self.vertices(setup, photons, isa, &mut film, true, clock);
         let materials = self.hits.materials(self.paths.columns.len());
         for (i, (path, _)) in self.paths.found().enumerate() {
-            slots.first(path, &self.hits.load::<f32>(i), materials[i], self.roles.receives[i]);
+            slots.first(path, &self.hits.load::<f32>(i), materials[i], self.roles.takes[i]);
         }
         self.reflect.inherit(&self.paths);
-        let (goes_on, looks) = (&mut self.goes_on, clock.observer.looks());
+        let (goes_on, looks) = (&mut self.goes_on, clock.observer.is_active());
         let mut shared = Vec::new();
         self.reflect.part(&mut self.alone, |source, path, throughput, pdf| {
             let shares = slots.leave(path, throughput, pdf);
@@ -225,7 +230,7 @@ impl Wave {
             }
         }
         for source in shared {
-            clock.observer.report(&observe::aside(&self.paths.load::<f32>(source)));
+            clock.observer.report(&observe::spilled(&self.paths.load::<f32>(source)));
         }
         self.paths.columns.clear();
         self.paths.fill_from(&mut self.reflect);
@@ -235,27 +240,27 @@ impl Wave {
     /// Second vertices: what leaves them by their diffuse lobe is lent.
     fn second_vertices(
         &mut self,
-        frame: &Frame,
-        photons: Option<Photons>,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
         isa: Isa,
-        slots: &mut Slots,
-        clock: &mut Clock,
+        slots: &mut PathSlots,
+        clock: &mut StageClock,
     ) {
-        self.intersect(frame, isa, clock);
+        self.intersect(setup, isa, clock);
         for (i, primitive) in self.hits.primitives(self.paths.columns.len()).iter().enumerate() {
             if *primitive == NONE {
                 let path = self.paths.load::<f32>(i);
-                slots.miss(frame, (path.pixel.0, path.sample.0), path.direction);
+                slots.miss(setup, (path.pixel.0, path.sample.0), path.direction);
             }
         }
-        self.retire(frame, photons, isa, Some(slots), clock);
-        self.shade_paths(frame, photons, isa, true, clock);
-        self.report_paths(frame, photons, isa, clock.observer);
-        for ((path, emitted), lent) in self.paths.found().zip(&self.roles.lent) {
+        self.retire(setup, photons, isa, Some(slots), clock);
+        self.shade_paths(setup, photons, isa, true, clock);
+        self.report_paths(setup, photons, isa, clock.observer);
+        for ((path, emitted), lent) in self.paths.found().zip(&self.roles.reusable) {
             slots.second(path, emitted, lent.as_ref());
         }
         self.put_aside(clock);
-        self.shadows(frame, isa, clock);
+        self.shadows(setup, isa, clock);
         self.report_ends(clock.observer);
         for (path, radiance) in self.paths.found() {
             slots.lit(path, radiance);
@@ -265,9 +270,9 @@ impl Wave {
     }
 
     /// What the paths have gathered has been put elsewhere.
-    fn put_aside(&mut self, clock: &mut Clock) {
-        if clock.observer.looks() {
-            let report = |i| clock.observer.report(&observe::aside(&self.paths.load::<f32>(i)));
+    fn put_aside(&mut self, clock: &mut StageClock) {
+        if clock.observer.is_active() {
+            let report = |i| clock.observer.report(&observe::spilled(&self.paths.load::<f32>(i)));
             (0..self.paths.columns.len()).for_each(report);
         }
         self.paths.radiance_mut().into_iter().for_each(|column| column.fill(0.0));

@@ -1,6 +1,6 @@
 //! Where paths of the path transport end before they have met nothing: by their bounces, or by chance.
 
-use super::Frame;
+use super::RenderSetup;
 use super::bounces;
 use super::path::Path;
 use crate::math::Color;
@@ -10,28 +10,28 @@ use crate::simd::{Float, Int, Mask};
 
 /// The lanes whose path has had its last bounce: the last of all, or the last of its kind.
 #[inline(always)]
-pub(super) fn is_last<F: Float>(frame: &Frame, path: &Path<F>) -> F::Mask {
+pub(super) fn is_last<F: Float>(setup: &RenderSetup, path: &Path<F>) -> F::Mask {
     // Scattering within bodies does not count, nor does going straight through.
-    let last = (F::Int::splat(frame.max_depth) + path.scatterings).lt(path.depth);
-    if frame.limits.is_some() { last | bounces::spent::<F>(path.branch) } else { last }
+    let last = (F::Int::splat(setup.max_depth) + path.scatterings).lt(path.depth);
+    if setup.limits.is_some() { last | bounces::spent::<F>(path.bounce_counts) } else { last }
 }
 
 /// Russian roulette among lanes that play: throughput, and where the path is still alive.
 #[inline(always)]
 pub(super) fn roulette<F: Float>(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<F>,
     throughput: Color<F>,
     key: SampleKey<F::Int>,
     mask: F::Mask,
 ) -> (Color<F>, F::Mask) {
     let all = F::Mask::from_bits(u32::MAX);
-    let Some(first) = frame.roulette_depth else { return (throughput, all) };
+    let Some(first) = setup.roulette_depth else { return (throughput, all) };
     // What a first vertex draws must not hang on luck that its neighbours do not know of.
-    let first = if frame.sharing.is_some() { first.max(1) } else { first };
+    let first = if setup.sharing.is_some() { first.max(1) } else { first };
     let plays = mask & !path.depth.lt(F::Int::splat(first));
     let survival = throughput.max_component().clamp(0.05, 1.0);
-    let number: F = draw_1d(frame.sampler, frame.samples, key, Dimension::Roulette.at(path.depth));
+    let number: F = draw_1d(setup.sampler, setup.samples, key, Dimension::Roulette.at(path.depth));
     let throughput = throughput * F::select(plays, F::one() / survival, F::one());
     (throughput, number.lt(survival) | !plays)
 }

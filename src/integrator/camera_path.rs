@@ -1,6 +1,6 @@
 //! How a path begins, under both transports.
 
-use super::Frame;
+use super::RenderSetup;
 use super::path::{Path, pixel_place};
 use crate::math::{Color, NONE};
 use crate::sampling::draw::draw_2d;
@@ -13,50 +13,50 @@ use crate::world::Transport;
 
 /// The camera's path for a sample of a pixel.
 #[inline(always)]
-pub fn begin<F: Float>(frame: &Frame, pixel: F::Int, sample: F::Int) -> Path<F> {
-    let key = SampleKey::new(frame.seed, pixel, sample, F::Int::splat(0));
+pub fn generate<F: Float>(setup: &RenderSetup, pixel: F::Int, sample: F::Int) -> Path<F> {
+    let key = SampleKey::new(setup.seed, pixel, sample, F::Int::splat(0));
     let dimension = Dimension::Pixel.at(F::Int::splat(0));
-    let (u, v) = match frame.transport {
-        Transport::Whitted => point::<F>(frame.pattern, frame.samples, key, dimension),
-        Transport::Path => draw_2d(frame.sampler, frame.samples, key, dimension),
+    let (u, v) = match setup.transport {
+        Transport::Whitted => point::<F>(setup.pattern, setup.samples, key, dimension),
+        Transport::Path => draw_2d(setup.sampler, setup.samples, key, dimension),
     };
     let (column, row) = pixel_place::<F>(pixel);
     let half = F::splat(0.5);
-    let across = column + half + frame.filter.sample(u);
-    let down = row + half + frame.filter.sample(v);
-    let [width, height] = frame.size.map(|s| s as f32);
+    let across = column + half + setup.filter.sample(u);
+    let down = row + half + setup.filter.sample(v);
+    let [width, height] = setup.size.map(|s| s as f32);
     let scale = F::splat(2.0 / height);
     let x = across * scale - F::splat(width / height);
     let y = F::one() - down * scale;
-    let lens = match (frame.scene.camera.projection, frame.transport) {
+    let lens = match (setup.scene.camera.projection, setup.transport) {
         (Projection::ThinLens { pattern, .. }, Transport::Whitted) => {
-            point::<F>(pattern, frame.samples, key, Dimension::Lens.at(F::Int::splat(0)))
+            point::<F>(pattern, setup.samples, key, Dimension::Lens.at(F::Int::splat(0)))
         }
         (Projection::ThinLens { .. }, Transport::Path) => {
-            draw_2d(frame.sampler, frame.samples, key, Dimension::Lens.at(F::Int::splat(0)))
+            draw_2d(setup.sampler, setup.samples, key, Dimension::Lens.at(F::Int::splat(0)))
         }
         _ => (half, half),
     };
-    let lens = match frame.scene.camera.projection {
-        Projection::ThinLens { .. } => camera::on_lens(frame.scene.aperture.as_ref(), lens),
+    let lens = match setup.scene.camera.projection {
+        Projection::ThinLens { .. } => camera::on_lens(setup.scene.aperture.as_ref(), lens),
         _ => lens,
     };
-    let ray = camera::ray(&frame.scene.camera, x, y, lens);
-    let (at_lens, per_metre) = camera::pixel_width(&frame.scene.camera, height);
+    let ray = camera::ray(&setup.scene.camera, x, y, lens);
+    let (at_lens, per_metre) = camera::pixel_width(&setup.scene.camera, height);
     let footprint = footprint::<F>(sample);
     Path {
         origin: ray.origin,
         direction: ray.direction,
-        throughput: Color::grey(F::splat(frame.around_square)),
+        throughput: Color::grey(F::splat(setup.around_square)),
         radiance: Color::black(),
         pixel,
         sample,
-        branch: F::Int::splat(0),
+        bounce_counts: F::Int::splat(0),
         depth: F::Int::splat(0),
         pdf: F::zero(),
         width: F::splat(at_lens) * footprint,
         spread: F::splat(per_metre) * footprint,
-        bodies: F::Int::splat(frame.around),
+        bodies: F::Int::splat(setup.around),
         facing: F::Int::splat(NONE),
         scatterings: F::Int::splat(0),
         travelled: F::zero(),

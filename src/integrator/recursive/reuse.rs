@@ -6,12 +6,12 @@ use std::ops::Range;
 use super::{Tile, to_rgb};
 use crate::bvh::any_ray;
 use crate::film::Film;
-use crate::integrator::observe::{self, Aside};
+use crate::integrator::observe::{self, Spilled};
 use crate::integrator::path::{Path, unpack_pixel};
-use crate::integrator::photons::Photons;
-use crate::integrator::sharing::pilot::{Pilot, plain};
-use crate::integrator::sharing::{Connections, PIXELS, Sink, Slots, Within, holds};
-use crate::integrator::{Statistics, begin};
+use crate::integrator::photons::PhotonMaps;
+use crate::integrator::reuse::probe::{ReuseProbe, plain};
+use crate::integrator::reuse::{ClippedSink, Connections, PIXELS, PathSlots, Sink, contains};
+use crate::integrator::{RayStatistics, camera_path};
 use crate::math::Color;
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
@@ -20,49 +20,50 @@ impl<'a> Tile<'a> {
     /// Renders samples whose paths are shared, block by block.
     pub(super) fn render_shared(
         &mut self,
-        pilot: Option<&'a Pilot>,
+        pilot: Option<&'a ReuseProbe>,
         film: &mut Film,
         samples: Range<u32>,
-        slots: &mut Slots,
+        slots: &mut PathSlots,
         connections: &mut Connections,
     ) {
-        let (frame, region) = (self.frame, film.region());
+        let (setup, region) = (self.setup, film.region());
         let mut begun = Vec::with_capacity(PIXELS);
-        slots.enter(frame, region);
+        slots.enter(setup, region);
         if let Some(pilot) = pilot {
             if !slots.recall() {
                 // The rays do not count.
-                let (statistics, observer) = (&mut Statistics::default(), &mut Aside(&mut *self.observer));
-                let photons = self.photons.map(Photons::of_pilot);
-                let (frames, isa) = ([&pilot.frame, &plain(&pilot.frame)], self.isa);
-                let mut aside = Tile::new(frames, photons, isa, statistics, &mut *self.buffers, observer);
-                aside.look(slots);
+                let (statistics, observer) =
+                    (&mut RayStatistics::default(), &mut Spilled(&mut *self.observer));
+                let photons = self.photons.map(PhotonMaps::of_pilot);
+                let (setups, isa) = ([&pilot.setup, &plain(&pilot.setup)], self.isa);
+                let mut aside = Tile::new(setups, photons, isa, statistics, &mut *self.buffers, observer);
+                aside.probe(slots);
                 if aside.stopped {
                     return;
                 }
                 slots.choose(pilot);
             }
-            self.frame = &pilot.plain;
+            self.setup = &pilot.plain;
             self.render_plain(film, samples.clone(), &|x, y| slots.is_plain(x, y));
-            self.frame = frame;
+            self.setup = setup;
         }
         slots.start(samples);
-        while !self.stopped && slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
+        while !self.stopped && slots.advance(setup.size, &mut |pixel, sample| begun.push((pixel, sample))) {
             for (pixel, sample) in begun.drain(..) {
                 let (x, y) = unpack_pixel(pixel);
-                if holds(&region, x, y) {
+                if contains(&region, x, y) {
                     film.count(x, y, sample);
                 }
                 self.statistics.rays.camera += 1;
-                let path = begin::begin::<f32>(frame, Wrapping(pixel), Wrapping(sample));
+                let path = camera_path::generate::<f32>(setup, Wrapping(pixel), Wrapping(sample));
                 self.share(path, film, slots);
             }
             slots.settle();
             let (isa, stack) = (self.isa, &mut self.buffers.stack);
-            connections.finish(frame, isa, slots, film, self.observer, &mut |rays, _, blocked, _| {
+            connections.finish(setup, isa, slots, film, self.observer, &mut |rays, _, blocked, _| {
                 for (at, blocked) in blocked.iter_mut().enumerate() {
                     let ray = rays.range(at..at + 1);
-                    *blocked = any_ray(isa, &frame.scene.bvh, &ray.ray(0), ray.filter, stack).into();
+                    *blocked = any_ray(isa, &setup.scene.bvh, &ray.ray(0), ray.filter, stack).into();
                 }
             });
             self.statistics.rays.connect += std::mem::take(&mut connections.traced);
@@ -70,14 +71,14 @@ impl<'a> Tile<'a> {
     }
 
     /// Looks at some pixels of a pilot's frame to see where sharing pays.
-    pub(super) fn look(&mut self, slots: &mut Slots) {
+    pub(super) fn probe(&mut self, slots: &mut PathSlots) {
         slots.start_pilot();
-        let frame = self.frame;
-        let mut film = Film::new(slots.whole_blocks(frame.size), frame.unit);
+        let setup = self.setup;
+        let mut film = Film::new(slots.whole_blocks(setup.size), setup.unit);
         let mut begun = Vec::with_capacity(PIXELS);
-        while !self.stopped && slots.advance(frame.size, &mut |pixel, sample| begun.push((pixel, sample))) {
+        while !self.stopped && slots.advance(setup.size, &mut |pixel, sample| begun.push((pixel, sample))) {
             for (pixel, sample) in begun.drain(..) {
-                let path = begin::begin::<f32>(frame, Wrapping(pixel), Wrapping(sample));
+                let path = camera_path::generate::<f32>(setup, Wrapping(pixel), Wrapping(sample));
                 self.share(path, &mut film, slots);
             }
             slots.settle();
@@ -86,16 +87,16 @@ impl<'a> Tile<'a> {
     }
 
     /// Follows a path to its end and leaves what it finds where others share it.
-    fn share(&mut self, mut path: Path<f32>, film: &mut Film, slots: &mut Slots) {
+    fn share(&mut self, mut path: Path<f32>, film: &mut Film, slots: &mut PathSlots) {
         let hit = self.meet(&path);
         let first = self.vertex(&mut path, hit);
         let of = (path.pixel.0, path.sample.0);
-        let mut film = Within(film);
+        let mut film = ClippedSink(film);
         let Some(outcome) = first else { return film.deposit(of.0, of.1, to_rgb(path.radiance)) };
         self.light(&mut path, &outcome);
         let lane = HitLanes::one(&hit);
-        let material = material_of(&self.frame.scene.geometry, &lane, true).0;
-        slots.first(of, &lane, material, outcome.shared.as_ref().is_some_and(|shared| shared.receives));
+        let material = material_of(&self.setup.scene.geometry, &lane, true).0;
+        slots.first(of, &lane, material, outcome.shared.as_ref().is_some_and(|shared| shared.takes));
         self.fork(&outcome);
         let next = self.onward(&path, &outcome);
         if let Some(next) = next.filter(|next| slots.leave(of, next.throughput, next.pdf)) {
@@ -104,13 +105,13 @@ impl<'a> Tile<'a> {
             self.share_onward(next, slots);
             return;
         }
-        let frame = std::mem::replace(&mut self.frame, self.plain);
+        let setup = std::mem::replace(&mut self.setup, self.plain);
         match next {
             Some(next) => self.end(Path { radiance: path.radiance, ..next }, &mut film),
             None => film.deposit(of.0, of.1, to_rgb(path.radiance)),
         }
         self.end_forks(&mut film);
-        self.frame = frame;
+        self.setup = setup;
     }
 
     /// Follows a path to its end.
@@ -127,18 +128,18 @@ impl<'a> Tile<'a> {
     }
 
     /// Follows a path that is shared from its first vertex to its end.
-    fn share_onward(&mut self, next: Path<f32>, slots: &mut Slots) {
+    fn share_onward(&mut self, next: Path<f32>, slots: &mut PathSlots) {
         let of = (next.pixel.0, next.sample.0);
         let (throughput, radiance) = (Color::new(1.0, 1.0, 1.0), Color::black());
         let mut path = Path { throughput, radiance, ..next };
         let hit = self.meet(&path);
         if hit.is_miss() {
-            slots.miss(self.frame, of, path.direction);
+            slots.miss(self.setup, of, path.direction);
         }
         let Some(outcome) = self.vertex(&mut path, hit) else {
             return slots.deposit(of.0, of.1, to_rgb(path.radiance));
         };
-        let lent = outcome.shared.as_ref().and_then(|shared| shared.lends.then_some(&shared.lent));
+        let lent = outcome.shared.as_ref().and_then(|shared| shared.gives.then_some(&shared.reusable));
         slots.second(of, path.radiance, lent);
         self.put_aside(&mut path);
         self.light(&mut path, &outcome);
@@ -155,7 +156,7 @@ impl<'a> Tile<'a> {
     /// Clears the path's radiance, which has been put where it is shared.
     fn put_aside(&mut self, path: &mut Path<f32>) {
         if self.looks {
-            self.observer.report(&observe::aside(path));
+            self.observer.report(&observe::spilled(path));
         }
         path.radiance = Color::black();
     }

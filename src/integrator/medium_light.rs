@@ -1,11 +1,11 @@
 //! Light samples from where paths are scattered within bodies.
 
-use super::Frame;
-use super::ends::is_last;
+use super::RenderSetup;
 use super::medium;
-use super::mis::{choose, heuristic};
+use super::mis::{choose, power_heuristic};
 use super::path::Path;
 use super::shadow::ShadowRay;
+use super::termination::is_last;
 use crate::math::{NONE, Ray};
 use crate::sampling::SampleKey;
 use crate::shading::boundary::is_lit;
@@ -13,19 +13,19 @@ use crate::shading::emitter::{self, SHADOW_END};
 use crate::simd::{Float, Int, Mask, Outlined};
 
 /// Light on paths that are scattered within bodies whose boundary lets it in unbent.
-pub struct LitWithin<'a, F: Float> {
+pub struct MediumLightSample<'a, F: Float> {
     /// The scene.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// The path, with the throughput that is left there.
     pub path: &'a Path<F>,
     /// How far it gets.
-    pub flight: &'a medium::Flight<F>,
+    pub flight: &'a medium::FreeFlight<F>,
     /// Its random numbers.
     pub key: SampleKey<F::Int>,
 }
 
 /// A ray to a point of a light.
-pub struct Lit<F: Float> {
+pub struct MediumLight<F: Float> {
     /// The light, or [`NONE`].
     pub emitter: F::Int,
     /// The weight of finding the light this way.
@@ -34,23 +34,23 @@ pub struct Lit<F: Float> {
     pub shadow: ShadowRay<F>,
 }
 
-impl<F: Float> Outlined for LitWithin<'_, F> {
-    type Output = Lit<F>;
+impl<F: Float> Outlined for MediumLightSample<'_, F> {
+    type Output = MediumLight<F>;
     #[inline(always)]
-    fn run(self) -> Lit<F> {
-        let Self { frame, path, flight, key } = self;
-        let (scene, zero) = (&frame.scene, F::zero());
+    fn run(self) -> MediumLight<F> {
+        let Self { setup, path, flight, key } = self;
+        let (scene, zero) = (&setup.scene, F::zero());
         let none = F::Int::splat(NONE);
-        let mask = is_lit(&scene.bodies, path.bodies, flight.scattered & !is_last(frame, path));
+        let mask = is_lit(&scene.bodies, path.bodies, flight.scattered & !is_last(setup, path));
         if scene.emitters.is_empty() || !mask.any() {
-            return Lit { emitter: none, share: F::one(), shadow: ShadowRay::none() };
+            return MediumLight { emitter: none, share: F::one(), shadow: ShadowRay::none() };
         }
         let origin = path.origin + path.direction * flight.t;
-        let (emitter, chance, u) = choose(frame, origin, none, (path.depth, key), mask);
+        let (emitter, chance, u) = choose(setup, origin, none, (path.depth, key), mask);
         let sample = emitter::sample(scene, emitter, origin, u, mask);
-        let phase = medium::phase(frame, path.bodies, path.direction.dot(sample.direction), mask);
+        let phase = medium::phase(setup, path.bodies, path.direction.dot(sample.direction), mask);
         let density = sample.pdf * chance;
-        let share = F::select(sample.shared, heuristic(density, phase), F::one());
+        let share = F::select(sample.shared, power_heuristic(density, phase), F::one());
         let light = sample.radiance * (phase * share / density.max(F::splat(1e-30)));
         let contribution = path.throughput * light;
         let t_max = sample.distance * F::splat(SHADOW_END);
@@ -61,6 +61,6 @@ impl<F: Float> Outlined for LitWithin<'_, F> {
             bodies: path.bodies,
             mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
         };
-        Lit { emitter, share, shadow }
+        MediumLight { emitter, share, shadow }
     }
 }

@@ -3,7 +3,7 @@
 
 use std::num::Wrapping;
 
-use super::Frame;
+use super::RenderSetup;
 use super::path::Path;
 use crate::bvh::{Crossing, FaceCulling, HitPredicate, SPHERE};
 use crate::math::{Hit, NONE, Ray, Vector};
@@ -18,18 +18,18 @@ use crate::shading::{HitLanes, Surface, emitter};
 use crate::world::Transport;
 
 /// A ray of a path.
-pub struct Traced<'a> {
+pub struct PathRay<'a> {
     /// The scene.
-    pub frame: &'a Frame,
+    pub setup: &'a RenderSetup,
     /// The path whose random numbers the ray draws: wanted only where something is not there as a whole.
     pub path: &'a (dyn Fn() -> Path<f32> + Sync),
     /// The ray, if it goes from where the path is to a light, and not along the path.
-    pub shadow: Option<Shadow<'a>>,
+    pub shadow: Option<LightRay<'a>>,
 }
 
 /// A ray to a light.
 #[derive(Clone, Copy)]
-pub struct Shadow<'a> {
+pub struct LightRay<'a> {
     /// The ray.
     pub ray: Ray<f32>,
     /// The emitter that it leads to, whose own surface does not block it.
@@ -42,12 +42,12 @@ pub struct Shadow<'a> {
 pub fn crossed<'a>(
     scene: &'a CompiledScene,
     crossing: &Crossing,
-    sides: FaceCulling,
+    culling: FaceCulling,
 ) -> Option<&'a Material> {
     let Hit { primitive, instance, .. } = crossing.hit;
     let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
     let front = crossing.front != scene.geometry.is_mirrored(primitive);
-    let shows = match sides {
+    let shows = match culling {
         FaceCulling::AsBuilt => material.shows(front),
         FaceCulling::Opposite => material.shows(!front),
         FaceCulling::Off => material.shows(true),
@@ -58,22 +58,23 @@ pub fn crossed<'a>(
 /// The sides that rays of a frame meet. A photon goes the other way along paths of the camera, which meet a one-sided
 /// surface where they arrive, at its front: there the photon arrives or leaves (`photons::trace`), so it meets both sides.
 /// Its ray to the camera meets the sides that the camera's ray meets.
-pub fn sides(frame: &Frame, is_shadow: bool) -> FaceCulling {
-    match (frame.follows_light, is_shadow) {
+pub fn culling(setup: &RenderSetup, is_shadow: bool) -> FaceCulling {
+    match (setup.follows_light, is_shadow) {
         (false, _) => FaceCulling::AsBuilt,
         (true, false) => FaceCulling::Off,
         (true, true) => FaceCulling::Opposite,
     }
 }
 
-impl Traced<'_> {
+impl PathRay<'_> {
     /// Whether the ray meets something where it crosses a surface: always the same answer, as its
     /// number belongs to the crossing.
     pub fn meets(&self, crossing: &Crossing) -> bool {
-        let scene = &self.frame.scene;
-        let sides = sides(self.frame, self.shadow.is_some());
-        let Some(material) = crossed(scene, crossing, sides) else { return false };
-        if let Some(Shadow { emitter, .. }) = self.shadow
+        let scene = &self.setup.scene;
+        let Some(material) = crossed(scene, crossing, culling(self.setup, self.shadow.is_some())) else {
+            return false;
+        };
+        if let Some(LightRay { emitter, .. }) = self.shadow
             && emitter != NONE
             && material.emits()
             && emitter::of_hit(scene, &HitLanes::one(&crossing.hit), true).0 == emitter
@@ -84,7 +85,7 @@ impl Traced<'_> {
             return false;
         }
         match self.shadow {
-            Some(Shadow { passes, .. }) if material.straight => {
+            Some(LightRay { passes, .. }) if material.straight => {
                 passes(crossing);
                 false
             }
@@ -94,7 +95,7 @@ impl Traced<'_> {
 
     /// Whether something of a surface that is not whole is there.
     fn is_covered(&self, material: &Material, crossing: &Crossing) -> bool {
-        let (frame, path) = (self.frame, (self.path)());
+        let (setup, path) = (self.setup, (self.path)());
         let Hit { primitive, instance, .. } = crossing.hit;
         let there = self.coverage(&path, material, crossing);
         if material.coverage != Coverage::Blend {
@@ -104,28 +105,28 @@ impl Traced<'_> {
             combine(combine(Wrapping(primitive), Wrapping(instance)), Wrapping(crossing.front.into()));
         let dimension = if self.shadow.is_some() { Dimension::ShadowAlpha } else { Dimension::Alpha };
         let number: f32 =
-            draw_1d(frame.sampler, frame.samples, self.key(&path).fork(layer.0), dimension.at(path.depth));
+            draw_1d(setup.sampler, setup.samples, self.key(&path).fork(layer.0), dimension.at(path.depth));
         there > number
     }
 
     /// Which random numbers it draws.
     fn key(&self, path: &Path<f32>) -> SampleKey<Wrapping<u32>> {
-        let Self { frame, shadow, .. } = *self;
-        match (frame.transport, shadow) {
-            (Transport::Path, _) => path.only_key(frame.seed),
-            (Transport::Whitted, None) => path.key(frame.seed),
+        let Self { setup, shadow, .. } = *self;
+        match (setup.transport, shadow) {
+            (Transport::Path, _) => path.path_key(setup.seed),
+            (Transport::Whitted, None) => path.key(setup.seed),
             // Each vertex has many of them.
-            (Transport::Whitted, Some(Shadow { ray, .. })) => {
+            (Transport::Whitted, Some(LightRay { ray, .. })) => {
                 let Vector { x, y, z } = ray.direction;
                 let which = [x, y, z].map(|c| Wrapping(c.to_bits())).into_iter().reduce(combine);
-                path.key(frame.seed).fork(which.unwrap_or_default().0)
+                path.key(setup.seed).fork(which.unwrap_or_default().0)
             }
         }
     }
 
     /// The coverage of the surface there.
     fn coverage(&self, path: &Path<f32>, material: &Material, crossing: &Crossing) -> f32 {
-        let scene = &self.frame.scene;
+        let scene = &self.setup.scene;
         let Hit { u, v, primitive, .. } = crossing.hit;
         let hit = HitLanes::one(&crossing.hit);
         let uv = match primitive & SPHERE {
@@ -141,7 +142,7 @@ impl Traced<'_> {
     }
 }
 
-impl HitPredicate for Traced<'_> {
+impl HitPredicate for PathRay<'_> {
     fn accepts(&self, _: usize, crossing: &Crossing) -> bool {
         self.meets(crossing)
     }

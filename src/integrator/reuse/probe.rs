@@ -4,9 +4,9 @@
 //! Sharing lessens the part of the variance that comes from second vertices, at the price of the rays that
 //! connect them. Edges, direct light and mirror images keep theirs.
 
-use super::{BLOCK, Offer, PIXELS, Slots};
+use super::{BLOCK, PIXELS, PathSlots, SecondVertex};
 use crate::film::{Film, Region};
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
 use crate::sampling::hash::mix;
 use crate::sampling::pattern::Grid;
 
@@ -38,11 +38,11 @@ pub const MOST_RAYS: u64 = 1 << 18;
 
 /// What is known of a frame whose blocks choose how many of their pixels share.
 #[derive(Clone)]
-pub struct Pilot {
+pub struct ReuseProbe {
     /// The frame for measuring: the same with other random numbers.
-    pub frame: Frame,
+    pub setup: RenderSetup,
     /// The frame where nothing is shared.
-    pub plain: Frame,
+    pub plain: RenderSetup,
     price: Price,
 }
 
@@ -54,30 +54,30 @@ struct Price {
     /// Added to a block's squared radiance, so that what is dark counts for little.
     floor: f32,
     /// The mean of all blocks.
-    usual: Parts,
+    usual: Variances,
     /// What a ray from a first vertex to a second one costs, in units of a whole path.
     connection: f32,
 }
 
 /// Relative variance of two kinds of light.
 #[derive(Clone, Copy, Debug, Default)]
-struct Parts {
+struct Variances {
     /// That of light which is not lent.
     kept: f32,
     /// That of light which is.
     lent: f32,
 }
 
-impl Pilot {
+impl ReuseProbe {
     /// The frame for measuring a frame.
-    pub fn frame_of(frame: &Frame) -> Frame {
-        Frame { seed: frame.seed ^ 0x7069_6c6f_7421, samples: Grid::new(SAMPLES), ..frame.clone() }
+    pub fn frame_of(setup: &RenderSetup) -> RenderSetup {
+        RenderSetup { seed: setup.seed ^ 0x7069_6c6f_7421, samples: Grid::new(SAMPLES), ..setup.clone() }
     }
 
     /// The blocks of an image that are measured to learn what is usual in it.
-    pub fn blocks(frame: &Frame) -> impl ExactSizeIterator<Item = Region> {
-        let blocks = Region::whole(frame.size.map(|pixels| pixels.div_ceil(BLOCK)));
-        let (count, [width, height]) = (blocks.area().min(BLOCKS), frame.size);
+    pub fn blocks(setup: &RenderSetup) -> impl ExactSizeIterator<Item = Region> {
+        let blocks = Region::whole(setup.size.map(|pixels| pixels.div_ceil(BLOCK)));
+        let (count, [width, height]) = (blocks.area().min(BLOCKS), setup.size);
         (0..count).map(move |i| {
             let at = (i * blocks.area() / count) as u32;
             let [x0, y0] = [at % blocks.width(), at / blocks.width()].map(|place| place * BLOCK);
@@ -86,34 +86,34 @@ impl Pilot {
     }
 
     /// What is known of a frame by what [`Pilot::frame_of`] it has found in some blocks, with so many rays.
-    pub fn new(frame: &Frame, measuring: Frame, measured: &[Measured], rays: u64) -> Self {
-        Self { frame: measuring, plain: plain(frame), price: Price::of(measured, rays) }
+    pub fn new(setup: &RenderSetup, measuring: RenderSetup, measured: &[MeasuredBlock], rays: u64) -> Self {
+        Self { setup: measuring, plain: plain(setup), price: Price::of(measured, rays) }
     }
 
     /// What is chosen for a block.
-    pub(super) fn choice(&self, block: &Measured) -> u8 {
+    pub(super) fn choice(&self, block: &MeasuredBlock) -> u8 {
         block.choice(&self.price).0 as u8
     }
 }
 
 /// A frame whose paths share nothing.
-pub fn plain(frame: &Frame) -> Frame {
-    Frame { sharing: None, ..frame.clone() }
+pub fn plain(setup: &RenderSetup) -> RenderSetup {
+    RenderSetup { sharing: None, ..setup.clone() }
 }
 
 /// Time is best divided where the image's error times its cost is least, which is where the last bit of time reduces
 /// the error by the same fraction everywhere.
 impl Price {
     /// From some blocks of an image, for which this many rays have been traced.
-    fn of(blocks: &[Measured], rays: u64) -> Self {
+    fn of(blocks: &[MeasuredBlock], rays: u64) -> Self {
         let share = 1.0 / blocks.len().max(1) as f32;
         let mean = blocks.iter().map(|block| block.square().sqrt()).sum::<f32>() * share;
-        let paths: f32 = blocks.iter().map(Measured::paths).sum();
+        let paths: f32 = blocks.iter().map(MeasuredBlock::paths).sum();
         let connection = CONNECTION * paths / (rays as f32).max(1.0);
         let floor = (0.1 * mean) * (0.1 * mean);
-        let mut price = Self { variance: 0.0, floor, usual: Parts::default(), connection };
+        let mut price = Self { variance: 0.0, floor, usual: Variances::default(), connection };
         for block in blocks {
-            let Parts { kept, lent } = block.variances(price.floor);
+            let Variances { kept, lent } = block.variances(price.floor);
             price.usual.kept += kept * share;
             price.usual.lent += lent * share;
         }
@@ -132,7 +132,7 @@ impl Price {
 }
 
 /// Whether a pixel is looked at.
-pub(super) fn looks_at(x: u32, y: u32) -> bool {
+pub(super) fn is_probed(x: u32, y: u32) -> bool {
     let cell = (x / EVERY) ^ (y / EVERY) << 16;
     let place = mix(std::num::Wrapping(cell)).0 % (EVERY * EVERY);
     (x % EVERY, y % EVERY) == (place % EVERY, place / EVERY)
@@ -140,14 +140,14 @@ pub(super) fn looks_at(x: u32, y: u32) -> bool {
 
 /// What two samples of some of a block's pixels have found.
 #[derive(Clone, Default)]
-pub struct Measured {
+pub struct MeasuredBlock {
     /// By sample and pixel: red, green and blue of what has not been lent, and of what has been.
     found: [Vec<[f32; 6]>; SAMPLES as usize],
     receivers: usize,
     lenders: usize,
 }
 
-impl Measured {
+impl MeasuredBlock {
     /// Binary logarithm of the number of pixels that should share, the relative variance that is left then,
     /// and the cost in units of a path.
     fn choice(&self, price: &Price) -> (u32, f32, f32) {
@@ -174,7 +174,7 @@ impl Measured {
         self.found.iter().map(Vec::len).sum::<usize>().max(1) as f32
     }
 
-    fn variances(&self, floor: f32) -> Parts {
+    fn variances(&self, floor: f32) -> Variances {
         let [first, second] = &self.found;
         let (mut kept, mut lent) = (0.0, 0.0);
         for (a, b) in first.iter().zip(second) {
@@ -183,7 +183,7 @@ impl Measured {
             lent += square(3) + square(4) + square(5);
         }
         let scale = 1.0 / (self.paths() * (self.square() + floor).max(f32::MIN_POSITIVE));
-        Parts { kept: kept * scale, lent: lent * scale }
+        Variances { kept: kept * scale, lent: lent * scale }
     }
 
     /// The squared mean radiance, of all channels together.
@@ -203,7 +203,7 @@ fn places(blocks: &Region) -> impl Iterator<Item = [u32; 2]> {
     (y0..y1).flat_map(move |y| (x0..x1).map(move |x| [x, y]))
 }
 
-impl Slots {
+impl PathSlots {
     /// Takes down what the paths of the current units have found, of which the film holds what belongs to
     /// first vertices.
     pub fn measure(&mut self, film: &Film) {
@@ -219,15 +219,15 @@ impl Slots {
                 let (own, lent) = (slot.weight * slot.own, slot.weight * slot.lent);
                 let found = [seen[0] + own.r, seen[1] + own.g, seen[2] + own.b, lent.r, lent.g, lent.b];
                 measured.found[sample].push(found);
-                measured.receivers += usize::from(slot.receives);
-                let offers = matches!(slot.offer, Offer::Far(_) | Offer::Near(_));
+                measured.receivers += usize::from(slot.takes);
+                let offers = matches!(slot.offer, SecondVertex::Far(_) | SecondVertex::Near(_));
                 measured.lenders += usize::from(offers && slot.lent.max_component() > 0.0);
             }
         }
     }
 
     /// Chooses by what has been measured.
-    pub fn choose(&mut self, pilot: &Pilot) {
+    pub fn choose(&mut self, pilot: &ReuseProbe) {
         self.sizes = self.measured.iter().map(|block| pilot.choice(block)).collect();
         let places = places(&self.blocks);
         self.chosen.extend(places.zip(self.sizes.iter().copied()));
@@ -243,7 +243,7 @@ impl Slots {
     }
 
     /// What has been measured of the first block.
-    pub fn measured(&mut self) -> Measured {
+    pub fn measured(&mut self) -> MeasuredBlock {
         std::mem::take(&mut self.measured[0])
     }
 
@@ -260,7 +260,7 @@ impl Slots {
         self.sizes = vec![1; self.blocks.area()];
         let room = || Vec::with_capacity(LOOKED_AT);
         self.measured = (0..self.blocks.area())
-            .map(|_| Measured { found: [room(), room()], receivers: 0, lenders: 0 })
+            .map(|_| MeasuredBlock { found: [room(), room()], receivers: 0, lenders: 0 })
             .collect();
     }
 
@@ -278,12 +278,12 @@ mod tests {
     use super::*;
 
     /// A block of radiance 1 whose two samples differ by this much.
-    fn block(kept: f32, lent: f32, paths: usize) -> Measured {
+    fn block(kept: f32, lent: f32, paths: usize) -> MeasuredBlock {
         let pair = |sign: f32| {
             let (kept, lent) = (0.5 + sign * kept, 0.5 + sign * lent);
             vec![[kept, kept, kept, lent, lent, lent]; paths]
         };
-        Measured { found: [pair(1.0), pair(-1.0)], receivers: 2 * paths, lenders: 2 * paths }
+        MeasuredBlock { found: [pair(1.0), pair(-1.0)], receivers: 2 * paths, lenders: 2 * paths }
     }
 
     #[test]
@@ -300,13 +300,13 @@ mod tests {
         let block = block(0.01, 0.2, 16);
         let price = Price::of(std::slice::from_ref(&block), 200);
         assert_eq!(block.choice(&Price { variance: 100.0, ..price }).0, 0);
-        assert_eq!(Measured::default().choice(&price).0, 0, "nothing was looked at");
+        assert_eq!(MeasuredBlock::default().choice(&price).0, 0, "nothing was looked at");
     }
 
     #[test]
     fn one_pixel_of_each_square_is_looked_at() {
         for (x0, y0) in [(0, 0), (4, 8), (400, 36)] {
-            let inside = (0..16).filter(|i| looks_at(x0 + i % 4, y0 + i / 4));
+            let inside = (0..16).filter(|i| is_probed(x0 + i % 4, y0 + i / 4));
             assert_eq!(inside.count(), 1, "{x0} {y0}");
         }
     }

@@ -19,7 +19,7 @@ const LEAST_DIFFUSE: f32 = 0.2;
 
 /// The light that leaves a second vertex by its diffuse lobe, up to its radiance.
 #[derive(Clone, Copy)]
-pub struct Lent<F: Float> {
+pub struct ReusableVertex<F: Float> {
     position: Vector<F>,
     /// On the side that lends.
     geometric_normal: Vector<F>,
@@ -41,7 +41,7 @@ pub struct Lent<F: Float> {
 /// Numbers of a [`Lent`].
 pub const COLUMNS: usize = 32;
 
-impl<F: Float> Lent<F> {
+impl<F: Float> ReusableVertex<F> {
     /// As a column for each number.
     #[inline(always)]
     pub fn columns(&self) -> [F; COLUMNS] {
@@ -59,7 +59,7 @@ impl<F: Float> Lent<F> {
     }
 }
 
-impl Lent<f32> {
+impl ReusableVertex<f32> {
     /// The inverse of [`Lent::columns`].
     pub fn new(columns: &[f32; COLUMNS]) -> Self {
         let vector = |at: usize| Vector::new(columns[at], columns[at + 1], columns[at + 2]);
@@ -81,12 +81,12 @@ impl Lent<f32> {
     /// radiance of 1 towards its own path: times cos / d², what turns a density per steradian into one on
     /// its surface. Nothing where it is seen from behind.
     #[inline(always)]
-    pub fn seen_from<F: Float>(&self, tables: LobeTables, origin: Vector<F>, mask: F::Mask) -> Sight<F> {
-        let to = spread(self.position) - origin;
+    pub fn seen_from<F: Float>(&self, tables: LobeTables, origin: Vector<F>, mask: F::Mask) -> Connection<F> {
+        let to = splat(self.position) - origin;
         let square = to.dot(to).max(F::splat(1e-30));
         let distance = square.sqrt();
         let direction = to * (F::one() / distance);
-        let (geometric_normal, normal) = (spread(self.geometric_normal), spread(self.normal));
+        let (geometric_normal, normal) = (splat(self.geometric_normal), splat(self.normal));
         let cos = -geometric_normal.dot(direction);
         let shading = -normal.dot(direction);
         let visible = mask & cos.gt(F::zero()) & !is_turned(normal, geometric_normal, -direction);
@@ -98,12 +98,12 @@ impl Lent<f32> {
             let left = Color::new(F::splat(r.max(1e-6)), F::splat(g.max(1e-6)), F::splat(b.max(1e-6)));
             part = above.left(&own).over(left);
         }
-        Sight { direction, distance, part, geometry: cos / square, visible }
+        Connection { direction, distance, part, geometry: cos / square, visible }
     }
 }
 
 /// A second vertex as it is seen from points.
-pub struct Sight<F: Float> {
+pub struct Connection<F: Float> {
     /// Unit vector to it.
     pub direction: Vector<F>,
     /// How far it is.
@@ -117,17 +117,17 @@ pub struct Sight<F: Float> {
 }
 
 /// What hits mean to shared paths.
-pub struct Shared<F: Float> {
+pub struct ReuseRoles<F: Float> {
     /// First vertices that take part.
-    pub receives: F::Mask,
+    pub takes: F::Mask,
     /// Second vertices that have something to lend.
-    pub lends: F::Mask,
+    pub gives: F::Mask,
     /// What they lend.
-    pub lent: Lent<F>,
+    pub reusable: ReusableVertex<F>,
 }
 
 /// What a vertex does with light.
-pub struct Vertex<'a, F: Float> {
+pub struct EvaluatedVertex<'a, F: Float> {
     /// Where it is.
     pub point: &'a ShadingPoint<'a, F>,
     /// What it does.
@@ -140,15 +140,14 @@ pub struct Vertex<'a, F: Float> {
 
 /// Looks at hits of one material.
 #[inline(always)]
-pub fn shared<F: Float>(path: &Path<F>, vertex: &Vertex<F>, mask: F::Mask) -> Shared<F> {
-    let Vertex { point, bsdf, light, drawn } = vertex;
+pub fn roles<F: Float>(path: &Path<F>, vertex: &EvaluatedVertex<F>, mask: F::Mask) -> ReuseRoles<F> {
+    let EvaluatedVertex { point, bsdf, light, drawn } = vertex;
     let (surface, record): (&Surface<F>, &Material) = (point.surface, point.material);
     let none = F::Mask::from_bits(0);
     let first = mask & path.depth.eq(F::Int::splat(0));
-    let receives =
-        if receives(record) { first & bsdf.diffuse_chance().ge(F::splat(LEAST_DIFFUSE)) } else { none };
+    let takes = if takes(record) { first & bsdf.diffuse_chance().ge(F::splat(LEAST_DIFFUSE)) } else { none };
     let black = Color::black();
-    let mut lent = Lent {
+    let mut reusable = ReusableVertex {
         position: surface.position,
         geometric_normal: surface.geometric_normal,
         normal: bsdf.normal(),
@@ -159,25 +158,25 @@ pub fn shared<F: Float>(path: &Path<F>, vertex: &Vertex<F>, mask: F::Mask) -> Sh
         onward: black,
         gathered: black,
     };
-    let second = lends_at(path, point, mask);
+    let second = gives_at(path, point, mask);
     if !second.any() {
-        return Shared { receives, lends: none, lent };
+        return ReuseRoles { takes: takes, gives: none, reusable };
     }
-    (lent.above, lent.roughness, lent.left) = bsdf.above_diffuse();
-    lent.light = bsdf.diffuse_part(light.0, light.1, second);
-    lent.onward = bsdf.diffuse_part(drawn.direction, drawn.weight * drawn.pdf, second);
-    Shared { receives, lends: second, lent }
+    (reusable.above, reusable.roughness, reusable.left) = bsdf.above_diffuse();
+    reusable.light = bsdf.diffuse_part(light.0, light.1, second);
+    reusable.onward = bsdf.diffuse_part(drawn.direction, drawn.weight * drawn.pdf, second);
+    ReuseRoles { takes: takes, gives: second, reusable }
 }
 
 /// The lanes whose vertices have something to lend.
 #[inline(always)]
-pub(in crate::integrator) fn lends_at<F: Float>(
+pub(in crate::integrator) fn gives_at<F: Float>(
     path: &Path<F>,
     point: &ShadingPoint<F>,
     mask: F::Mask,
 ) -> F::Mask {
     let second = mask & path.depth.eq(F::Int::splat(1));
-    if !lends(point.material) || !second.any() {
+    if !gives(point.material) || !second.any() {
         return F::Mask::from_bits(0);
     }
     second & !point.is_turned()
@@ -185,22 +184,22 @@ pub(in crate::integrator) fn lends_at<F: Float>(
 
 /// Whether surfaces of these materials could share anything at all.
 pub fn any(materials: &[Material]) -> bool {
-    materials.iter().any(|record| receives(record) && !record.unlit)
+    materials.iter().any(|record| takes(record) && !record.unlit)
 }
 
 /// Whether first vertices of a material can take part: those that no light goes through.
-fn receives(record: &Material) -> bool {
+fn takes(record: &Material) -> bool {
     record.transmission.is_zero() && record.diffuse_transmission.is_zero() && !record.metallic.is_one()
 }
 
 /// Whether second vertices of a material have a diffuse lobe with nothing above it but a mirror lobe.
-fn lends(record: &Material) -> bool {
+fn gives(record: &Material) -> bool {
     let bare = record.coat.is_zero() && record.sheen_color.is_black() && record.film.is_none();
-    receives(record) && bare && !record.is_stretched()
+    takes(record) && bare && !record.is_stretched()
 }
 
 /// The same in every lane.
 #[inline(always)]
-pub(super) fn spread<F: Float>(v: Vector<f32>) -> Vector<F> {
+pub(super) fn splat<F: Float>(v: Vector<f32>) -> Vector<F> {
     Vector::new(F::splat(v.x), F::splat(v.y), F::splat(v.z))
 }

@@ -6,11 +6,11 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::Frame;
-use super::medium::passed;
+use super::RenderSetup;
+use super::any_hit::{LightRay, PathRay, culling};
+use super::medium::attenuated;
 use super::path::Path;
 use super::path_tracing::{bsdf, limited};
-use super::presence::{Shadow, Traced, sides};
 use super::shadow::ShadowRay;
 use crate::bvh::{AnyHitFilter, Crossing, Stack, any_ray};
 use crate::math::Color;
@@ -41,7 +41,7 @@ impl Crossings {
 
 /// What a path's light sample adds to its radiance, or none if something is in its way.
 pub fn arriving(
-    frame: &Frame,
+    setup: &RenderSetup,
     isa: Isa,
     path: &Path<f32>,
     shadow: &ShadowRay<f32>,
@@ -50,18 +50,18 @@ pub fn arriving(
 ) -> Option<Color<f32>> {
     room.empty();
     let passes = |crossing: &Crossing| room.add(crossing);
-    let to_light = Shadow { ray: shadow.ray, emitter: shadow.emitter.0, passes: &passes };
-    let traced = Traced { frame, path: &|| *path, shadow: Some(to_light) };
+    let to_light = LightRay { ray: shadow.ray, emitter: shadow.emitter.0, passes: &passes };
+    let traced = PathRay { setup, path: &|| *path, shadow: Some(to_light) };
     if any_ray(
         isa,
-        &frame.scene.bvh,
+        &setup.scene.bvh,
         &shadow.ray,
-        AnyHitFilter::new(&traced, 0).with_culling(sides(frame, true)),
+        AnyHitFilter::new(&traced, 0).with_culling(culling(setup, true)),
         stack,
     ) {
         return None;
     }
-    left(frame, path, shadow, in_order(room.all())).map(|light| limited(frame, path, light))
+    left(setup, path, shadow, in_order(room.all())).map(|light| limited(setup, path, light))
 }
 
 /// The crossings from the ray's beginning to its end, each once: a triangle that was cut may have been met in several
@@ -78,30 +78,30 @@ fn in_order(crossed: &mut Vec<Crossing>) -> &[Crossing] {
 /// What is left of the light behind all of them, and of the bodies in between; none if one of them bends it, because
 /// of the body that it lies in.
 fn left(
-    frame: &Frame,
+    setup: &RenderSetup,
     path: &Path<f32>,
     shadow: &ShadowRay<f32>,
     crossed: &[Crossing],
 ) -> Option<Color<f32>> {
-    let (scene, ShadowRay { ray, contribution, .. }) = (&frame.scene, shadow);
+    let (scene, ShadowRay { ray, contribution, .. }) = (&setup.scene, shadow);
     let (mut light, mut bodies, mut begin) = (*contribution, shadow.bodies, 0.0);
     for Crossing { hit, .. } in crossed {
         let lane = HitLanes::one(hit);
         let material = material_of(&scene.geometry, &lane, true).0;
         let surface = Surface::new(&scene.geometry, ray, &lane, true);
         let point = ShadingPoint::new(scene, material, &lane, &surface, ray.direction, 0.0, true);
-        light = passed(frame, light, bodies, hit.t - begin, true);
+        light = attenuated(setup, light, bodies, hit.t - begin, true);
         let between = Between::of(point.material);
         let boundary = Boundary::<f32>::new(&scene.bodies, bodies, &between, surface.inside, true);
         if !boundary.gone {
             if !boundary.is_straight(point.material) {
                 return None;
             }
-            let key = path.only_key(frame.seed);
-            light = light * bsdf(point.has(), frame, path, &point, &boundary.outside, key, true).straight();
+            let key = path.path_key(setup.seed);
+            light = light * bsdf(point.has(), setup, path, &point, &boundary.outside, key, true).straight();
         }
         bodies = boundary.beyond(true);
         begin = hit.t;
     }
-    Some(passed(frame, light, bodies, ray.t_max / SHADOW_END - begin, true))
+    Some(attenuated(setup, light, bodies, ray.t_max / SHADOW_END - begin, true))
 }

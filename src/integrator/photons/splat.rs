@@ -1,7 +1,7 @@
 //! Projection of points into the image: the inverse of `shading::camera::ray`.
 
 use crate::film::Film;
-use crate::integrator::Frame;
+use crate::integrator::RenderSetup;
 use crate::integrator::observe::{self, Observer};
 use crate::math::{Color, Rgb, Vector};
 use crate::scene::Projection;
@@ -9,7 +9,7 @@ use crate::shading::camera;
 use crate::simd::Float;
 
 /// A point as the camera sees it if nothing lies between.
-pub struct View<F: Float> {
+pub struct ImagePoint<F: Float> {
     /// Unit vector from the point to the camera.
     pub to_camera: Vector<F>,
     /// The distance to the lens.
@@ -26,9 +26,9 @@ pub struct View<F: Float> {
 
 /// A point as it is seen through a point of the lens (the importance of cameras: PBRT 3rd ed., 16.1.1).
 #[inline(always)]
-pub fn view<F: Float>(frame: &Frame, point: Vector<F>, lens: (F, F)) -> View<F> {
-    let camera = &frame.scene.camera;
-    let [width, height] = frame.size.map(|side| side as f32);
+pub fn view<F: Float>(setup: &RenderSetup, point: Vector<F>, lens: (F, F)) -> ImagePoint<F> {
+    let camera = &setup.scene.camera;
+    let [width, height] = setup.size.map(|side| side as f32);
     let (origin, forward) = (Vector::splat(camera.origin), Vector::splat(camera.forward));
     let (right, up) = (Vector::splat(camera.right), Vector::splat(camera.up));
     let (one, least) = (F::one(), F::splat(1e-20));
@@ -52,7 +52,7 @@ pub fn view<F: Float>(frame: &Frame, point: Vector<F>, lens: (F, F)) -> View<F> 
             importance = per_square_metre(tan_half_fov, height, ahead, distance);
         }
         Projection::ThinLens { tan_half_fov, lens_radius, focus_distance, .. } => {
-            let lens = camera::on_lens(frame.scene.aperture.as_ref(), lens);
+            let lens = camera::on_lens(setup.scene.aperture.as_ref(), lens);
             let radius = F::splat(lens_radius);
             let offset = right * (lens.0 * radius) + up * (lens.1 * radius);
             let way = way - offset;
@@ -85,9 +85,9 @@ fn placed<F: Float>(
     importance: F,
     ahead: F,
     [width, height]: [f32; 2],
-) -> View<F> {
+) -> ImagePoint<F> {
     let half = F::splat(0.5 * height);
-    View {
+    ImagePoint {
         to_camera,
         distance,
         column: (x + F::splat(width / height)) * half,
@@ -110,9 +110,9 @@ pub struct Splat {
 
 /// Lanes whose place in the image may count for a pixel, with a filter that reaches so far.
 #[inline(always)]
-pub fn is_in_image<F: Float>(frame: &Frame, view: &View<F>) -> F::Mask {
-    let reach = frame.filter.radius();
-    let [width, height] = frame.size;
+pub fn is_in_image<F: Float>(setup: &RenderSetup, view: &ImagePoint<F>) -> F::Mask {
+    let reach = setup.filter.radius();
+    let [width, height] = setup.size;
     let (right, bottom) = (F::splat(width as f32 + reach), F::splat(height as f32 + reach));
     let low = F::splat(-reach);
     view.seen & view.column.gt(low) & view.row.gt(low) & view.column.lt(right) & view.row.lt(bottom)
@@ -132,8 +132,8 @@ pub struct Splats {
 
 impl Splats {
     /// In any order: sums of films are exact.
-    pub fn new<'a>(frame: &Frame, splats: impl Iterator<Item = &'a Splat> + Clone) -> Self {
-        let [columns, rows] = frame.size.map(|side| side.div_ceil(BLOCK));
+    pub fn new<'a>(setup: &RenderSetup, splats: impl Iterator<Item = &'a Splat> + Clone) -> Self {
+        let [columns, rows] = setup.size.map(|side| side.div_ceil(BLOCK));
         let block = |splat: &Splat| {
             let place = [(splat.column, columns), (splat.row, rows)];
             let [x, y] = place.map(|(at, most)| (at.max(0.0) as u32 / BLOCK).min(most - 1));
@@ -163,9 +163,9 @@ impl Splats {
     }
 
     /// Adds them to a sample of a film's pixels, by the frame's filter.
-    pub fn draw(&self, frame: &Frame, film: &mut Film, sample: u32, observer: &mut dyn Observer) {
+    pub fn draw(&self, setup: &RenderSetup, film: &mut Film, sample: u32, observer: &mut dyn Observer) {
         let region = film.region();
-        let reach = (frame.filter.radius() + 0.5).ceil() as u32;
+        let reach = (setup.filter.radius() + 0.5).ceil() as u32;
         let rows = (self.starts.len() as u32 - 1) / self.columns.max(1);
         let blocks = |from: u32, to: u32, most: u32| {
             (from.saturating_sub(reach) / BLOCK)..((to + reach).div_ceil(BLOCK)).min(most)
@@ -175,7 +175,7 @@ impl Splats {
                 let block = (row * self.columns + column) as usize;
                 let [start, end] = [self.starts[block], self.starts[block + 1]].map(|at| at as usize);
                 for splat in &self.splats[start..end] {
-                    splat.draw(frame, film, sample, observer);
+                    splat.draw(setup, film, sample, observer);
                 }
             }
         }
@@ -183,8 +183,8 @@ impl Splats {
 }
 
 impl Splat {
-    fn draw(&self, frame: &Frame, film: &mut Film, sample: u32, observer: &mut dyn Observer) {
-        let (region, filter) = (film.region(), &frame.filter);
+    fn draw(&self, setup: &RenderSetup, film: &mut Film, sample: u32, observer: &mut dyn Observer) {
+        let (region, filter) = (film.region(), &setup.filter);
         let reach = filter.radius();
         // Pixel x has its centre at x + 0.5.
         let pixels = |at: f32, low: u32, high: u32| {
@@ -198,7 +198,7 @@ impl Splat {
                 let part = down * filter.density(self.column - (x as f32 + 0.5));
                 if part > 0.0 {
                     let light = self.light * part;
-                    if observer.looks() {
+                    if observer.is_active() {
                         observer.report(&observe::drawn((x, y), sample, light));
                     }
                     let Color { r, g, b } = light;

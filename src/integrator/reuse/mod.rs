@@ -16,16 +16,16 @@
 //! Both schedules go through a sample of a block of pixels as a unit and write into the same [`Slots`].
 
 mod connect;
-pub mod lend;
 mod partition;
-pub mod pilot;
+pub mod probe;
+pub mod reusable;
 
 use std::collections::HashMap;
 use std::num::Wrapping;
 use std::ops::Range;
 
-use super::Frame;
-use super::begin::begin;
+use super::RenderSetup;
+use super::camera_path::generate;
 use super::observe::{self, Observer};
 use super::path::{Path, unpack_pixel};
 use crate::film::{Film, Region, Unit};
@@ -38,19 +38,19 @@ use crate::simd::{Float, Int};
 use crate::world::{Settings, Sharing, Transport};
 pub use connect::Connections;
 use connect::Received;
-use lend::Lent;
 pub use partition::{BLOCK, PIXELS, Partition};
+use reusable::ReusableVertex;
 
 /// How paths are shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grouping {
+pub struct ReuseGroups {
     /// Binary logarithm of a group's pixels.
     pub log2: u32,
     /// Whether blocks choose how many of their pixels share.
     pub chooses: bool,
 }
 
-impl Grouping {
+impl ReuseGroups {
     /// Pixels of a group unless told otherwise. Half as many cost a fifth less time and leave 1.5 times
     /// the error.
     const USUAL: u32 = 64;
@@ -65,7 +65,7 @@ impl Grouping {
         // A size that does not exist becomes the nearest one below.
         let log2 = pixels.clamp(1, Sharing::SIZES[Sharing::SIZES.len() - 1]).ilog2();
         let of_each = settings.clamp.is_some() || settings.depth_limits.given().next().is_some();
-        let shares = settings.transport == Transport::Path && !of_each && lend::any(materials);
+        let shares = settings.transport == Transport::Path && !of_each && reusable::any(materials);
         let chooses = settings.sharing == Sharing::Auto;
         (shares && log2 > 0).then_some(Self { log2, chooses })
     }
@@ -135,25 +135,25 @@ impl Sink for Film {
 }
 
 /// A film that takes what falls on its pixels and no more.
-pub struct Within<'a>(pub &'a mut Film);
+pub struct ClippedSink<'a>(pub &'a mut Film);
 
-impl Sink for Within<'_> {
+impl Sink for ClippedSink<'_> {
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb) {
         let (x, y) = unpack_pixel(pixel);
-        if holds(&self.0.region(), x, y) {
+        if contains(&self.0.region(), x, y) {
             self.0.deposit(pixel, sample, radiance);
         }
     }
 }
 
 /// Whether a pixel lies in a region.
-pub fn holds(region: &Region, x: u32, y: u32) -> bool {
+pub fn contains(region: &Region, x: u32, y: u32) -> bool {
     (region.x0..region.x1).contains(&x) && (region.y0..region.y1).contains(&y)
 }
 
 /// What a path has for its neighbours.
 #[derive(Clone, Copy)]
-enum Offer {
+enum SecondVertex {
     /// Nothing.
     Nothing,
     /// It has a second vertex, of which nothing is known yet.
@@ -161,12 +161,12 @@ enum Offer {
     /// Light from a direction.
     Far(Vector<f32>),
     /// Light from a second vertex.
-    Near(Lent<f32>),
+    Near(ReusableVertex<f32>),
 }
 
 /// A path and what it has found.
 #[derive(Clone, Copy)]
-struct Slot {
+struct PathSlot {
     pixel: u32,
     sample: u32,
     /// Whether the path exists.
@@ -174,8 +174,8 @@ struct Slot {
     /// Of its first vertex.
     material: u32,
     /// Whether its first vertex is connected to others' second ones.
-    receives: bool,
-    offer: Offer,
+    takes: bool,
+    offer: SecondVertex,
     /// What counts of what is found behind the first vertex.
     weight: Color<f32>,
     /// What the path has found for itself alone, before `weight`.
@@ -190,7 +190,7 @@ struct Slot {
 pub type PixelSample = (u32, u32);
 
 /// The paths of some samples of some blocks of pixels, which share with each other.
-pub struct Slots {
+pub struct PathSlots {
     /// In blocks.
     blocks: Region,
     samples: Range<u32>,
@@ -203,8 +203,8 @@ pub struct Slots {
     unit: Unit,
     /// Whether some pixels are looked at before rendering, and what is found there.
     pilot: bool,
-    measured: Vec<pilot::Measured>,
-    slots: Vec<Slot>,
+    measured: Vec<probe::MeasuredBlock>,
+    slots: Vec<PathSlot>,
     /// The light that is found behind second vertices, in quanta: paths that fork there end in any order. Empty where none
     /// can.
     found: Vec<[i64; 3]>,
@@ -213,9 +213,9 @@ pub struct Slots {
     ids: [Vec<u32>; 2],
 }
 
-impl Slots {
+impl PathSlots {
     /// Room for `units` samples of blocks.
-    pub fn new(frame: &Frame, units: usize) -> Self {
+    pub fn new(setup: &RenderSetup, units: usize) -> Self {
         let count = units * PIXELS;
         Self {
             blocks: Region { x0: 0, y0: 0, x1: 0, y1: 0 },
@@ -223,11 +223,11 @@ impl Slots {
             units: 0..0,
             sizes: Vec::new(),
             chosen: HashMap::new(),
-            unit: frame.unit,
+            unit: setup.unit,
             pilot: false,
             measured: Vec::new(),
-            slots: vec![Slot::EMPTY; count],
-            found: vec![[0; 3]; if frame.may_fork() { count } else { 0 }],
+            slots: vec![PathSlot::EMPTY; count],
+            found: vec![[0; 3]; if setup.may_fork() { count } else { 0 }],
             hits: std::array::from_fn(|_| vec![0.0; count]),
             ids: std::array::from_fn(|_| vec![0; count]),
         }
@@ -236,15 +236,15 @@ impl Slots {
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
         let found = size_of_val(&self.found[..]);
-        self.slots.len() * (size_of::<Slot>() + 5 * size_of::<u32>()) + found
+        self.slots.len() * (size_of::<PathSlot>() + 5 * size_of::<u32>()) + found
     }
 
     /// Sets the region, which shares as the frame says.
-    pub fn enter(&mut self, frame: &Frame, region: Region) {
+    pub fn enter(&mut self, setup: &RenderSetup, region: Region) {
         let Region { x0, y0, x1, y1 } = region;
         let (x0, y0, x1, y1) = (x0 / BLOCK, y0 / BLOCK, x1.div_ceil(BLOCK), y1.div_ceil(BLOCK));
         self.blocks = Region { x0, y0, x1, y1 };
-        let log2 = frame.sharing.map_or(0, |grouping| grouping.log2);
+        let log2 = setup.sharing.map_or(0, |grouping| grouping.log2);
         self.sizes = vec![log2 as u8; self.blocks.area()];
     }
 
@@ -266,13 +266,13 @@ impl Slots {
         self.units = first..end.unwrap_or(all.min(first + self.slots.len() / PIXELS));
         for (unit, slots) in self.units.clone().zip(self.slots.chunks_exact_mut(PIXELS)) {
             let ([column, row], sample) = unit_at(&self.blocks, &self.samples, unit);
-            slots.fill(Slot::EMPTY);
+            slots.fill(PathSlot::EMPTY);
             // By 8 × 8 pixels.
             for place in 0..PIXELS as u32 {
                 let (inner, outer) = (place % 64, place / 64);
                 let (x, y) = (outer % 2 * 8 + inner % 8, outer / 2 * 8 + inner / 8);
                 let (px, py) = (column * BLOCK + x, row * BLOCK + y);
-                if px < size[0] && py < size[1] && (!self.pilot || pilot::looks_at(px, py)) {
+                if px < size[0] && py < size[1] && (!self.pilot || probe::is_probed(px, py)) {
                     let pixel = super::path::pack_pixel(px, py);
                     let slot = &mut slots[(y * BLOCK + x) as usize];
                     (slot.pixel, slot.sample, slot.begun) = (pixel, sample, true);
@@ -293,7 +293,7 @@ impl Slots {
     }
 
     #[inline(always)]
-    fn of(&mut self, path: PixelSample) -> &mut Slot {
+    fn of(&mut self, path: PixelSample) -> &mut PathSlot {
         let index = self.index(path);
         &mut self.slots[index]
     }
@@ -309,7 +309,7 @@ impl Slots {
         }
         let shares = self.sizes[(self.units.start + index / PIXELS) / self.samples.len()] > 0;
         let slot = &mut self.slots[index];
-        (slot.material, slot.receives) = (material, receives && shares);
+        (slot.material, slot.takes) = (material, receives && shares);
     }
 
     /// A path leaves its first vertex in a direction of density `pdf`. Returns whether it is shared: then it goes on with
@@ -317,29 +317,29 @@ impl Slots {
     /// slots any more.
     pub fn leave(&mut self, path: PixelSample, throughput: Color<f32>, pdf: f32) -> bool {
         let slot = self.of(path);
-        let shares = slot.receives && pdf > 0.0;
+        let shares = slot.takes && pdf > 0.0;
         if shares {
-            (slot.offer, slot.weight) = (Offer::Open, throughput);
+            (slot.offer, slot.weight) = (SecondVertex::Open, throughput);
         }
         shares
     }
 
     /// A path that is shared has left the scene after its first vertex.
-    pub fn miss(&mut self, frame: &Frame, path: PixelSample, direction: Vector<f32>) {
+    pub fn miss(&mut self, setup: &RenderSetup, path: PixelSample, direction: Vector<f32>) {
         let slot = self.of(path);
         // A panorama is also found by sampling it, which every path does for itself.
-        if frame.scene.environment.panorama.is_none() {
-            slot.offer = Offer::Far(direction);
+        if setup.scene.environment.panorama.is_none() {
+            slot.offer = SecondVertex::Far(direction);
             slot.onward = Color::new(1.0, 1.0, 1.0);
         }
     }
 
     /// Stores what the second vertex of a shared path emits, which is its own, and the light that it lends, if any.
-    pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, lent: Option<&Lent<f32>>) {
+    pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, lent: Option<&ReusableVertex<f32>>) {
         let slot = self.of(path);
         slot.own = slot.own + emitted;
         let Some(lent) = lent else { return };
-        slot.offer = Offer::Near(*lent);
+        slot.offer = SecondVertex::Near(*lent);
         slot.onward = lent.onward;
         slot.lent = slot.lent + lent.gathered;
     }
@@ -347,7 +347,7 @@ impl Slots {
     /// What a light has sent to a path's second vertex.
     pub fn lit(&mut self, path: PixelSample, radiance: Color<f32>) {
         let slot = self.of(path);
-        let part = if let Offer::Near(lent) = &slot.offer { lent.light } else { Color::black() };
+        let part = if let SecondVertex::Near(lent) = &slot.offer { lent.light } else { Color::black() };
         slot.take(radiance, part);
     }
 
@@ -367,13 +367,13 @@ impl Slots {
             let (x, y) = unpack_pixel(slot.pixel);
             let own = slot.weight * slot.own;
             let total = own + received.radiance;
-            if observer.looks() && (slot.receives || slot.weight.max_component() > 0.0) {
+            if observer.is_active() && (slot.takes || slot.weight.max_component() > 0.0) {
                 let Received { radiance, vertices } = *received;
                 observer.report(&observe::received(slot.pixel, slot.sample, own, radiance, vertices));
             }
             // NaN is added, too: the film counts it.
             let is_black = total.r == 0.0 && total.g == 0.0 && total.b == 0.0;
-            if holds(&region, x, y) && !is_black {
+            if contains(&region, x, y) && !is_black {
                 film.add(x, y, slot.sample, Rgb::new(total.r, total.g, total.b));
             }
         }
@@ -394,16 +394,16 @@ impl Slots {
     }
 }
 
-impl Slot {
-    const EMPTY: Slot = {
+impl PathSlot {
+    const EMPTY: PathSlot = {
         let black = Color { r: 0.0, g: 0.0, b: 0.0 };
-        Slot {
+        PathSlot {
             pixel: 0,
             sample: 0,
             begun: false,
             material: 0,
-            receives: false,
-            offer: Offer::Nothing,
+            takes: false,
+            offer: SecondVertex::Nothing,
             weight: black,
             own: black,
             lent: black,
@@ -418,7 +418,7 @@ impl Slot {
     }
 }
 
-impl Sink for Slots {
+impl Sink for PathSlots {
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb) {
         let index = self.index((pixel, sample));
         let slot = &mut self.slots[index];
@@ -441,6 +441,6 @@ fn unit_at(blocks: &Region, samples: &Range<u32>, unit: usize) -> ([u32; 2], u32
 }
 
 /// The path of a slot in one lane.
-fn path_of(frame: &Frame, slot: &Slot) -> Path<f32> {
-    begin(frame, Wrapping(slot.pixel), Wrapping(slot.sample))
+fn path_of(setup: &RenderSetup, slot: &PathSlot) -> Path<f32> {
+    generate(setup, Wrapping(slot.pixel), Wrapping(slot.sample))
 }

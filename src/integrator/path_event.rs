@@ -4,14 +4,14 @@
 use std::num::Wrapping;
 
 use super::bounces::LobeKind;
-use super::ends::is_last;
-use super::mis::emission_share;
+use super::medium_light::MediumLightSample;
+use super::mis::emission_mis_weight;
 use super::path::Path;
-use super::photons::Photons;
+use super::photons::PhotonMaps;
+use super::reuse::reusable::gives_at;
 use super::shadow::ShadowRay;
-use super::sharing::lend::lends_at;
-use super::within::LitWithin;
-use super::{Frame, direct, medium, onward, path_tracing};
+use super::termination::is_last;
+use super::{RenderSetup, direct, medium, onward, path_tracing};
 use crate::math::{Color, Vector};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::draw::BsdfSample;
@@ -29,18 +29,18 @@ pub struct Decision {
     pub normal: Vector<f32>,
     /// The weight (power heuristic) of the drawn direction by which the path found what the surface emits; 1 if
     /// nothing else can find that.
-    pub emission_share: f32,
+    pub emission_mis_weight: f32,
     /// The emitter that a ray is sent to, if any, and the weight of finding it that way.
     pub light: Option<(u32, f32)>,
     /// What photons that have ended around the vertex bring, without what is lent.
     pub gathered: Color<f32>,
     /// What becomes of the path.
-    pub fate: Fate,
+    pub event: PathEvent,
 }
 
 /// What becomes of a path at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fate {
+pub enum PathEvent {
     /// This was the ray after the last bounce, of all or of a kind.
     Last,
     /// It was scattered within the body that it was in, before it came to the surface.
@@ -69,34 +69,34 @@ pub enum Fate {
 
 /// Looks at a path that has hit a material.
 pub fn decide(
-    frame: &Frame,
-    photons: Option<Photons>,
+    setup: &RenderSetup,
+    photons: Option<PhotonMaps>,
     path: &Path<f32>,
     hit: &HitLanes<f32>,
     material: u32,
 ) -> Decision {
-    let scene = &frame.scene;
+    let scene = &setup.scene;
     let record = &scene.materials[material as usize];
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);
     let width = path.width + path.spread * hit.t;
-    let point = path_tracing::shading_point(frame, path, hit, material, &surface, width, true);
+    let point = path_tracing::shading_point(setup, path, hit, material, &surface, width, true);
     let mut decision = Decision {
         position: surface.position,
         geometric_normal: surface.geometric_normal,
         normal: surface.normal,
-        emission_share: 1.0,
+        emission_mis_weight: 1.0,
         light: None,
         gathered: Color::black(),
-        fate: Fate::Last,
+        event: PathEvent::Last,
     };
-    let flight = medium::flight(frame, path, hit.t, true);
+    let flight = medium::free_flight(setup, path, hit.t, true);
     let path = &Path { throughput: flight.throughput, ..*path };
-    let key = path.only_key(frame.seed);
+    let key = path.path_key(setup.seed);
     if flight.scattered {
         decision.position = path.origin + path.direction * flight.t;
-        if !is_last(frame, path) {
-            decision.fate = Fate::Scattered { distance_m: flight.t };
-            let lit = LitWithin { frame, path, flight: &flight, key }.run();
+        if !is_last(setup, path) {
+            decision.event = PathEvent::Scattered { distance_m: flight.t };
+            let lit = MediumLightSample { setup, path, flight: &flight, key }.run();
             decision.light = Some((lit.emitter.0, lit.share));
         }
         return decision;
@@ -104,31 +104,31 @@ pub fn decide(
     decision.normal = point.normal();
     if record.emits() {
         let left = photons.map_or(1.0, |photons| photons.left_of_hit(path, hit, true));
-        decision.emission_share = emission_share(frame, path, hit, true) * left;
+        decision.emission_mis_weight = emission_mis_weight(setup, path, hit, true) * left;
     }
     let boundary = path_tracing::boundary(scene, path, &surface, record, true);
     if boundary.gone {
-        return Decision { fate: Fate::Straight, ..decision };
+        return Decision { event: PathEvent::Straight, ..decision };
     }
-    let last = is_last(frame, path);
+    let last = is_last(setup, path);
     if last && !record.straight {
         return decision;
     }
     if record.unlit {
-        return Decision { fate: Fate::Unlit, ..decision };
+        return Decision { event: PathEvent::Unlit, ..decision };
     }
-    let bsdf = path_tracing::bsdf(point.has(), frame, path, &point, &boundary.outside, key, true);
+    let bsdf = path_tracing::bsdf(point.has(), setup, path, &point, &boundary.outside, key, true);
     let mut to_light = Vector::zero();
     if !last && !scene.emitters.is_empty() && bsdf.scatters() {
-        let lit = direct::sampled_light(frame, path, &surface, &bsdf, key, true);
+        let lit = direct::sampled_light(setup, path, &surface, &bsdf, key, true);
         decision.light = Some((lit.emitter.0, lit.share));
         to_light = lit.sample.direction;
     }
-    let drawn = onward::drawn(frame, path, &bsdf, key, true);
+    let drawn = onward::sampled(setup, path, &bsdf, key, true);
     let is_straight = boundary.is_straight(record);
     let (here, t) = (!last, hit.t);
-    let vertex = path_tracing::ScatteringVertex {
-        frame,
+    let vertex = path_tracing::ScatterVertex {
+        setup,
         photons,
         path,
         boundary,
@@ -143,24 +143,24 @@ pub fn decide(
     with_photons(&vertex, &bsdf, &drawn, to_light, &mut decision);
     let left = path.throughput * drawn.weight;
     let straight = record.straight && onward::goes_straight(&drawn) && is_straight;
-    decision.fate = if last && !straight {
-        Fate::Last
+    decision.event = if last && !straight {
+        PathEvent::Last
     } else if !drawn.valid {
-        Fate::Absorbed
+        PathEvent::Absorbed
     } else if left.max_component() <= 0.0 {
-        Fate::Black
+        PathEvent::Black
     } else if straight {
-        Fate::Straight
+        PathEvent::Straight
     } else {
         let (kind, through) = (LobeKind::of(drawn.wide, drawn.through), drawn.through);
-        Fate::Drawn { kind, through, exact: drawn.pdf == 0.0 }
+        PathEvent::Drawn { kind, through, exact: drawn.pdf == 0.0 }
     };
     decision
 }
 
 /// Adds what photons bring, and takes off what they leave to others.
 fn with_photons(
-    vertex: &path_tracing::ScatteringVertex<f32>,
+    vertex: &path_tracing::ScatterVertex<f32>,
     bsdf: &Bsdf<f32>,
     drawn: &BsdfSample<f32>,
     to_light: Vector<f32>,
@@ -177,7 +177,7 @@ fn with_photons(
     if let Some((_, share)) = &mut decision.light {
         *share *= light.contribution.r;
     }
-    let lends = vertex.frame.sharing.is_some() && lends_at(path, vertex.point, true);
+    let lends = vertex.setup.sharing.is_some() && gives_at(path, vertex.point, true);
     let lent = if lends { found.diffuse } else { Color::black() };
     decision.gathered = path.throughput * (found.light - lent);
 }
