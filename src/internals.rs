@@ -85,8 +85,8 @@ pub mod math {
 #[doc(hidden)]
 #[cfg(feature = "render")]
 pub mod render {
-    pub use crate::render::gathered::*;
     pub use crate::render::prepare::*;
+    pub use crate::render::render_state::*;
     pub use crate::render::session::*;
     pub use crate::render::*;
 }
@@ -112,6 +112,6 @@ pub mod view {
 #[doc(hidden)]
 #[cfg(feature = "render")]
 pub mod world {
-    pub use crate::world::kept::*;
+    pub use crate::world::asset_cache::*;
     pub use crate::world::source_files::*;
 }

@@ -25,8 +25,8 @@ pub fn limit() -> Option<u64> {
 
 /// Claims memory for something that is about to be made. Keep the claim until it is made, so that others who claim at
 /// the same time know of it. Errors: there is not that much memory.
-pub fn claim(what: impl Display, bytes: u64) -> Result<Claim<'static>, Shortage> {
-    OURS.claim(what, bytes)
+pub fn reserve(what: impl Display, bytes: u64) -> Result<Reservation<'static>, Shortage> {
+    OURS.reserve(what, bytes)
 }
 
 /// Bytes that can still be claimed, if the system tells.
@@ -56,12 +56,12 @@ struct Budget {
 
 /// Memory for something that is being made.
 #[derive(Debug)]
-pub struct Claim<'b> {
+pub struct Reservation<'b> {
     claimed: &'b AtomicU64,
     bytes: u64,
 }
 
-impl Drop for Claim<'_> {
+impl Drop for Reservation<'_> {
     fn drop(&mut self) {
         self.claimed.fetch_sub(self.bytes, Ordering::Relaxed);
     }
@@ -74,7 +74,7 @@ pub struct Shortage {
     what: String,
     needed: u64,
     left: u64,
-    bound: Bound,
+    bound: MemoryLimit,
     hint: String,
 }
 
@@ -87,20 +87,20 @@ impl Shortage {
 
 /// Which limit is the tightest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Bound {
-    Told,
+enum MemoryLimit {
+    UserLimit,
     Free,
     AddressSpace,
     Group,
 }
 
-impl Display for Bound {
+impl Display for MemoryLimit {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(match self {
-            Bound::Told => "what --memory allows",
-            Bound::Free => "the machine's memory",
-            Bound::AddressSpace => "the address space (ulimit -v)",
-            Bound::Group => "the control group's memory",
+            MemoryLimit::UserLimit => "what --memory allows",
+            MemoryLimit::Free => "the machine's memory",
+            MemoryLimit::AddressSpace => "the address space (ulimit -v)",
+            MemoryLimit::Group => "the control group's memory",
         })
     }
 }
@@ -116,9 +116,9 @@ impl Display for Left {
     }
 }
 
-struct Room {
+struct FreeMemory {
     bytes: u64,
-    bound: Bound,
+    bound: MemoryLimit,
 }
 
 impl Budget {
@@ -126,38 +126,38 @@ impl Budget {
         Budget { most: AtomicU64::new(most), claimed: AtomicU64::new(0), small: AtomicU64::new(0) }
     }
 
-    fn claim(&self, what: impl Display, bytes: u64) -> Result<Claim<'_>, Shortage> {
+    fn reserve(&self, what: impl Display, bytes: u64) -> Result<Reservation<'_>, Shortage> {
         let claimed = self.claimed.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
-        let claim = Claim { claimed: &self.claimed, bytes };
+        let reservation = Reservation { claimed: &self.claimed, bytes };
         if bytes < SMALL && self.small.fetch_add(bytes, Ordering::Relaxed) < SMALL {
-            return Ok(claim);
+            return Ok(reservation);
         }
         self.small.store(0, Ordering::Relaxed);
         match self.left() {
-            Some(Room { bytes: room, bound }) if claimed.saturating_add(RESERVE) > room => {
+            Some(FreeMemory { bytes: room, bound }) if claimed.saturating_add(RESERVE) > room => {
                 let left = room.saturating_sub(claimed - bytes).saturating_sub(RESERVE);
                 let hint = match bound {
-                    Bound::Told => "allow more",
-                    Bound::Free => "use a machine with more",
-                    Bound::AddressSpace | Bound::Group => "raise that limit",
+                    MemoryLimit::UserLimit => "allow more",
+                    MemoryLimit::Free => "use a machine with more",
+                    MemoryLimit::AddressSpace | MemoryLimit::Group => "raise that limit",
                 };
                 Err(Shortage { what: what.to_string(), needed: bytes, left, bound, hint: hint.into() })
             }
-            _ => Ok(claim),
+            _ => Ok(reservation),
         }
     }
 
     /// What is left under the tightest limit, before the reserve and claims are taken off.
-    fn left(&self) -> Option<Room> {
+    fn left(&self) -> Option<FreeMemory> {
         let most = self.most.load(Ordering::Relaxed);
         let told = (most < u64::MAX).then(|| most.saturating_sub(resident().unwrap_or(0)));
         let bounds = [
-            (told, Bound::Told),
-            (field("/proc/meminfo", "MemAvailable:"), Bound::Free),
-            (address_space(), Bound::AddressSpace),
-            (control_group(), Bound::Group),
+            (told, MemoryLimit::UserLimit),
+            (field("/proc/meminfo", "MemAvailable:"), MemoryLimit::Free),
+            (address_space(), MemoryLimit::AddressSpace),
+            (control_group(), MemoryLimit::Group),
         ];
-        let rooms = bounds.into_iter().filter_map(|(bytes, bound)| Some(Room { bytes: bytes?, bound }));
+        let rooms = bounds.into_iter().filter_map(|(bytes, bound)| Some(FreeMemory { bytes: bytes?, bound }));
         rooms.min_by_key(|room| room.bytes)
     }
 }
@@ -267,7 +267,7 @@ mod tests {
     fn what_does_not_fit_is_refused_with_a_reason() {
         let budget = Budget::of(1 << 40);
         // (No machine has an exabyte.)
-        let shortage = budget.claim("a film", 1 << 60).unwrap_err().or("use --crop").to_string();
+        let shortage = budget.reserve("a film", 1 << 60).unwrap_err().or("use --crop").to_string();
         if cfg!(target_os = "linux") {
             assert!(shortage.starts_with("a film takes 1152921504.61 GB, and "), "{shortage}");
             assert!(shortage.contains("use --crop, or "), "{shortage}");
@@ -280,13 +280,13 @@ mod tests {
     fn claims_count_as_long_as_they_live() {
         let budget = Budget::of(resident().unwrap() + (1 << 30));
         let half = 600 << 20;
-        let first = budget.claim("one", half).unwrap();
-        let message = budget.claim("two", half).unwrap_err().to_string();
+        let first = budget.reserve("one", half).unwrap();
+        let message = budget.reserve("two", half).unwrap_err().to_string();
         assert!(message.ends_with("of what --memory allows: allow more"), "{message}");
         drop(first);
-        drop(budget.claim("two", half).unwrap());
+        drop(budget.reserve("two", half).unwrap());
         // Many small ones together are checked, too.
-        let many: Result<Vec<_>, _> = (0..2000).map(|_| budget.claim("a small one", 1 << 20)).collect();
+        let many: Result<Vec<_>, _> = (0..2000).map(|_| budget.reserve("a small one", 1 << 20)).collect();
         assert!(many.is_err());
     }
 

@@ -1,6 +1,6 @@
 //! Whether the camera sees what there is.
 
-use super::probes::{Tracer, directions};
+use super::probes::{ProbeTracer, directions};
 use super::{Checked, Finding};
 use crate::error::words;
 use crate::math::Vec3;
@@ -60,7 +60,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     // Whatever is all around and near is a body that the camera is in, unless it is what is meant to be seen: a
     // room has more than one thing in it, or lets light in.
     let eye = scene.camera.origin;
-    let mut tracer = Tracer::new(scene);
+    let mut tracer = ProbeTracer::new(scene);
     let met: Vec<_> = directions(ABOUT).map(|way| tracer.first(eye, way, f32::INFINITY)).collect();
     let Some(Some(first)) = met.first() else { return };
     let all_one = met.iter().all(|met| met.is_some_and(|met| met.entity == first.entity));

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::probes::{Tracer, directions};
+use super::probes::{ProbeTracer, directions};
 use super::{Checked, Finding};
 use crate::bvh::Sidedness;
 use crate::compile::thin_sheets;
 use crate::error::words;
 use crate::math::{Aabb, Vec3};
 use crate::scene::material::Medium;
-use crate::world::boundary::{Edges, Joined, area, inside, is_crack, joined, six_volumes};
+use crate::world::boundary::{JoinedSurfaces, MeshEdges, area, inside, is_crack, joined, six_volumes};
 use crate::world::{MaterialId, Shape, transforms};
 
 /// The most triangles of glass that are looked at before rendering, and in all.
@@ -48,7 +48,7 @@ pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Finding>) {
     let rims: Vec<&[[Vec3; 2]]> = glass.iter().map(|one| &one.open[..]).collect();
     let groups = joined(&rims);
     let mut inwards = Vec::new();
-    for Joined { members, rim, .. } in &groups {
+    for JoinedSurfaces { members, rim, .. } in &groups {
         let members: Vec<&Glass> = members.iter().map(|member| &glass[*member]).collect();
         let edges: usize = members.iter().map(|member| member.edges).sum();
         let triangles: Vec<[Vec3; 3]> =
@@ -106,7 +106,7 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
         let matrix = &transforms[&entity];
         let mirrored = matrix.matrix3.determinant() < 0.0;
         let place = |vertex: u32| transforms::point(matrix, positions[vertex as usize]);
-        let edges = Edges::of(positions, triangles.iter().copied());
+        let edges = MeshEdges::of(positions, triangles.iter().copied());
         let in_world = triangles.iter().map(|triangle| {
             let [a, b, c] = triangle.map(place);
             if mirrored { [a, c, b] } else { [a, b, c] }
@@ -139,7 +139,7 @@ fn holes(
         );
         return Some(Finding::new(Some(&name), what, "close it: Fill Holes in Blender"));
     }
-    let mut tracer = Tracer::new(checked.scene);
+    let mut tracer = ProbeTracer::new(checked.scene);
     let (mut rays, mut lost) = (0, 0);
     let reach = members.iter().map(|member| member.reach).fold(0.0, f32::max);
     for (at, normal) in points(triangles) {
@@ -172,7 +172,7 @@ fn is_inside_out(members: &[&Glass], triangles: &[[Vec3; 3]], all: &[Glass]) -> 
 }
 
 /// Findings about glass that shares its surface with other glass.
-fn shared(checked: &Checked, all: &[Glass], groups: &[Joined], findings: &mut Vec<Finding>) {
+fn shared(checked: &Checked, all: &[Glass], groups: &[JoinedSurfaces], findings: &mut Vec<Finding>) {
     let group = |number: usize| groups.iter().position(|group| group.members.contains(&number));
     let number_of = |entity: u32| all.iter().position(|glass| glass.entity == entity);
     let mut told: Vec<[Option<usize>; 2]> = Vec::new();
@@ -191,7 +191,7 @@ fn shared(checked: &Checked, all: &[Glass], groups: &[Joined], findings: &mut Ve
     let mut scene = checked.scene.clone();
     let placed = vec![None; scene.bvh.instances.len()];
     Arc::make_mut(&mut scene.bvh).set_sidedness(|_| Sidedness::Filtered, &placed);
-    let mut tracer = Tracer::new(&scene);
+    let mut tracer = ProbeTracer::new(&scene);
     for (number, glass) in all.iter().enumerate() {
         if !touched[number] {
             continue;

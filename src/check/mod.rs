@@ -10,7 +10,7 @@ mod camera;
 mod depth;
 mod exposure;
 mod glass;
-mod lamps;
+mod lights;
 mod materials;
 mod media;
 mod panes;
@@ -82,7 +82,7 @@ pub fn check(world: &World, setup: &RenderSetup, all: bool) -> Vec<Finding> {
     let mut findings: Vec<Finding> = checked.probes.slowness().into_iter().collect();
     bodies::check(&checked, &mut findings);
     camera::check(&checked, &mut findings);
-    lamps::check(&checked, &mut findings);
+    lights::check(&checked, &mut findings);
     materials::check(&checked, &mut findings);
     glass::check(&checked, all, &mut findings);
     depth::check(&checked, setup, &mut findings);

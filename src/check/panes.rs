@@ -1,12 +1,12 @@
 //! Windows of solid glass, which keep out the light of lamps that no ray can hit.
 
-use super::probes::{Met, Tracer};
+use super::probes::{Met, ProbeTracer};
 use super::{Checked, Finding, is_smooth};
 use crate::compile::light_names;
 use crate::error::words;
 use crate::math::Vec3;
 use crate::scene::emitters::{flag, kind};
-use crate::scene::{LightSamples, Material};
+use crate::scene::{Material, WhittedLight};
 use crate::world::{Caustics, Transport};
 
 /// The part of what a lamp would light that a pane must keep dark to be told.
@@ -30,7 +30,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     if settings.transport != Transport::Path || !scene.materials.iter().any(is_pane) {
         return;
     }
-    let mut tracer = Tracer::to_lights(scene);
+    let mut tracer = ProbeTracer::to_lights(scene);
     for (light, name) in scene.lights.iter().zip(light_names(world)).take(MOST) {
         let Some((pane, part)) = pane_before(checked, &mut tracer, light, &is_pane) else { continue };
         let pane = words(&checked.name(pane));
@@ -55,8 +55,8 @@ fn remedy(has_photons: bool) -> &'static str {
 /// The first pane between a lamp that cannot be hit and what is seen, and for which part of it.
 fn pane_before(
     checked: &Checked,
-    tracer: &mut Tracer,
-    light: &LightSamples,
+    tracer: &mut ProbeTracer,
+    light: &WhittedLight,
     is_pane: &dyn Fn(&Material) -> bool,
 ) -> Option<(u32, f32)> {
     let scene = checked.scene;

@@ -123,7 +123,7 @@ impl HitPredicate for OtherBodies<'_> {
 }
 
 /// Rays through a scene, one by one.
-pub struct Tracer<'a> {
+pub struct ProbeTracer<'a> {
     scene: &'a CompiledScene,
     /// Whether they lead to lights.
     to_lights: bool,
@@ -131,7 +131,7 @@ pub struct Tracer<'a> {
     isa: Isa,
 }
 
-impl<'a> Tracer<'a> {
+impl<'a> ProbeTracer<'a> {
     pub fn new(scene: &'a CompiledScene) -> Self {
         Self { scene, to_lights: false, stack: Stack::new(&scene.bvh), isa: Isa::detect() }
     }

@@ -136,14 +136,14 @@ fn outlier(session: &Session, pixel: [u32; 2], sample: u32, oddity: Oddity) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Region, Unit};
+    use crate::film::{FilmScale, Region};
     use crate::math::Rgb;
 
     /// One sample of a thousand times the light of all others.
     #[test]
     fn what_no_other_sample_bears_out_is_suspected() {
         let region = Region::whole([100, 100]);
-        let mut film = Film::new(region, Unit::default());
+        let mut film = Film::new(region, FilmScale::default());
         for (y, x, sample) in
             (0..100).flat_map(|y| (0..100).flat_map(move |x| (0..4).map(move |s| (y, x, s))))
         {
@@ -162,10 +162,10 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_counted_and_black() {
-        let mut film = Film::new(Region::whole([4, 4]), Unit::default());
+        let mut film = Film::new(Region::whole([4, 4]), FilmScale::default());
         film.add(1, 2, 5, Rgb::new(f32::NAN, 1.0, 1.0));
         film.add(3, 1, 0, Rgb::new(1.0, f32::INFINITY, 0.0));
-        let mut whole = Film::new(Region::whole([4, 4]), Unit::default());
+        let mut whole = Film::new(Region::whole([4, 4]), FilmScale::default());
         whole.merge(&film);
         assert_eq!((whole.no_numbers().count, whole.no_numbers().first), (1, Some([2, 1, 5])));
         assert_eq!((whole.cut().count, whole.cut().first), (1, Some([1, 3, 0])));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::probes::Tracer;
+use super::probes::ProbeTracer;
 use super::{Checked, Finding};
 use crate::bvh::Sidedness;
 use crate::math::Vec3;
@@ -21,7 +21,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         return;
     }
     let everywhere = with_all_sides(scene);
-    let [mut seen, mut whole] = [Tracer::new(scene), Tracer::new(&everywhere)];
+    let [mut seen, mut whole] = [ProbeTracer::new(scene), ProbeTracer::new(&everywhere)];
     // By entity: rays that would meet its back first, and rays that meet its front.
     let mut counts: BTreeMap<u32, [u32; 2]> = BTreeMap::new();
     let [width, height] = checked.world.settings.size.map(|side| side as f32);

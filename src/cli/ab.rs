@@ -19,7 +19,7 @@ use crate::formats::picture::{Output, PngBits, save, supported};
 use crate::formats::{Edits, LoadOptions};
 use crate::math::Rgb;
 use crate::memory;
-use crate::render::{Needs, Options, Session, on_threads};
+use crate::render::{MemoryEstimate, Options, Session, on_threads};
 use crate::world::{Settings, SourceFiles, Tonemap};
 
 /// Why there is no difference.
@@ -85,7 +85,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     }
     let [width, height] = a.settings.size;
     let bytes = u64::from(width) * u64::from(height) * BYTES;
-    let _claim = memory::claim(format_args!("the difference of images of {width}x{height}"), bytes)?;
+    let _claim = memory::reserve(format_args!("the difference of images of {width}x{height}"), bytes)?;
     let difference = Difference::new(&a.film, &b.film).ok_or_else(|| Failure::command_line(FEW_SAMPLES))?;
     for output in ["a", "b", "diff"].map(&path) {
         let mut read = [&a, &b].into_iter().flat_map(|side| side.sources.all().into_keys());
@@ -134,7 +134,7 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
         .map_err(Failure::compile(&arguments.scene))?;
     let settings = world.settings.clone();
     let setup = crate::render::setup(scene, &settings);
-    Needs::usual(Region::whole(settings.size)).check(&setup, &settings)?;
+    MemoryEstimate::usual(Region::whole(settings.size)).check(&setup, &settings)?;
     let mut session = Session::of(setup.into(), settings.samples, Options::default());
     while !session.is_done() {
         session.advance(16);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use serde_json::{Map, Value};
 
-use crate::film::Channel;
+use crate::film::FilmChannel;
 use crate::render::names_of_ids;
 use crate::scene::CompiledScene;
 use crate::world::Aov;
@@ -84,7 +84,7 @@ pub fn with_file(outputs: &[PathBuf], aovs: &[Aov]) -> Vec<PathBuf> {
 
 /// Which names the ids in a file stand for, as JSON in ASCII; none where there are no ids.
 pub fn manifest(
-    channels: &[Channel],
+    channels: &[FilmChannel],
     entities: &HashMap<u32, String>,
     scene: &CompiledScene,
 ) -> Option<String> {

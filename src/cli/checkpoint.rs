@@ -9,10 +9,10 @@ use super::films::{describe, save};
 use super::saving::Saved;
 use super::{Failure, output, record};
 use crate::error::{LoadError, SaveError};
-use crate::files::whole::Written;
+use crate::files::atomic_write::UnnamedFile;
 use crate::formats::film_file::{self, FilmFile, Header};
-use crate::render::Gathered;
-use crate::world::Content;
+use crate::render::RenderState;
+use crate::world::FileDigest;
 
 /// A file that holds the film as it was not long ago.
 pub struct Checkpoint {
@@ -54,7 +54,7 @@ impl Checkpoint {
 
     /// Writes what has been gathered, while nothing is rendered: a copy of the film, to be written meanwhile, would
     /// take as much memory again. Another thread waits for the disk.
-    pub fn save(&self, gathered: &Gathered) {
+    pub fn save(&self, gathered: &RenderState) {
         let mut saving = self.lock();
         self.end(&mut saving);
         let start = Instant::now();
@@ -88,7 +88,7 @@ impl Checkpoint {
     pub fn save_end(
         &self,
         header: &Header,
-        gathered: &Gathered,
+        gathered: &RenderState,
         [has_more, is_interrupted]: [bool; 2],
         saved: &mut Saved,
     ) {
@@ -114,7 +114,7 @@ impl Checkpoint {
 }
 
 /// Gives a film its name in a thread of its own.
-fn finished_elsewhere(written: Written) -> Option<JoinHandle<Result<(), SaveError>>> {
+fn finished_elsewhere(written: UnnamedFile) -> Option<JoinHandle<Result<(), SaveError>>> {
     // If no thread can be started, the older checkpoint stays.
     std::thread::Builder::new().name("checkpoint".into()).spawn(|| written.finish()).ok()
 }
@@ -147,7 +147,7 @@ pub fn free(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
         Err(_) => ("something else".to_owned(), "move it to another name".to_owned()),
     };
     let job = (&header.scene.hash, &header.view, &header.settings, &header.region, &header.wanted);
-    let hash = Content::of(format!("{job:?}").as_bytes()).hash as u32;
+    let hash = FileDigest::of(format!("{job:?}").as_bytes()).hash as u32;
     let other = path.with_extension("").with_extension(format!("checkpoint-{hash:08x}.film"));
     if !quiet {
         let other = other.display();

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::{Failure, Fault, output};
 use crate::files::are_same;
-use crate::film::metrics::{self, BLOCKS, Comparison, Metrics, colormap};
+use crate::film::metrics::{self, BLOCKS, ImageComparison, Metrics, colormap};
 use crate::film::tonemap::DisplayTransform;
 use crate::formats::picture::{Output, PngBits, load_linear, save, supported};
 use crate::math::Rgb;
@@ -121,7 +121,7 @@ impl LoadedImage {
     }
 }
 
-fn save_heatmap(path: &Path, [width, height]: [u32; 2], comparison: &Comparison) -> Result<(), Failure> {
+fn save_heatmap(path: &Path, [width, height]: [u32; 2], comparison: &ImageComparison) -> Result<(), Failure> {
     let colors: Vec<Rgb> = comparison.flip.iter().map(|error| colormap::color(*error)).collect();
     let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &colors);
     let bits = PngBits::Eight;

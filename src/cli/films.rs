@@ -6,7 +6,7 @@ use super::Failure;
 use crate::error::SaveError;
 use crate::film::SampleRanges;
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
-use crate::render::{Gathered, Pass, adaptive};
+use crate::render::{RenderPass, RenderState, adaptive};
 
 /// The film that is at a path already, if any: it must be of the same samples. Another's is not replaced unless that is
 /// wanted.
@@ -23,7 +23,7 @@ pub fn there_already(path: &Path, header: &Header, overwrite: bool) -> Result<Op
 }
 
 /// What a film file says, as a rendering has it; none where that makes no sense.
-pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
+pub fn gathered_of(file: FilmFile) -> Option<RenderState> {
     let FilmFile { header, film, moments } = file;
     let samples = header.ranges()?;
     let pass = match &header.begun {
@@ -31,7 +31,7 @@ pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
         Some(Begun { samples: [start, end], until, tile, tiles, blocks }) => {
             let range = *start..*end;
             let sound = !range.is_empty() && samples.common(&SampleRanges::of(range.clone())).is_none();
-            let mut pass = Pass::new(range, (*tile).max(1), header.region);
+            let mut pass = RenderPass::new(range, (*tile).max(1), header.region);
             pass.until = until.unwrap_or(*end);
             for number in tiles {
                 *pass.done.get_mut(*number as usize)? = true;
@@ -51,11 +51,11 @@ pub fn gathered_of(file: FilmFile) -> Option<Gathered> {
     if allocation.as_ref().is_some_and(|allocation| !allocation.is_sound()) {
         return None;
     }
-    Some(Gathered { film, moments, samples, pass, rays, allocation })
+    Some(RenderState { film, moments, samples, pass, rays, allocation })
 }
 
 /// Records in a header what is in the film.
-pub fn describe(header: &mut Header, gathered: &Gathered) {
+pub fn describe(header: &mut Header, gathered: &RenderState) {
     header.set_film(&gathered.film, gathered.moments.as_ref());
     header.set_ranges(&gathered.samples);
     header.rays.clone_from(&gathered.rays);
@@ -75,12 +75,12 @@ fn numbers(flags: &[bool]) -> Vec<u32> {
 }
 
 /// Saves a film. The header must say what is in it: see [`describe`].
-pub fn save(path: &Path, header: &Header, gathered: &Gathered) -> Result<(), SaveError> {
+pub fn save(path: &Path, header: &Header, gathered: &RenderState) -> Result<(), SaveError> {
     film_file::save(path, header, &gathered.film, gathered.moments.as_ref())
 }
 
 /// Writes a film to standard output. The header must describe it.
-pub(super) fn write_to_stdout(header: &Header, gathered: &Gathered) -> Result<(), Failure> {
+pub(super) fn write_to_stdout(header: &Header, gathered: &RenderState) -> Result<(), Failure> {
     film_file::write(&mut std::io::stdout().lock(), header, &gathered.film, gathered.moments.as_ref())
         .map_err(Failure::stdout("the film"))
 }

@@ -14,10 +14,10 @@ use crate::integrator::RenderSetup;
 use crate::integrator::photons::NoPhotons;
 use crate::math::{Rgb, Vec3};
 use crate::memory;
-use crate::render::Needs;
-use crate::render::photons::{self, Bytes};
+use crate::render::MemoryEstimate;
+use crate::render::photons::{self, PhotonBytes};
 use crate::scene::emitters::{flag, kind};
-use crate::scene::{CompiledScene, LightSamples};
+use crate::scene::{CompiledScene, WhittedLight};
 use crate::world::{ColorInput, Light, Material, MaterialId, Settings, Shape, World};
 
 pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let settings = world.settings.clone();
     let setup = crate::render::setup(scene, &settings);
     let region = Region::whole(settings.size);
-    let needs = Needs::usual(region);
+    let needs = MemoryEstimate::usual(region);
     // The world ends before anything is rendered.
     let rendering = rendering_bytes(before, &setup, &settings, &needs);
     facts["memory_bytes"]["peak"] = peak.max(building).max(rendering).into();
@@ -48,14 +48,14 @@ pub(super) fn rendering_bytes(
     before: Option<u64>,
     setup: &RenderSetup,
     settings: &Settings,
-    needs: &Needs,
+    needs: &MemoryEstimate,
 ) -> Option<u64> {
     Some(before? + setup.scene.memory().total() as u64 + needs.bytes(setup, settings))
 }
 
 /// Photons as far as they are known before any is traced.
 fn photons(setup: &RenderSetup) -> Value {
-    let (count, Bytes { ended, sorted }) = (photons::count_of(setup), Bytes::most(setup));
+    let (count, PhotonBytes { ended, sorted }) = (photons::count_of(setup), PhotonBytes::most(setup));
     let none = count.err().map(NoPhotons::text);
     let turns_off = setup.chooses_photons;
     json!({"a_sample": count.unwrap_or(0), "none": none, "may_turn_off": turns_off, "ended_bytes": ended, "sorted_bytes": sorted})
@@ -193,7 +193,7 @@ fn rounded(v: Vec3) -> [f64; 3] {
     v.to_array().map(significant)
 }
 
-fn describe_light(scene: &CompiledScene, light: &LightSamples) -> String {
+fn describe_light(scene: &CompiledScene, light: &WhittedLight) -> String {
     let (kind, row) = scene.emitters.row(light.emitter);
     let vector = |at: usize| Vec3::from_slice(&row[at..]);
     let place = |v: Vec3| {
@@ -209,7 +209,7 @@ fn describe_light(scene: &CompiledScene, light: &LightSamples) -> String {
             let (up, across) = (vector(3), vector(6));
             let center = place(vector(0) + (up + across) * 0.5);
             let (w, h) = (significant(across.length()), significant(up.length()));
-            let LightSamples { samples, pattern, .. } = light;
+            let WhittedLight { samples, pattern, .. } = light;
             let round = scene.emitters.flags[light.emitter as usize] & flag::ROUND != 0;
             let what = if round { "disc" } else { "area" };
             format!("{what} of {w} x {h} m at {center}, {samples} samples, {pattern:?}")

@@ -23,7 +23,7 @@ use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
 use crate::formats::is_usual;
 use crate::formats::picture::supported;
 use crate::integrator::{RenderSetup, Stop};
-use crate::render::{Gathered, Needs, OnProgress, Options, Progress, Session, adaptive};
+use crate::render::{MemoryEstimate, OnProgress, Options, Progress, RenderState, Session, adaptive};
 use crate::study::explain::Recipe;
 use crate::world::{Adaptive, Aov, Settings, SourceFiles, World};
 
@@ -175,7 +175,7 @@ impl Job {
     }
 
     /// Ready to go on with what was gathered before; `None` if this job cannot have gathered it.
-    pub fn going_on(&self, work: &WorkOptions, gathered: Gathered) -> Option<Session> {
+    pub fn going_on(&self, work: &WorkOptions, gathered: RenderState) -> Option<Session> {
         let Header { wanted: [start, end], region, settings, .. } = &self.header;
         let options = self.options(work, *region);
         let session = Session::going_on(self.setup.clone(), settings.samples, options, gathered);
@@ -275,7 +275,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     let (shown, saves_film) =
         (wanted.onlookers.pictures(), checkpoint_to.is_some() || outputs.film.is_some());
     let has_film = found.is_some();
-    let needs = Needs { region, to_openexr, denoises, schedule, wave, shown, saves_film, has_film };
+    let needs = MemoryEstimate { region, to_openexr, denoises, schedule, wave, shown, saves_film, has_film };
     needs.check(&job.setup, &job.header.settings)?;
     let mut session = match found {
         Some(film) => go_on_with(&mut job, film, wanted.work)?,

@@ -11,19 +11,19 @@ use crate::check::{self, Finding};
 use crate::compile;
 use crate::formats::film_file::{Source, View};
 use crate::integrator::RenderSetup;
-use crate::world::{Aov, Kept, Settings, SourceFiles, World};
+use crate::world::{Aov, AssetCache, Settings, SourceFiles, World};
 
 /// What moments of a scene have in common, and need not read and build again.
 #[derive(Clone, Default)]
 pub struct Reuse {
     /// What its files were decoded to.
-    pub kept: Kept,
+    pub kept: AssetCache,
     /// There is more than one moment.
     pub several: bool,
     /// Whether to compare shared things with what would be made without sharing.
     pub paranoid: bool,
     /// The moment before.
-    pub before: Option<Arc<compile::Compiled>>,
+    pub before: Option<Arc<compile::MemoizedScene>>,
     /// The files that were read last.
     pub sources: SourceFiles,
     /// The exposure of all frames in stops, if the first one chooses it.
@@ -35,7 +35,7 @@ pub struct Reuse {
 impl Reuse {
     /// For a scene of one moment, or of several.
     pub fn new(several: bool) -> Reuse {
-        let kept = if several { Kept::keeping() } else { Kept::default() };
+        let kept = if several { AssetCache::keeping() } else { AssetCache::default() };
         Reuse { kept, several, ..Reuse::default() }
     }
 
@@ -48,7 +48,7 @@ impl Reuse {
 /// A scene's file at one moment, compiled.
 pub struct Compiled {
     /// The scene, and what it was made of.
-    pub compiled: Arc<compile::Compiled>,
+    pub compiled: Arc<compile::MemoizedScene>,
     /// As it is rendered.
     pub setup: RenderSetup,
     /// What is probably not as it was meant.
@@ -107,7 +107,7 @@ pub fn compiled(
 pub fn prove(
     path: &Path,
     view: &View,
-    compiled: &compile::Compiled,
+    compiled: &compile::MemoizedScene,
     change: impl FnOnce(&mut World),
 ) -> Result<(), Failure> {
     let mut world = crate::formats::load_with(path, &view.load_options())?;

@@ -9,8 +9,8 @@ use clap::{Args, CommandFactory};
 use super::args::Arguments;
 use super::{Failure, output};
 use crate::error::SaveError;
+use crate::files::atomic_write::write_whole;
 use crate::files::links::make_folder;
-use crate::files::whole::write_whole;
 
 /// `rayfront completions`.
 #[derive(Args, Debug)]

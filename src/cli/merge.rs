@@ -19,7 +19,7 @@ use super::{Failure, aov, command_line};
 use crate::film::SampleRanges;
 use crate::formats::film_file::{self, FilmFile, Header};
 use crate::formats::picture::supported;
-use crate::render::{Gathered, Needs, on_threads};
+use crate::render::{MemoryEstimate, RenderState, on_threads};
 use crate::world::Adaptive;
 
 /// `rayfront merge`.
@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Merge) -> Result<ExitCode, Failure> {
 /// What has been merged so far.
 struct Merged {
     header: Header,
-    gathered: Gathered,
+    gathered: RenderState,
     /// The scene, where it is needed.
     job: Option<Job>,
     /// Which film has which samples, also those of which only some pixels have them.
@@ -211,7 +211,7 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
     let gathered = gathered_of(film).ok_or_else(|| wrong("it says of itself what cannot be".into()))?;
     match merged {
         None => {
-            let gathered = Gathered { pass: None, ..gathered };
+            let gathered = RenderState { pass: None, ..gathered };
             let parts = vec![(path.to_owned(), touched, header.clone())];
             *merged = Some(Merged { header, gathered, job, parts, audited });
         }
@@ -288,7 +288,12 @@ fn write_images(
     let noise = gathered.film.relative_noise();
     if let Some(job) = &job {
         let denoises = arguments.output.denoise;
-        let needs = Needs { denoises, has_film: true, saves_film: false, ..Needs::usual(job.header.region) };
+        let needs = MemoryEstimate {
+            denoises,
+            has_film: true,
+            saves_film: false,
+            ..MemoryEstimate::usual(job.header.region)
+        };
         needs.check(&job.setup, &header.settings)?;
     }
     let held = match &job {

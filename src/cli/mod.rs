@@ -161,6 +161,6 @@ fn setup(
     let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
     let setup = crate::render::setup(compiled, &world.settings);
     let region = crate::film::Region::whole(world.settings.size);
-    crate::render::Needs::usual(region).check(&setup, &world.settings)?;
+    crate::render::MemoryEstimate::usual(region).check(&setup, &world.settings)?;
     Ok(std::sync::Arc::new(setup))
 }

@@ -12,7 +12,7 @@ use crate::error::{in_one_line, shown};
 use crate::files::are_same;
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
-use crate::film::{Channel, Film};
+use crate::film::{Film, FilmChannel};
 use crate::formats::DENOISED;
 use crate::formats::film_file::{Header, Note, Source};
 use crate::formats::picture::{Output, PngBits, is_saved, save, video};
@@ -72,7 +72,7 @@ impl<'a> Picture<'a> {
     pub fn write(
         &self,
         paths: &[PathBuf],
-        channels: &[Channel],
+        channels: &[FilmChannel],
         manifest: Option<String>,
         saved: &mut Saved,
     ) {

@@ -15,7 +15,7 @@ use super::{Failure, output};
 use crate::film::{self, Allocation};
 use crate::formats::film_file::{self, Header, View};
 use crate::integrator::Stop;
-use crate::render::{Needs, Options, Session, adaptive};
+use crate::render::{MemoryEstimate, Options, Session, adaptive};
 use crate::world::World;
 
 /// Says in the job's header how many samples blocks get. The exit code is 0 unless it was interrupted.
@@ -26,7 +26,7 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
         return Ok(0);
     }
     saved.map_or(Ok(()), film_file::writable)?;
-    Needs::usual(job.header.region).check(&job.setup, &job.header.settings)?;
+    MemoryEstimate::usual(job.header.region).check(&job.setup, &job.header.settings)?;
     let interrupt = Interrupt::watch();
     let mut session = job.session(&arguments.work);
     let deadline = arguments.stop.max_time.and_then(|time| deadline(Instant::now(), time));

@@ -7,7 +7,7 @@ use crate::bvh::counters::Visits;
 use crate::film::PixelSum;
 use crate::integrator::photons::NoPhotons;
 use crate::integrator::{RayCounts, RenderSetup, Schedule, Stage};
-use crate::render::photons::Bytes;
+use crate::render::photons::PhotonBytes;
 use crate::study::profile::counters::{Counted, Counts};
 use crate::study::profile::flow::{Bounce, Flows, StageFlow};
 use crate::study::profile::{ProfilePlan, Spread, StageTimes, Timed, wave_bytes};
@@ -144,7 +144,7 @@ impl ProfileReport<'_> {
                 Ok(photons) => format!(
                     "photons             {} a sample, in memory about {}",
                     count(photons.into()),
-                    megabytes(Bytes::most(self.setup).total() as usize)
+                    megabytes(PhotonBytes::most(self.setup).total() as usize)
                 ),
                 Err(why) => format!("photons             none: {}", why.text()),
             },
@@ -325,7 +325,7 @@ impl ProfileReport<'_> {
             "memory_bytes": {
                 "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
                 "queues_a_thread": wave_bytes(self.setup, self.plan),
-                "photons": if self.photons.is_ok() { Bytes::most(self.setup).total() } else { 0 }, "peak": crate::memory::peak(),
+                "photons": if self.photons.is_ok() { PhotonBytes::most(self.setup).total() } else { 0 }, "peak": crate::memory::peak(),
             },
             "photons": {"a_sample": self.photons.unwrap_or(0), "none": self.photons.err().map(NoPhotons::text)},
             "counters": counters,

@@ -18,7 +18,7 @@ use crate::formats::DENOISED;
 use crate::formats::film_file::{self, Begun, FilmFile, Header};
 use crate::formats::picture::load_text;
 use crate::integrator::Stop;
-use crate::render::{Gathered, Needs, Session, on_threads};
+use crate::render::{MemoryEstimate, RenderState, Session, on_threads};
 use crate::world::Adaptive;
 
 /// `rayfront reproduce`.
@@ -47,7 +47,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
         (record(path)?, None, load_text(path, DENOISED)?)
     };
     let mut job = load_again(&header, arguments.scene_file.as_ref(), path, arguments.work.quiet)?;
-    Needs::usual(job.header.region).check(&job.setup, &job.header.settings)?;
+    MemoryEstimate::usual(job.header.region).check(&job.setup, &job.header.settings)?;
     let session = render(&mut job, &header, &arguments.work)
         .ok_or_else(|| Failure::file(format!("{}: its record says what cannot be", path.display())))?;
     let found = format!("{:032x}", session.film().hash());
@@ -130,12 +130,12 @@ fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session>
     let reached: HashSet<u32> = begun.tiles.iter().copied().collect();
     let others = (0..count).filter(|tile| !reached.contains(tile)).collect();
     let rest = Header { begun: Some(Begun { tiles: others, ..begun.clone() }), ..header.clone() };
-    let Gathered { film, moments, .. } = session.into_gathered();
+    let RenderState { film, moments, .. } = session.into_gathered();
     let gathered = gathered_of(FilmFile { header: rest, film, moments })?;
     let samples: SampleRanges = gathered.samples.clone();
     let mut session = job.going_on(work, gathered)?;
     job.advance(&mut session, 1, &Stop::NEVER, &|_| ()).ok()?;
-    job.going_on(work, Gathered { samples, ..session.into_gathered() })
+    job.going_on(work, RenderState { samples, ..session.into_gathered() })
 }
 
 /// How many pixels of two films differ, and the first.

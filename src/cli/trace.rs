@@ -10,7 +10,7 @@ use super::args::Trace;
 use super::{Failure, output, usage};
 use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
 use crate::files::are_same;
-use crate::files::whole::writable;
+use crate::files::atomic_write::writable;
 use crate::formats::rays::{HIT_BYTES, HitRecord, RAY_BYTES, load_hits, load_rays, save_hits};
 use crate::math::Hit;
 use crate::query::{HitBatch, RayBatch};

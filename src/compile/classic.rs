@@ -21,7 +21,7 @@ use std::f32::consts::PI;
 
 use super::materials::color;
 use crate::math::Rgb;
-use crate::scene::material::{Classic, ColorParam};
+use crate::scene::material::{ColorParam, WhittedParams};
 use crate::world::assets::{Assets, Texels};
 use crate::world::{Channel, ColorInput, Principled, ScalarInput};
 
@@ -32,9 +32,9 @@ const DULL: f32 = 0.3;
 /// F₀ of dielectrics.
 const DIELECTRIC: f32 = 0.04;
 
-pub(super) fn from_principled(m: &Principled, assets: &Assets) -> Classic {
+pub(super) fn from_principled(m: &Principled, assets: &Assets) -> WhittedParams {
     let black = ColorParam::constant([0.0; 3]);
-    let plain = Classic {
+    let plain = WhittedParams {
         diffuse: black,
         specular: black,
         shininess: 0.0,
@@ -62,7 +62,7 @@ pub(super) fn from_principled(m: &Principled, assets: &Assets) -> Classic {
     };
     let white = ColorInput::Constant(Rgb::WHITE);
     let glass = through > 0.0;
-    Classic {
+    WhittedParams {
         diffuse: weighed(m.base_color, ((1.0 - metallic) * (1.0 - through) + metallic * alpha) / PI),
         specular: weighed(tint, (mirror + DIELECTRIC * (1.0 - metallic)) * peak),
         shininess,

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::made::Made;
+use super::memo::Memo;
 use super::{
-    camera, contacts, emitters, environment, geometry, idle, ignored, lights, materials, misplaced,
-    open_surfaces, sound, textures,
+    camera, contacts, emitters, environment, geometry, ineffective_values, lights, materials, misplaced,
+    open_surfaces, textures, unsupported_by_transport, validate,
 };
 use crate::bvh::Bvh;
 use crate::error::CompileError;
@@ -14,14 +14,14 @@ use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
 use crate::world::{Sharing, Transport, World, transforms};
 
 /// A scene, and what each system has made of what.
-pub struct Compiled {
+pub struct MemoizedScene {
     /// The scene.
     pub scene: Arc<CompiledScene>,
-    textures: Made<textures::Inputs, Arc<Textures>>,
-    environment: Made<environment::Inputs, Arc<Environment>>,
-    open_surfaces: Made<open_surfaces::Inputs, Vec<open_surfaces::Sheet>>,
-    geometry: Made<geometry::Inputs, geometry::CompiledGeometry>,
-    emitters: Made<emitters::Inputs, emitters::CompiledEmitters>,
+    textures: Memo<textures::TextureInputs, Arc<Textures>>,
+    environment: Memo<environment::EnvironmentInputs, Arc<Environment>>,
+    open_surfaces: Memo<open_surfaces::OpenSurfaceInputs, Vec<open_surfaces::Sheet>>,
+    geometry: Memo<geometry::GeometryInputs, geometry::CompiledGeometry>,
+    emitters: Memo<emitters::EmitterInputs, emitters::CompiledEmitters>,
 }
 
 /// Compiles a world for rendering, as seen through the camera that has the name `camera`, or through the first one.
@@ -32,7 +32,7 @@ pub struct Compiled {
 /// [`CompileError::Invalid`] if something refers to what is not there, or is a number that it cannot be;
 /// [`CompileError::TooLarge`].
 pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
-    let Compiled { scene, .. } = compile_after(world, camera, None)?;
+    let MemoizedScene { scene, .. } = compile_after(world, camera, None)?;
     // Nothing else holds it.
     Ok(Arc::unwrap_or_clone(scene))
 }
@@ -45,58 +45,60 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
 pub fn compile_after(
     world: &World,
     camera: Option<&str>,
-    before: Option<&Compiled>,
-) -> Result<Compiled, CompileError> {
+    before: Option<&MemoizedScene>,
+) -> Result<MemoizedScene, CompileError> {
     let order = world.in_order();
     misplaced::check(world)?;
-    sound::check(world, &order)?;
+    validate::check(world, &order)?;
     let transforms = transforms::to_world(world, &order)?;
     let (camera, aperture) = camera::compile(world, &order, &transforms, camera)?;
     let textures_before = before.map(|before| &before.textures);
-    let textures = Made::again(textures_before, textures::Inputs::new(&world.assets), |inputs| {
-        textures::compile(&world.assets, inputs, textures_before)
-    })?;
+    let textures =
+        Memo::reuse_or_make(textures_before, textures::TextureInputs::new(&world.assets), |inputs| {
+            textures::compile(&world.assets, inputs, textures_before)
+        })?;
     let (mut materials, mut material_names) = materials::compile(&world.assets, world.settings.transport);
     let lights::CompiledLights { lamps, panels } =
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
-    let open_surfaces = Made::again(
+    let open_surfaces = Memo::reuse_or_make(
         before.map(|before| &before.open_surfaces),
-        open_surfaces::Inputs::new(world, &order, &transforms),
+        open_surfaces::OpenSurfaceInputs::new(world, &order, &transforms),
         |inputs| Ok::<_, CompileError>(open_surfaces::find(inputs)),
     )?;
-    let open = open_surfaces.made.iter().map(|sheet| (sheet.entity, sheet)).collect();
-    let mut sheets = materials::Sheets::new(&mut materials, &mut material_names, world.settings.transport);
-    let inputs = geometry::Inputs::new(world, &order, &transforms, panels, &open, &mut sheets)?;
+    let open = open_surfaces.output.iter().map(|sheet| (sheet.entity, sheet)).collect();
+    let mut sheets =
+        materials::TwoSidedVariants::new(&mut materials, &mut material_names, world.settings.transport);
+    let inputs = geometry::GeometryInputs::new(world, &order, &transforms, panels, &open, &mut sheets)?;
     let mut sheets = sheets.end();
     let bodies = materials::number_bodies(&mut materials, world.settings.transport);
     let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());
-    let geometry = Made::again(before.map(|before| &before.geometry), inputs, |inputs| {
+    let geometry = Memo::reuse_or_make(before.map(|before| &before.geometry), inputs, |inputs| {
         let (made, tree) = geometry::compile(inputs, before.map(|before| &*before.scene))?;
         bvh = tree;
         Ok::<_, CompileError>(made)
     })?;
     let records =
         contacts::Records { materials: &mut materials, names: &mut material_names, added: &mut sheets };
-    let joined = contacts::join(geometry.made.geometry.clone(), records);
+    let joined = contacts::join(geometry.output.geometry.clone(), records);
     set_sidedness(&mut bvh, &joined, &materials, before.map(|before| &*before.scene));
-    let environment = Made::again(
+    let environment = Memo::reuse_or_make(
         before.map(|before| &before.environment),
-        environment::Inputs::new(world, &order, &transforms),
+        environment::EnvironmentInputs::new(world, &order, &transforms),
         |inputs| environment::compile(inputs).map(Arc::new),
     )?;
-    let emitters = Made::again(
+    let emitters = Memo::reuse_or_make(
         before.map(|before| &before.emitters),
-        emitters::Inputs::new(&joined, &textures.made, &environment.made, &materials, &lamps),
+        emitters::EmitterInputs::new(&joined, &textures.output, &environment.output, &materials, &lamps),
         |_| {
-            let geometry::CompiledGeometry { placed, copies, .. } = &geometry.made;
-            let surfaces = emitters::Surfaces {
+            let geometry::CompiledGeometry { placed, copies, .. } = &geometry.output;
+            let surfaces = emitters::EmittingSurfaces {
                 geometry: &joined,
                 materials: &materials,
-                textures: &textures.made,
+                textures: &textures.output,
                 placed,
                 copies,
             };
-            Ok::<_, CompileError>(emitters::compile(&surfaces, &lamps, &environment.made))
+            Ok::<_, CompileError>(emitters::compile(&surfaces, &lamps, &environment.output))
         },
     )?;
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
@@ -109,17 +111,17 @@ pub fn compile_after(
         bodies,
         material_names,
         sheets,
-        textures: textures.made.clone(),
-        emitters: emitters.made.emitters.clone(),
-        lights: emitters.made.lights.clone(),
-        environment: environment.made.clone(),
+        textures: textures.output.clone(),
+        emitters: emitters.output.emitters.clone(),
+        lights: emitters.output.lights.clone(),
+        environment: environment.output.clone(),
         ambient: world.settings.ambient,
         bounds,
         warnings: Vec::new(),
     };
     scene.warnings = warnings(&scene, world);
-    scene.warnings.extend(open_surfaces::told(&open_surfaces.made));
-    let left_out = emitters.made.left_out;
+    scene.warnings.extend(open_surfaces::told(&open_surfaces.output));
+    let left_out = emitters.output.left_out;
     if left_out > 0 && world.settings.transport == Transport::Path {
         scene.warnings.push(format!(
             "meshes that shine are placed so often that {left_out} of them are found by chance alone, \
@@ -127,7 +129,7 @@ pub fn compile_after(
             emitters::MOST_PLACED
         ));
     }
-    Ok(Compiled { scene: Arc::new(scene), textures, environment, open_surfaces, geometry, emitters })
+    Ok(MemoizedScene { scene: Arc::new(scene), textures, environment, open_surfaces, geometry, emitters })
 }
 
 /// Sets from which side each surface is there, by its material.
@@ -138,7 +140,7 @@ fn set_sidedness(
     before: Option<&CompiledScene>,
 ) {
     let presence = |materials: &[Material]| -> Vec<_> {
-        materials.iter().flat_map(|m| [false, true].map(|mirrored| m.presence(mirrored))).collect()
+        materials.iter().flat_map(|m| [false, true].map(|mirrored| m.sidedness(mirrored))).collect()
     };
     let is_as_before = |before: &CompiledScene| {
         let [old, new] = [&before.geometry, geometry];
@@ -153,23 +155,23 @@ fn set_sidedness(
     }
     let of = |primitive: u32| {
         let material = geometry.parts.material[geometry.part_of(primitive) as usize];
-        materials[material as usize].presence(geometry.is_mirrored(primitive))
+        materials[material as usize].sidedness(geometry.is_mirrored(primitive))
     };
     let given = geometry.instance_materials.iter();
-    let placed: Vec<_> = given.map(|m| materials.get(*m as usize).map(|m| m.presence(false))).collect();
+    let placed: Vec<_> = given.map(|m| materials.get(*m as usize).map(|m| m.sidedness(false))).collect();
     Arc::make_mut(bvh).set_sidedness(of, &placed);
 }
 
 /// What a person should know before waiting for the image.
 fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let mut warnings = world.warnings.clone();
-    warnings.extend(ignored::by_transport(world));
+    warnings.extend(unsupported_by_transport::by_transport(world));
     warnings.extend(unshared(world));
-    warnings.extend(idle::values(world));
+    warnings.extend(ineffective_values::values(world));
     warnings.extend(endless_forks(scene, world));
     if scene.bvh.root.is_none() {
         warnings.push("no shape: the image shows the background alone".into());
-    } else if !shines(scene) && scene.environment.is_black() {
+    } else if !emits(scene) && scene.environment.is_black() {
         let (what, remedy) = NO_LIGHT;
         warnings.push(format!("{what} ({remedy})"));
     }
@@ -181,7 +183,7 @@ pub(crate) const NO_LIGHT: (&str, &str) =
     ("there is no light", "add an entity with light: Point(power_w: 100), or --env studio");
 
 /// True if anything but the surroundings gives light, or needs none.
-pub(crate) fn shines(scene: &CompiledScene) -> bool {
+pub(crate) fn emits(scene: &CompiledScene) -> bool {
     !scene.lights.is_empty()
         || !scene.emitters.is_empty()
         || !scene.ambient.is_black()
@@ -250,7 +252,7 @@ mod tests {
             AlphaMode, ColorInput, Image, Material, Mesh, Principled, Shape, Texels, Texture,
         };
 
-        let kept = world::Kept::keeping();
+        let kept = world::AssetCache::keeping();
         let world = |change: fn(&mut World)| {
             let mut world = World::default();
             world.settings.transport = Transport::Path;

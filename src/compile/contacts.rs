@@ -43,7 +43,8 @@ pub(super) fn join(geometry: Arc<Geometry>, records: Records) -> Arc<Geometry> {
     if pairs.is_empty() {
         return geometry;
     }
-    let mut joined = Joined { geometry: Arc::unwrap_or_clone(geometry), records, parts: HashMap::new() };
+    let mut joined =
+        ContactRecords { geometry: Arc::unwrap_or_clone(geometry), records, parts: HashMap::new() };
     for (kept, other) in pairs {
         let number = joined.material(other).body;
         joined.change(kept, number);
@@ -70,14 +71,14 @@ fn place(geometry: &Geometry, triangle: u32, part: u32) -> ([[u32; 3]; 3], bool)
 }
 
 /// A geometry some of whose triangles have other materials than before.
-struct Joined<'a> {
+struct ContactRecords<'a> {
     geometry: Geometry,
     records: Records<'a>,
     /// New parts by old ones and what their materials border on.
     parts: HashMap<(u32, u32), u32>,
 }
 
-impl Joined<'_> {
+impl ContactRecords<'_> {
     fn material(&self, triangle: u32) -> &Material {
         let part = self.geometry.triangle_parts[triangle as usize];
         &self.records.materials[self.geometry.parts.material[part as usize] as usize]

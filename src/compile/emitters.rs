@@ -4,16 +4,16 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::glow::Glows;
 use super::light_tree::{self, LightBounds};
-use super::lights::{Lamp, Lamps};
-use super::made::{Bits, Same, bits};
+use super::lights::{WorldLight, WorldLights};
+use super::memo::{ByPtr, DebugText, debug_text};
+use super::textured_emission::EmissionAverages;
 use crate::math::{Aabb, NONE, Rgb, Vec3};
 use crate::sampling::pattern::Grid;
 use crate::scene::emitters::{Emitters, flag, kind};
 use crate::scene::environment::Environment;
 use crate::scene::material::{Coverage, Material};
-use crate::scene::{Geometry, LightSamples, Textures};
+use crate::scene::{Geometry, Textures, WhittedLight};
 use crate::world::{Outline, Pattern};
 
 /// The most emitters of meshes that are placed several times. Each takes about 200 bytes, with its place in the light
@@ -21,7 +21,7 @@ use crate::world::{Outline, Pattern};
 pub(super) const MOST_PLACED: usize = 1 << 20;
 
 /// What can be hit and may shine.
-pub(super) struct Surfaces<'a> {
+pub(super) struct EmittingSurfaces<'a> {
     pub geometry: &'a Geometry,
     pub materials: &'a [Material],
     pub textures: &'a Textures,
@@ -33,30 +33,30 @@ pub(super) struct Surfaces<'a> {
 
 /// All that emitters are made of.
 #[derive(PartialEq)]
-pub(super) struct Inputs {
-    geometry: Same<Geometry>,
-    textures: Same<Textures>,
-    environment: Same<Environment>,
-    lamps: Bits,
+pub(super) struct EmitterInputs {
+    geometry: ByPtr<Geometry>,
+    textures: ByPtr<Textures>,
+    environment: ByPtr<Environment>,
+    lamps: DebugText,
     /// Materials that shine, by their numbers.
-    shining: Bits,
+    shining: DebugText,
 }
 
-impl Inputs {
+impl EmitterInputs {
     pub(super) fn new(
         geometry: &Arc<Geometry>,
         textures: &Arc<Textures>,
         environment: &Arc<Environment>,
         materials: &[Material],
-        lamps: &Lamps,
-    ) -> Inputs {
+        lamps: &WorldLights,
+    ) -> EmitterInputs {
         let shining: Vec<_> = materials.iter().enumerate().filter(|(_, material)| material.emits()).collect();
-        Inputs {
-            geometry: Same(geometry.clone()),
-            textures: Same(textures.clone()),
-            environment: Same(environment.clone()),
-            lamps: bits(&lamps),
-            shining: bits(&shining),
+        EmitterInputs {
+            geometry: ByPtr(geometry.clone()),
+            textures: ByPtr(textures.clone()),
+            environment: ByPtr(environment.clone()),
+            lamps: debug_text(&lamps),
+            shining: debug_text(&shining),
         }
     }
 }
@@ -65,23 +65,27 @@ impl Inputs {
 #[derive(Clone)]
 pub(super) struct CompiledEmitters {
     pub emitters: Arc<Emitters>,
-    pub lights: Vec<LightSamples>,
+    pub lights: Vec<WhittedLight>,
     /// How many instances and copies were left out, because they would be too many emitters.
     pub left_out: usize,
 }
 
-pub(super) fn compile(surfaces: &Surfaces, lamps: &Lamps, environment: &Environment) -> CompiledEmitters {
-    let Lamps { all: lamps, without_caustics, around_without_caustics } = lamps;
+pub(super) fn compile(
+    surfaces: &EmittingSurfaces,
+    lamps: &WorldLights,
+    environment: &Environment,
+) -> CompiledEmitters {
+    let WorldLights { all: lamps, without_caustics, around_without_caustics } = lamps;
     let mut out = Emitters::default();
     let (mut areas, mut lights) = (HashMap::new(), Vec::new());
     for (index, lamp) in lamps.iter().enumerate() {
-        let mut light = LightSamples { emitter: NONE, samples: 1, grid: None, pattern: Pattern::default() };
+        let mut light = WhittedLight { emitter: NONE, samples: 1, grid: None, pattern: Pattern::default() };
         if let Some(emitter) = finite(&mut out, lamp) {
             out.primitive[emitter as usize] = index as u32;
             light.emitter = emitter;
         }
-        if let Lamp::Area { samples, pattern, material, .. } = lamp {
-            light = LightSamples {
+        if let WorldLight::Area { samples, pattern, material, .. } = lamp {
+            light = WhittedLight {
                 samples: *samples,
                 grid: Some(Grid::new(*samples)),
                 pattern: *pattern,
@@ -95,7 +99,7 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &Lamps, environment: &Environm
     let mut left_out = in_the_world(&mut out, surfaces, &areas, &mut room);
     left_out += instances(&mut out, surfaces, room);
     for (index, lamp) in lamps.iter().enumerate() {
-        if let Lamp::Directional { to_light, irradiance, angle } = lamp {
+        if let WorldLight::Directional { to_light, irradiance, angle } = lamp {
             // A surface that faces the middle gets it at a mean cosine of (1 + cos) / 2.
             let cos = libm::cos(*angle as f64 / 2.0);
             let light = *irradiance * (2.0 / (1.0 + cos)) as f32;
@@ -117,7 +121,7 @@ pub(super) fn compile(surfaces: &Surfaces, lamps: &Lamps, environment: &Environm
             out.flags[light.emitter as usize] |= flag::WITHOUT_PHOTONS;
         }
     }
-    let mut glows = Glows::new(surfaces);
+    let mut glows = EmissionAverages::new(surfaces);
     let bounds: Vec<LightBounds> =
         (0..out.len()).map(|emitter| bounds(&out, emitter, lamps, environment, &mut glows)).collect();
     out.tree = light_tree::build(&bounds);
@@ -132,9 +136,9 @@ fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
 fn bounds(
     out: &Emitters,
     emitter: usize,
-    lamps: &[Lamp],
+    lamps: &[WorldLight],
     environment: &Environment,
-    glows: &mut Glows,
+    glows: &mut EmissionAverages,
 ) -> LightBounds {
     let row = &out.rows[emitter];
     let vector = |at: usize| Vec3::new(row[at], row[at + 1], row[at + 2]);
@@ -181,7 +185,7 @@ fn bounds(
             LightBounds { bounds, power: light * pi * radius * radius, ..everywhere }
         }
         kind::PHOTOMETRIC => match lamps.get(out.primitive[emitter] as usize) {
-            Some(Lamp::Photometric { beam, .. }) if beam.cosines[0] > -1.0 => LightBounds {
+            Some(WorldLight::Photometric { beam, .. }) if beam.cosines[0] > -1.0 => LightBounds {
                 power: light * beam.intensity,
                 axis: if beam.backwards { -vector(3) } else { vector(3) },
                 cos_spread: beam.cosines[0],
@@ -215,10 +219,10 @@ fn push(out: &mut Emitters, kind: u32, flags: u32, row: [f32; 13]) -> u32 {
 }
 
 /// The emitter of a light at a finite place.
-fn finite(out: &mut Emitters, lamp: &Lamp) -> Option<u32> {
+fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
     let (kind, flags, row) = match lamp {
-        Lamp::Directional { .. } => return None,
-        Lamp::Point { place, intensity, falls, cone } => {
+        WorldLight::Directional { .. } => return None,
+        WorldLight::Point { place, intensity, falls, cone } => {
             let (axis, angles) = match cone {
                 Some(cone) => (cone.axis, Vec3::new(cone.cos_outer, cone.scale, 0.0)),
                 None => (Vec3::ZERO, Vec3::ZERO),
@@ -227,19 +231,19 @@ fn finite(out: &mut Emitters, lamp: &Lamp) -> Option<u32> {
             row[9] = f32::from(*falls);
             (if cone.is_some() { kind::SPOT } else { kind::POINT }, 0, row)
         }
-        Lamp::Photometric { place, intensity, scale, axes: [axis, across], .. } => {
+        WorldLight::Photometric { place, intensity, scale, axes: [axis, across], .. } => {
             let mut row = row_of(*place, *axis, *across, *intensity);
             row[9] = *scale;
             (kind::PHOTOMETRIC, 0, row)
         }
-        Lamp::Area { corner, edges: [first, second], outline, radiance, material, .. } => {
+        WorldLight::Area { corner, edges: [first, second], outline, radiance, material, .. } => {
             let visible = if material.is_some() { flag::VISIBLE } else { 0 };
             let flags = visible | if *outline == Outline::Disc { flag::ROUND } else { 0 };
             (kind::QUAD, flags, row_of(*corner, *first, *second, *radiance))
         }
     };
     let emitter = push(out, kind, flags, row);
-    if let Lamp::Photometric { profile, .. } = lamp {
+    if let WorldLight::Photometric { profile, .. } = lamp {
         out.profile[emitter as usize] = profile.0;
     }
     Some(emitter)
@@ -282,7 +286,7 @@ fn flags_of(material: &Material) -> u32 {
 
 /// An emitter that is a triangle, or two.
 #[derive(Clone, Copy)]
-struct Shining {
+struct EmittingPrimitive {
     kind: u32,
     flags: u32,
     row: [f32; 13],
@@ -290,11 +294,16 @@ struct Shining {
     primitive: u32,
 }
 
-impl Shining {
+impl EmittingPrimitive {
     /// What a triangle with a material that shines gives off, together with the next one before `end` if both make a
     /// parallelogram.
-    fn new(surfaces: &Surfaces, index: usize, end: usize, material: u32) -> Option<Shining> {
-        let Surfaces { geometry, materials, .. } = surfaces;
+    fn new(
+        surfaces: &EmittingSurfaces,
+        index: usize,
+        end: usize,
+        material: u32,
+    ) -> Option<EmittingPrimitive> {
+        let EmittingSurfaces { geometry, materials, .. } = surfaces;
         let record = &materials[material as usize];
         let part = geometry.triangle_parts[index];
         let [a, b, c] = geometry.triangles[index].map(|v| Vec3::from_array(geometry.positions[v as usize]));
@@ -317,7 +326,7 @@ impl Shining {
         } else {
             (kind::TRIANGLE, row_of(a, e1, e2, light))
         };
-        Some(Shining { kind, flags, row, material, primitive: index as u32 })
+        Some(EmittingPrimitive { kind, flags, row, material, primitive: index as u32 })
     }
 
     fn triangles(&self) -> usize {
@@ -325,7 +334,7 @@ impl Shining {
     }
 
     /// As an instance places it.
-    fn placed(&self, instance: &[f32; 24], sign: f32) -> Shining {
+    fn placed(&self, instance: &[f32; 24], sign: f32) -> EmittingPrimitive {
         let rows: [Vec3; 3] = std::array::from_fn(|i| Vec3::from_slice(&instance[4 * i..]));
         let offset = Vec3::new(instance[3], instance[7], instance[11]);
         let turn = |v: Vec3| Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v));
@@ -334,7 +343,7 @@ impl Shining {
         let mut row = row_of(corner, e1, e2, Rgb::BLACK);
         row[10..].copy_from_slice(&self.row[10..]);
         // In world space its edges go around the other way.
-        Shining { row, flags: self.flags | if sign < 0.0 { flag::REVERSED } else { 0 }, ..*self }
+        EmittingPrimitive { row, flags: self.flags | if sign < 0.0 { flag::REVERSED } else { 0 }, ..*self }
     }
 
     fn push(&self, out: &mut Emitters) -> u32 {
@@ -349,11 +358,11 @@ impl Shining {
 /// for; returns how many copies are left out.
 fn in_the_world(
     out: &mut Emitters,
-    surfaces: &Surfaces,
+    surfaces: &EmittingSurfaces,
     areas: &HashMap<u32, u32>,
     room: &mut usize,
 ) -> usize {
-    let Surfaces { geometry, materials, .. } = surfaces;
+    let EmittingSurfaces { geometry, materials, .. } = surfaces;
     let shines = |part: u32| {
         let material = geometry.parts.material[part as usize];
         materials.get(material as usize)?.emits().then_some(material)
@@ -386,7 +395,7 @@ fn in_the_world(
         }
         if let Some(area) = areas.get(&material) {
             out.of_primitive[index] = *area;
-        } else if let Some(lamp) = Shining::new(surfaces, index, triangles, material) {
+        } else if let Some(lamp) = EmittingPrimitive::new(surfaces, index, triangles, material) {
             let emitter = lamp.push(out);
             out.of_primitive[index..index + lamp.triangles()].fill(emitter);
         }
@@ -399,7 +408,7 @@ fn in_the_world(
         row[9] = radius;
         let flags = flags_of(record);
         let primitive = index as u32 | crate::bvh::SPHERE;
-        let emitter = Shining { kind: kind::SPHERE, flags, row, material, primitive }.push(out);
+        let emitter = EmittingPrimitive { kind: kind::SPHERE, flags, row, material, primitive }.push(out);
         out.of_primitive[triangles + index] = emitter;
     }
     left_out.len()
@@ -407,27 +416,27 @@ fn in_the_world(
 
 /// The emitters of a mesh with instances, in its own space.
 #[derive(Default)]
-struct Shared {
-    lamps: Vec<Shining>,
+struct MeshEmitters {
+    lamps: Vec<EmittingPrimitive>,
     /// Which of them each triangle is.
     of_triangle: Vec<u32>,
     /// Where these begin in [`Emitters::of_primitive`], once they are there.
     begin: Option<usize>,
 }
 
-impl Shared {
+impl MeshEmitters {
     /// `given` is the material that takes the place of the triangles' own, or [`NONE`].
-    fn new(surfaces: &Surfaces, range: Range<u32>, given: u32) -> Shared {
-        let Surfaces { geometry, materials, .. } = surfaces;
+    fn new(surfaces: &EmittingSurfaces, range: Range<u32>, given: u32) -> MeshEmitters {
+        let EmittingSurfaces { geometry, materials, .. } = surfaces;
         let (first, end) = (range.start as usize, range.end as usize);
-        let mut shared = Shared { of_triangle: vec![NONE; end - first], ..Shared::default() };
+        let mut shared = MeshEmitters { of_triangle: vec![NONE; end - first], ..MeshEmitters::default() };
         for index in first..end {
             let own = geometry.parts.material[geometry.triangle_parts[index] as usize];
             let material = if given == NONE { own } else { given };
             if shared.of_triangle[index - first] != NONE || !materials[material as usize].emits() {
                 continue;
             }
-            if let Some(lamp) = Shining::new(surfaces, index, end, material) {
+            if let Some(lamp) = EmittingPrimitive::new(surfaces, index, end, material) {
                 let place = index - first;
                 shared.of_triangle[place..place + lamp.triangles()].fill(shared.lamps.len() as u32);
                 shared.lamps.push(lamp);
@@ -439,14 +448,14 @@ impl Shared {
 
 /// The triangles of instances, at most `most` emitters; returns how many instances are left out.
 /// Ellipsoids are found by rays alone.
-fn instances(out: &mut Emitters, surfaces: &Surfaces, most: usize) -> usize {
+fn instances(out: &mut Emitters, surfaces: &EmittingSurfaces, most: usize) -> usize {
     let (mut meshes, mut room, mut left_out) = (HashMap::new(), most, 0);
     let count = surfaces.placed.len();
     for (instance, range) in surfaces.placed.iter().enumerate() {
         let given = surfaces.geometry.instance_materials[instance];
         let shared = meshes
             .entry((range.start, range.end, given))
-            .or_insert_with(|| Shared::new(surfaces, range.clone(), given));
+            .or_insert_with(|| MeshEmitters::new(surfaces, range.clone(), given));
         if shared.lamps.is_empty() {
             continue;
         }
@@ -496,11 +505,13 @@ mod tests {
         let order = world.in_order();
         let placed = transforms::to_world(&world, &order).expect("transforms");
         let (mut records, mut names) = materials::compile(&world.assets, world.settings.transport);
-        let sheets = &mut materials::Sheets::new(&mut records, &mut names, world.settings.transport);
-        let inputs = geometry::Inputs::new(&world, &order, &placed, Vec::new(), &HashMap::new(), sheets);
+        let sheets =
+            &mut materials::TwoSidedVariants::new(&mut records, &mut names, world.settings.transport);
+        let inputs =
+            geometry::GeometryInputs::new(&world, &order, &placed, Vec::new(), &HashMap::new(), sheets);
         let inputs = inputs.expect("shapes");
         let (compiled, _) = geometry::compile(&inputs, None).expect("triangles");
-        let surfaces = Surfaces {
+        let surfaces = EmittingSurfaces {
             geometry: &compiled.geometry,
             materials: &records,
             textures: &Textures::default(),

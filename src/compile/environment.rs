@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
-use super::made::{Bits, Same, bits};
+use super::memo::{ByPtr, DebugText, debug_text};
 use super::sky::{self, Air};
 use crate::film::tonemap::srgb_decode;
 use crate::math::Rgb;
@@ -17,16 +17,16 @@ use crate::world::{Background, Light, World};
 
 /// All that surroundings are made of.
 #[derive(PartialEq)]
-pub(super) struct Inputs {
-    text: Bits,
+pub(super) struct EnvironmentInputs {
+    text: DebugText,
     background: Background,
     /// The first light that is all around, its image and its matrix.
-    light: Option<(Light, Option<Same<Image>>, DMat3)>,
+    light: Option<(Light, Option<ByPtr<Image>>, DMat3)>,
 }
 
-impl Inputs {
+impl EnvironmentInputs {
     /// The first environment light, or else the background.
-    pub(super) fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> Inputs {
+    pub(super) fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> EnvironmentInputs {
         let around = |entity: &Entity| {
             let light = (*world.entities.get::<&Light>(*entity).ok()?).clone();
             let image = match &light {
@@ -34,22 +34,22 @@ impl Inputs {
                 Light::Sky { .. } => None,
                 _ => return None,
             };
-            let image = image.map(|id| Same(world.assets.images[id.0 as usize].clone()));
+            let image = image.map(|id| ByPtr(world.assets.images[id.0 as usize].clone()));
             Some((light, image, transforms[entity].matrix3))
         };
         let (background, light) = (world.settings.background, order.iter().find_map(around));
-        let text = bits(&(&background, light.as_ref().map(|(light, _, matrix)| (light, matrix))));
-        Inputs { text, background, light }
+        let text = debug_text(&(&background, light.as_ref().map(|(light, _, matrix)| (light, matrix))));
+        EnvironmentInputs { text, background, light }
     }
 }
 
-pub(super) fn compile(inputs: &Inputs) -> Result<Environment, Shortage> {
-    let Inputs { background, light, .. } = inputs;
+pub(super) fn compile(inputs: &EnvironmentInputs) -> Result<Environment, Shortage> {
+    let EnvironmentInputs { background, light, .. } = inputs;
     let texels = light
         .iter()
         .filter_map(|(_, image, _)| image.as_ref())
         .map(|image| image.0.width as u64 * image.0.height as u64);
-    let _claim = memory::claim("the environment", 12 * texels.sum::<u64>())?;
+    let _claim = memory::reserve("the environment", 12 * texels.sum::<u64>())?;
     let panorama = light.as_ref().and_then(|(light, image, m)| {
         Some(match light {
             Light::Environment { radiance, .. } => {

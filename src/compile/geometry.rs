@@ -13,15 +13,15 @@ use std::sync::Arc;
 
 use hecs::Entity;
 
-use super::lights::Panel;
-use super::made::{self, Same, bits};
-use super::materials::{Sheets, in_place_of};
+use super::lights::LightMesh;
+use super::materials::{TwoSidedVariants, in_place_of};
+use super::memo::{self, ByPtr, debug_text};
 use super::open_surfaces::Sheet;
 use crate::bvh::build::peak_bytes;
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec2, Vec3};
-use crate::memory::{self, Claim};
+use crate::memory::{self, Reservation};
 use crate::scene::{CompiledScene, Geometry, Part};
 use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
@@ -38,10 +38,10 @@ pub(super) struct CompiledGeometry {
 
 /// All that geometry and trees are made of.
 #[derive(PartialEq)]
-pub(super) struct Inputs {
+pub(super) struct GeometryInputs {
     shapes: Vec<PlacedShape>,
-    panels: Vec<Panel>,
-    meshes: Vec<Same<Mesh>>,
+    panels: Vec<LightMesh>,
+    meshes: Vec<ByPtr<Mesh>>,
     quality: BuildQuality,
     copied_triangles: u32,
 }
@@ -69,7 +69,7 @@ impl PartialEq for PlacedShape {
         let matrix = |of: &Self| of.matrix.to_cols_array().map(f64::to_bits);
         let same_shape = match (&self.shape, &other.shape) {
             (Shape::Mesh(a), Shape::Mesh(b)) => a == b,
-            (a, b) => a == b && bits(a) == bits(b),
+            (a, b) => a == b && debug_text(a) == debug_text(b),
         };
         (self.entity, self.material, &self.replaced, matrix(self))
             == (other.entity, other.material, &other.replaced, matrix(other))
@@ -77,16 +77,16 @@ impl PartialEq for PlacedShape {
     }
 }
 
-impl Inputs {
+impl GeometryInputs {
     /// What a world says. Errors: planes that are not flat and convex.
     pub(super) fn new(
         world: &World,
         order: &[Entity],
         transforms: &WorldTransforms,
-        panels: Vec<Panel>,
+        panels: Vec<LightMesh>,
         open: &HashMap<u32, &Sheet>,
-        sheets: &mut Sheets,
-    ) -> Result<Inputs, CompileError> {
+        sheets: &mut TwoSidedVariants,
+    ) -> Result<GeometryInputs, CompileError> {
         let mut shapes = Vec::new();
         for &entity in order {
             let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
@@ -103,10 +103,10 @@ impl Inputs {
             shapes.push(PlacedShape { entity: entity.id(), shape, matrix, material, replaced });
         }
         let settings = &world.settings;
-        Ok(Inputs {
+        Ok(GeometryInputs {
             shapes,
             panels,
-            meshes: made::all(&world.assets.meshes),
+            meshes: memo::all(&world.assets.meshes),
             quality: settings.build_quality,
             copied_triangles: settings.copied_triangles,
         })
@@ -119,7 +119,7 @@ impl Inputs {
 
 /// Also returns the tree: that of `before`, if it is over the same shapes.
 pub(super) fn compile(
-    inputs: &Inputs,
+    inputs: &GeometryInputs,
     before: Option<&CompiledScene>,
 ) -> Result<(CompiledGeometry, Arc<Bvh>), CompileError> {
     let mut builder = GeometryBuilder::default();
@@ -177,9 +177,9 @@ pub(super) fn compile(
 
 /// Which meshes are copied to world space wherever they are placed: those whose copies take least, as many as are
 /// allowed.
-fn choose_copied(inputs: &Inputs, uses: &[u32]) -> Vec<bool> {
+fn choose_copied(inputs: &GeometryInputs, uses: &[u32]) -> Vec<bool> {
     // Vertices count, too: there may be any number that no triangle uses.
-    let size = |mesh: &Same<Mesh>| mesh.0.triangles.len().max(mesh.0.positions.len()) as u64;
+    let size = |mesh: &ByPtr<Mesh>| mesh.0.triangles.len().max(mesh.0.positions.len()) as u64;
     let sizes = inputs.meshes.iter().map(size);
     let extra: Vec<u64> = uses.iter().zip(sizes).map(|(n, size)| n.saturating_sub(1) as u64 * size).collect();
     let mut meshes: Vec<usize> = (0..extra.len()).collect();
@@ -195,7 +195,7 @@ fn choose_copied(inputs: &Inputs, uses: &[u32]) -> Vec<bool> {
 }
 
 /// How many entities place each mesh.
-fn count_uses(inputs: &Inputs) -> Vec<u32> {
+fn count_uses(inputs: &GeometryInputs) -> Vec<u32> {
     let mut uses = vec![0; inputs.meshes.len()];
     for placed in &inputs.shapes {
         if let Shape::Mesh(id) = placed.shape {
@@ -206,9 +206,13 @@ fn count_uses(inputs: &Inputs) -> Vec<u32> {
 }
 
 /// Ids have 31 bits, and lanes address three floats a vertex with 31 bits. Claims memory for geometry and trees.
-fn check_size(inputs: &Inputs, uses: &[u32], copied: &[bool]) -> Result<Claim<'static>, CompileError> {
+fn check_size(
+    inputs: &GeometryInputs,
+    uses: &[u32],
+    copied: &[bool],
+) -> Result<Reservation<'static>, CompileError> {
     let (mut vertices, mut triangles, mut bytes) = (0usize, 0usize, 0usize);
-    for (Same(mesh), (uses, copied)) in inputs.meshes.iter().zip(uses.iter().zip(copied)) {
+    for (ByPtr(mesh), (uses, copied)) in inputs.meshes.iter().zip(uses.iter().zip(copied)) {
         let copies = if *copied { (*uses).max(1) as usize } else { 1 };
         vertices = vertices.saturating_add(copies.saturating_mul(mesh.positions.len()));
         triangles = triangles.saturating_add(copies.saturating_mul(mesh.triangles.len()));
@@ -226,7 +230,7 @@ fn check_size(inputs: &Inputs, uses: &[u32], copied: &[bool]) -> Result<Claim<'s
     // A part beside each triangle, and the finished tree.
     let built = peak_bytes(primitives, true, inputs.quality) + primitives * (4 + TREE_BYTES);
     let what = format_args!("the geometry of {triangles} triangles with its tree");
-    Ok(memory::claim(what, bytes.saturating_add(built) as u64)?)
+    Ok(memory::reserve(what, bytes.saturating_add(built) as u64)?)
 }
 
 /// Bytes of an instance, or of another shape that is placed.
@@ -295,14 +299,14 @@ struct GeometryBuilder {
 
 impl GeometryBuilder {
     /// Reserves room for all meshes at once: a column that grows holds its content twice while it does.
-    fn reserve(&mut self, inputs: &Inputs, uses: &[u32], copied: &[bool]) {
+    fn reserve(&mut self, inputs: &GeometryInputs, uses: &[u32], copied: &[bool]) {
         let times = uses
             .iter()
             .zip(copied)
             .map(|(uses, copied)| if *copied { *uses } else { (*uses).min(1) } as usize);
         let total = |count: fn(&Mesh) -> usize| -> usize {
             let meshes = inputs.meshes.iter().zip(times.clone());
-            meshes.map(|(Same(mesh), times)| times * count(mesh)).sum()
+            meshes.map(|(ByPtr(mesh), times)| times * count(mesh)).sum()
         };
         // Of shapes that are not meshes.
         let is_small =
@@ -385,7 +389,7 @@ impl GeometryBuilder {
     /// Adds what has instances and builds the trees, unless those of `before` are over the same.
     fn finish(
         mut self,
-        inputs: &Inputs,
+        inputs: &GeometryInputs,
         placed: Vec<(InstancedTree<'_>, DAffine3, MaterialId, u32)>,
         before: Option<&CompiledScene>,
     ) -> (Geometry, Vec<Range<u32>>, Arc<Bvh>) {
@@ -458,7 +462,7 @@ impl GeometryBuilder {
     }
 
     /// Adds what a tree is to be over: its triangles and its spheres.
-    fn subtree(&mut self, inputs: &Inputs, subtree: InstancedTree) -> [Range<u32>; 2] {
+    fn subtree(&mut self, inputs: &GeometryInputs, subtree: InstancedTree) -> [Range<u32>; 2] {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         match subtree {
             InstancedTree::UnitSphere => {

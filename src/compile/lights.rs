@@ -3,7 +3,7 @@
 use hecs::Entity;
 
 use super::materials;
-use super::photometric::{self, Beam};
+use super::photometric::{self, BeamCone};
 use super::sky::{Air, SUN_ANGLE};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
@@ -13,7 +13,7 @@ use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, Text
 
 /// A light entity in world space.
 #[derive(Debug)]
-pub(super) enum Lamp {
+pub(super) enum WorldLight {
     /// From one point, perhaps within a cone.
     Point {
         place: Vec3,
@@ -34,7 +34,7 @@ pub(super) enum Lamp {
         axes: [Vec3; 2],
         profile: TextureId,
         /// Where most of its light goes.
-        beam: Beam,
+        beam: BeamCone,
     },
     /// Parallel.
     Directional {
@@ -72,7 +72,7 @@ pub(super) struct SpotCone {
 
 /// The surface of a visible area light.
 #[derive(PartialEq)]
-pub(super) struct Panel {
+pub(super) struct LightMesh {
     /// In order around it, counter-clockwise seen from the side that shines; it is convex.
     pub corners: Vec<Vec3>,
     /// Black, but for what it gives off to the front.
@@ -93,8 +93,8 @@ pub fn light_names(world: &World) -> Vec<String> {
 
 /// Lamps, and which lights send no photons.
 #[derive(Debug, Default)]
-pub(super) struct Lamps {
-    pub all: Vec<Lamp>,
+pub(super) struct WorldLights {
+    pub all: Vec<WorldLight>,
     /// True for each lamp that sends none.
     pub without_caustics: Vec<bool>,
     /// True if light from all around sends none.
@@ -104,9 +104,9 @@ pub(super) struct Lamps {
 /// What light entities come to.
 #[derive(Default)]
 pub(super) struct CompiledLights {
-    pub lamps: Lamps,
+    pub lamps: WorldLights,
     /// Those that rays can hit.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<LightMesh>,
 }
 
 /// Materials of lights that can be seen are added to those of the assets.
@@ -131,14 +131,14 @@ pub(super) fn compile(
                     let material = materials.len() as u32;
                     materials.push(surface(radiance));
                     names.push(format!("light of {}", world.name_of(entity)));
-                    out.panels.push(Panel { corners: cut_out(corners, *outline), material, entity });
+                    out.panels.push(LightMesh { corners: cut_out(corners, *outline), material, entity });
                     material
                 });
                 let [corner, first, _, second] = corners;
                 let edges = [first - corner, second - corner];
                 let (samples, pattern) = (*samples, *pattern);
                 let outline = *outline;
-                out.lamps.all.push(Lamp::Area {
+                out.lamps.all.push(WorldLight::Area {
                     corner,
                     edges,
                     outline,
@@ -161,7 +161,7 @@ pub(super) fn compile(
                 let across = (along - axis * along.dot(axis)).normalize();
                 let (place, profile) = (point(matrix, Vec3::ZERO), *profile);
                 let (axes, scale) = ([axis, across], 1.0 / mean);
-                out.lamps.all.push(Lamp::Photometric { place, intensity, scale, axes, profile, beam });
+                out.lamps.all.push(WorldLight::Photometric { place, intensity, scale, axes, profile, beam });
             }
             sky @ world::Light::Sky { .. } => out.lamps.all.extend(sun(sky, matrix)),
             other => out.lamps.all.push(punctual(other, matrix)),
@@ -224,23 +224,27 @@ fn surface(radiance: Rgb) -> Material {
 }
 
 /// The sun of a sky.
-fn sun(light: &world::Light, matrix: &DAffine3) -> Option<Lamp> {
+fn sun(light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
     let world::Light::Sky { elevation, azimuth, haze, radiance } = light else { return None };
     let (elevation, azimuth) = (f64::from(*elevation), f64::from(*azimuth));
     let level = libm::cos(elevation);
     let [x, z] = [libm::sin(azimuth) * level, -libm::cos(azimuth) * level];
     let to_light = direction(matrix, Vec3::new(x as f32, libm::sin(elevation) as f32, z as f32));
     let irradiance = Air::sun(*haze, elevation).map(|c| c as f32);
-    Some(Lamp::Directional { to_light, irradiance: Rgb::from(irradiance) * *radiance, angle: SUN_ANGLE })
+    Some(WorldLight::Directional {
+        to_light,
+        irradiance: Rgb::from(irradiance) * *radiance,
+        angle: SUN_ANGLE,
+    })
 }
 
-fn punctual(light: &world::Light, matrix: &DAffine3) -> Lamp {
+fn punctual(light: &world::Light, matrix: &DAffine3) -> WorldLight {
     let intensity = |power: Rgb| power * (1.0 / (4.0 * std::f32::consts::PI));
     let place = point(matrix, Vec3::ZERO);
     match light {
         world::Light::Point { power_w, falloff } => {
             let falls = *falloff == Falloff::InverseSquare;
-            Lamp::Point { place, intensity: intensity(*power_w), falls, cone: None }
+            WorldLight::Point { place, intensity: intensity(*power_w), falls, cone: None }
         }
         world::Light::Spot { power_w, inner_angle, outer_angle, falloff } => {
             let cos = |angle: f32| libm::cos(angle as f64);
@@ -251,11 +255,11 @@ fn punctual(light: &world::Light, matrix: &DAffine3) -> Lamp {
                 scale: (1.0 / width) as f32,
             };
             let falls = *falloff == Falloff::InverseSquare;
-            Lamp::Point { place, intensity: intensity(*power_w), falls, cone: Some(cone) }
+            WorldLight::Point { place, intensity: intensity(*power_w), falls, cone: Some(cone) }
         }
         world::Light::Directional { irradiance, angle } => {
             let to_light = -direction(matrix, Vec3::NEG_Z);
-            Lamp::Directional { to_light, irradiance: *irradiance, angle: *angle }
+            WorldLight::Directional { to_light, irradiance: *irradiance, angle: *angle }
         }
         world::Light::Area { .. }
         | world::Light::Environment { .. }

@@ -7,7 +7,7 @@ use crate::math::{NONE, Rgb};
 use crate::scene::Material;
 use crate::scene::bodies::{Bodies, Body};
 use crate::scene::material::{
-    BumpParam, Classic, ColorParam, Coverage, Medium, NormalParam, ScalarParam, ThinFilmParam,
+    BumpParam, ColorParam, Coverage, Medium, NormalParam, ScalarParam, ThinFilmParam, WhittedParams,
 };
 use crate::world::assets::Assets;
 use crate::world::{
@@ -19,7 +19,7 @@ use crate::world::{
 pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, Vec<String>) {
     let record = |material: &world::Material| match material {
         world::Material::BlinnPhong(material) => {
-            match veil(material).filter(|_| transport == Transport::Path) {
+            match from_dissolve(material).filter(|_| transport == Transport::Path) {
                 Some(veil) => veil,
                 None => from_blinn_phong(material),
             }
@@ -40,8 +40,9 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, 
 /// Numbers what the materials enclose, as light meets it under a transport.
 pub(super) fn number_bodies(materials: &mut [Material], transport: Transport) -> Bodies {
     Bodies::number(materials, |material| {
-        let &Material { encloses, priority, dispersion, straight, classic: Classic { ior, .. }, .. } =
-            material;
+        let &Material {
+            encloses, priority, dispersion, straight, classic: WhittedParams { ior, .. }, ..
+        } = material;
         let (index, is_there) = match transport {
             Transport::Path => (material.index(), encloses),
             Transport::Whitted => (ior, encloses && ior > 0.0),
@@ -52,7 +53,7 @@ pub(super) fn number_bodies(materials: &mut [Material], transport: Transport) ->
 
 /// A record made of another one.
 #[derive(PartialEq, Eq, Hash)]
-enum Variant {
+enum RecordVariant {
     /// It has no front.
     TwoSided,
     /// A thin sheet of this optical depth, as bits.
@@ -63,19 +64,19 @@ enum Variant {
 
 /// Records for sheets beside those that materials have: they have no front, and may be thin where materials have a
 /// volume.
-pub(super) struct Sheets<'a> {
+pub(super) struct TwoSidedVariants<'a> {
     pub materials: &'a mut Vec<Material>,
     pub names: &'a mut Vec<String>,
     pub transport: Transport,
     /// How many of the records are materials' own.
     own: usize,
     /// By the records that they are made from.
-    known: HashMap<(MaterialId, Variant), MaterialId>,
+    known: HashMap<(MaterialId, RecordVariant), MaterialId>,
     /// The materials of those that were added, in order.
     added: Vec<u32>,
 }
 
-impl<'a> Sheets<'a> {
+impl<'a> TwoSidedVariants<'a> {
     pub fn new(materials: &'a mut Vec<Material>, names: &'a mut Vec<String>, transport: Transport) -> Self {
         let own = materials.len();
         Self { materials, names, transport, own, known: HashMap::new(), added: Vec::new() }
@@ -92,7 +93,11 @@ impl<'a> Sheets<'a> {
         if !record.hides_back && !record.one_sided_emission {
             return id;
         }
-        self.add(id, Variant::TwoSided, Material { hides_back: false, one_sided_emission: false, ..record })
+        self.add(
+            id,
+            RecordVariant::TwoSided,
+            Material { hides_back: false, one_sided_emission: false, ..record },
+        )
     }
 
     /// The materials of sheets of such thickness, or of interfaces, in place of some materials.
@@ -107,7 +112,7 @@ impl<'a> Sheets<'a> {
     /// The material of an interface, which encloses nothing.
     fn interface(&mut self, id: MaterialId) -> MaterialId {
         let record = self.materials[id.0 as usize];
-        self.add(id, Variant::Interface, Material { encloses: false, medium: Medium::CLEAR, ..record })
+        self.add(id, RecordVariant::Interface, Material { encloses: false, medium: Medium::CLEAR, ..record })
     }
 
     /// The material of a sheet of a thickness in metres, of what is within a body of this material. (What is scattered
@@ -116,7 +121,7 @@ impl<'a> Sheets<'a> {
         let record = self.materials[id.0 as usize];
         let Medium { extinction, albedo, .. } = record.medium;
         let depth = std::array::from_fn(|i| extinction[i] * (1.0 - albedo[i]) * thickness);
-        let Classic { kt, ior, .. } = record.classic;
+        let WhittedParams { kt, ior, .. } = record.classic;
         let left = |i: usize| kt[i] * libm::exp(-f64::from(depth[i])) as f32;
         let sheet = Material {
             thin: true,
@@ -124,7 +129,7 @@ impl<'a> Sheets<'a> {
             encloses: false,
             medium: Medium::CLEAR,
             sheet_depth: depth,
-            classic: Classic {
+            classic: WhittedParams {
                 kt: std::array::from_fn(left),
                 ior: if ior > 0.0 { 1.0 } else { 0.0 },
                 ..record.classic
@@ -132,10 +137,10 @@ impl<'a> Sheets<'a> {
             ..record
         };
         let straight = self.transport == Transport::Path && sheet.lets_straight_on();
-        self.add(id, Variant::Thin(depth.map(f32::to_bits)), Material { straight, ..sheet })
+        self.add(id, RecordVariant::Thin(depth.map(f32::to_bits)), Material { straight, ..sheet })
     }
 
-    fn add(&mut self, id: MaterialId, variant: Variant, record: Material) -> MaterialId {
+    fn add(&mut self, id: MaterialId, variant: RecordVariant, record: Material) -> MaterialId {
         *self.known.entry((id, variant)).or_insert_with(|| {
             self.materials.push(record);
             self.names.push(self.names[id.0 as usize].clone());
@@ -318,7 +323,7 @@ fn film(m: &Iridescence) -> ThinFilmParam {
 /// A surface that lets an even part of the light through and bends none of it, as `d` in an OBJ's library means it:
 /// that part of it is not there. (Otherwise the path transport takes materials with an index of refraction for glass,
 /// which has no `diffuse`.)
-pub(super) fn veil(m: &BlinnPhong) -> Option<Material> {
+pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<Material> {
     let through = m.kt.r;
     let is_even = m.kt == Rgb::splat(through) && through > 0.0 && through < 1.0;
     (m.ior == Some(1.0) && is_even).then(|| {
@@ -397,7 +402,7 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
         anisotropy_direction: [1.0, 0.0],
         anisotropy_texture: NONE,
         film: None,
-        classic: Classic {
+        classic: WhittedParams {
             diffuse: color(m.diffuse),
             specular: color(m.specular),
             shininess: m.shininess,

@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use hecs::Entity;
 
-use super::made::Same;
+use super::memo::ByPtr;
 use crate::error::words;
 use crate::math::{DAffine3, Vec3};
-use crate::world::boundary::{Edges, Joined, MOST_TESTED, area, inside, is_crack, joined, six_volumes};
+use crate::world::boundary::{
+    JoinedSurfaces, MOST_TESTED, MeshEdges, area, inside, is_crack, joined, six_volumes,
+};
 use crate::world::transforms::{WorldTransforms, point};
 use crate::world::{Material, MaterialId, Mesh, Shape, World};
 
@@ -22,13 +24,13 @@ const FEWEST: usize = 3;
 
 /// All surfaces of glass, where any of them has a thickness or some of them may be interfaces.
 #[derive(PartialEq)]
-pub(super) struct Inputs(Vec<Surface>);
+pub(super) struct OpenSurfaceInputs(Vec<GlassSurface>);
 
 /// The part of an entity's shape that has a volume.
-struct Surface {
+struct GlassSurface {
     entity: u32,
     name: String,
-    corners: Corners,
+    corners: SurfaceCorners,
     matrix: DAffine3,
     /// Its materials that are glass, and their thickness before the transform; none if they have no volume.
     materials: Vec<(MaterialId, Option<f32>)>,
@@ -37,13 +39,13 @@ struct Surface {
 }
 
 #[derive(PartialEq)]
-enum Corners {
-    Mesh(Same<Mesh>),
+enum SurfaceCorners {
+    Mesh(ByPtr<Mesh>),
     /// A convex polygon.
     Fan(Vec<Vec3>),
 }
 
-impl PartialEq for Surface {
+impl PartialEq for GlassSurface {
     /// To the bit.
     fn eq(&self, other: &Self) -> bool {
         let bits = |of: &Self| of.matrix.to_cols_array().map(f64::to_bits);
@@ -65,9 +67,9 @@ pub(super) struct Sheet {
     edges: usize,
 }
 
-impl Inputs {
+impl OpenSurfaceInputs {
     /// The surfaces of a world.
-    pub fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> Inputs {
+    pub fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> OpenSurfaceInputs {
         let glass = |id: MaterialId| match world.assets.materials.get(id.0 as usize)?.material {
             Material::Principled(ref material) => Some(Some(material.volume?.thickness)),
             Material::BlinnPhong(ref material) => material.ior.map(|_| None),
@@ -76,19 +78,21 @@ impl Inputs {
             (0..world.assets.materials.len() as u32).filter_map(|id| glass(MaterialId(id))).collect();
         let has_thickness = of_glass.iter().flatten().any(|thickness| *thickness > 0.0);
         if !has_thickness && of_glass.len() < FEWEST {
-            return Inputs(Vec::new());
+            return OpenSurfaceInputs(Vec::new());
         }
         let surface = |entity: Entity| {
             let shape = world.entities.get::<&Shape>(entity).ok()?;
             let given = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
             let corners = match &*shape {
                 Shape::Sphere { .. } => return None,
-                Shape::Triangle { vertices, .. } => Corners::Fan(vertices.to_vec()),
-                Shape::Plane { corners } => Corners::Fan(corners.to_vec()),
-                Shape::Mesh(id) => Corners::Mesh(Same(world.assets.meshes.get(id.0 as usize)?.clone())),
+                Shape::Triangle { vertices, .. } => SurfaceCorners::Fan(vertices.to_vec()),
+                Shape::Plane { corners } => SurfaceCorners::Fan(corners.to_vec()),
+                Shape::Mesh(id) => {
+                    SurfaceCorners::Mesh(ByPtr(world.assets.meshes.get(id.0 as usize)?.clone()))
+                }
             };
             let of_triangles = match (&corners, given) {
-                (Corners::Mesh(mesh), None) => &mesh.0.triangle_materials[..],
+                (SurfaceCorners::Mesh(mesh), None) => &mesh.0.triangle_materials[..],
                 _ => &[],
             };
             let mut ids: Vec<_> = of_triangles.chunk_by(|a, b| a == b).map(|run| run[0]).collect();
@@ -98,31 +102,31 @@ impl Inputs {
             ids.dedup();
             let materials: Vec<_> = ids.into_iter().filter_map(|id| Some((id, glass(id)?))).collect();
             let (name, matrix) = (world.name_of(entity), transforms[&entity]);
-            let surface = Surface { entity: entity.id(), name, corners, matrix, materials, own };
+            let surface = GlassSurface { entity: entity.id(), name, corners, matrix, materials, own };
             Some(surface).filter(|surface| !surface.materials.is_empty())
         };
-        let surfaces: Vec<Surface> = order.iter().filter_map(|entity| surface(*entity)).collect();
-        Inputs(if has_thickness || surfaces.len() >= FEWEST { surfaces } else { Vec::new() })
+        let surfaces: Vec<GlassSurface> = order.iter().filter_map(|entity| surface(*entity)).collect();
+        OpenSurfaceInputs(if has_thickness || surfaces.len() >= FEWEST { surfaces } else { Vec::new() })
     }
 }
 
-impl Surface {
+impl GlassSurface {
     fn positions(&self) -> &[Vec3] {
         match &self.corners {
-            Corners::Mesh(mesh) => &mesh.0.positions,
-            Corners::Fan(corners) => corners,
+            SurfaceCorners::Mesh(mesh) => &mesh.0.positions,
+            SurfaceCorners::Fan(corners) => corners,
         }
     }
 
     fn triangles(&self) -> Vec<[u32; 3]> {
         match &self.corners {
-            Corners::Mesh(mesh) if !self.own => mesh.0.triangles.clone(),
-            Corners::Mesh(mesh) => {
+            SurfaceCorners::Mesh(mesh) if !self.own => mesh.0.triangles.clone(),
+            SurfaceCorners::Mesh(mesh) => {
                 let has_volume = |id: &MaterialId| self.materials.iter().any(|(other, _)| other == id);
                 let pairs = mesh.0.triangles.iter().zip(&mesh.0.triangle_materials);
                 pairs.filter(|(_, id)| has_volume(id)).map(|(triangle, _)| *triangle).collect()
             }
-            Corners::Fan(corners) => (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect(),
+            SurfaceCorners::Fan(corners) => (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect(),
         }
     }
 
@@ -139,22 +143,22 @@ impl Surface {
     fn key(&self) -> Option<(*const Mesh, Vec<MaterialId>)> {
         let own = || self.materials.iter().filter(|_| self.own).map(|(id, _)| *id).collect();
         match &self.corners {
-            Corners::Mesh(mesh) => Some((Arc::as_ptr(&mesh.0), own())),
-            Corners::Fan(_) => None,
+            SurfaceCorners::Mesh(mesh) => Some((Arc::as_ptr(&mesh.0), own())),
+            SurfaceCorners::Fan(_) => None,
         }
     }
 }
 
 /// A surface with a rim.
 struct Rimmed<'a> {
-    surface: &'a Surface,
+    surface: &'a GlassSurface,
     edges: usize,
     /// In world space.
     open: Vec<[Vec3; 2]>,
 }
 
 /// The surfaces that are thin sheets, in the order of their entities.
-pub(super) fn find(inputs: &Inputs) -> Vec<Sheet> {
+pub(super) fn find(inputs: &OpenSurfaceInputs) -> Vec<Sheet> {
     let mut known: HashMap<_, (usize, Vec<[Vec3; 2]>)> = HashMap::new();
     let mut rimmed = Vec::new();
     for surface in &inputs.0 {
@@ -163,7 +167,7 @@ pub(super) fn find(inputs: &Inputs) -> Vec<Sheet> {
             if triangles.len() > MOST_TESTED {
                 return (0, Vec::new());
             }
-            let Edges { count, open } = Edges::of(surface.positions(), triangles.into_iter());
+            let MeshEdges { count, open } = MeshEdges::of(surface.positions(), triangles.into_iter());
             (count, open)
         };
         let (edges, open) = match surface.key() {
@@ -177,7 +181,7 @@ pub(super) fn find(inputs: &Inputs) -> Vec<Sheet> {
     }
     let mut sheets = Vec::new();
     let rims: Vec<&[[Vec3; 2]]> = rimmed.iter().map(|rimmed| &rimmed.open[..]).collect();
-    for Joined { members, rim, crossed } in joined(&rims) {
+    for JoinedSurfaces { members, rim, crossed } in joined(&rims) {
         let is_interface = |member: &usize| {
             let mut thickness = rimmed[*member].surface.materials.iter().map(|(_, thickness)| *thickness);
             // Panes say how thick they are.
@@ -253,7 +257,7 @@ fn sheets_of(members: &[&Rimmed], rim: &[[Vec3; 2]]) -> Vec<Sheet> {
 }
 
 /// How much longer a transform makes what stands on a surface, which has such an area in the world.
-fn normal_scale(surface: &Surface, in_world: f64) -> f64 {
+fn normal_scale(surface: &GlassSurface, in_world: f64) -> f64 {
     let corners = |triangle: [u32; 3]| triangle.map(|vertex| surface.positions()[vertex as usize]);
     let before: f64 = surface.triangles().into_iter().map(|triangle| area(corners(triangle))).sum();
     surface.matrix.matrix3.determinant().abs() * before / in_world.max(f64::MIN_POSITIVE)
@@ -261,7 +265,7 @@ fn normal_scale(surface: &Surface, in_world: f64) -> f64 {
 
 /// The numbers of the entities whose surfaces with a volume are thin sheets.
 pub(crate) fn thin_sheets(world: &World, order: &[Entity], transforms: &WorldTransforms) -> HashSet<u32> {
-    find(&Inputs::new(world, order, transforms)).into_iter().map(|sheet| sheet.entity).collect()
+    find(&OpenSurfaceInputs::new(world, order, transforms)).into_iter().map(|sheet| sheet.entity).collect()
 }
 
 /// Sentences about surfaces that are rendered as sheets, and as interfaces.
@@ -350,7 +354,7 @@ mod tests {
         world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 },));
         let order = world.in_order();
         let transforms = crate::world::transforms::to_world(&world, &order).unwrap();
-        let found = find(&Inputs::new(&world, &order, &transforms));
+        let found = find(&OpenSurfaceInputs::new(&world, &order, &transforms));
         let told = compile(&world, None).unwrap().warnings.concat();
         assert_eq!(told.contains("thin sheets"), !found.is_empty(), "{told}");
         found.iter().map(|sheet| (sheet.entity, sheet.materials[0].1.unwrap_or(-1.0))).collect()

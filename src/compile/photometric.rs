@@ -15,7 +15,7 @@ const FURTHER: f64 = 0.25 * PI;
 
 /// The cone that holds most of a profile's light, relative to its mean over all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Beam {
+pub(super) struct BeamCone {
     /// Cosines of two angles whose sum is that to the axis within which the beam lies: of the spread of directions, and
     /// of how far light leaves from each of these, as for surfaces ([`super::light_tree::LightBounds`]). −1 and 0 if it
     /// is everywhere.
@@ -31,15 +31,15 @@ pub(super) struct Beam {
 /// The mean of a profile over all directions, and its beam; `None` if it is dark.
 ///
 /// Rows lie at equal angles from straight ahead to straight back, and what lies between two of them is blended.
-pub(super) fn summary(image: &Image) -> Option<(f32, Beam)> {
+pub(super) fn summary(image: &Image) -> Option<(f32, BeamCone)> {
     let (width, height) = (image.width as usize, image.height as usize);
     let value = |at: usize| match &image.texels {
         Texels::Rgb32(texels) => Rgb::from(texels[at]).luminance(),
         Texels::Rgba8(texels) => Rgb::from([0, 1, 2].map(|k| f32::from(texels[at][k]) / 255.0)).luminance(),
     };
     let row = |row: usize| (row * width..(row + 1) * width).map(|at| f64::from(value(at)));
-    let rows: Vec<Row> = (0..height)
-        .map(|at| Row {
+    let rows: Vec<ProfileRow> = (0..height)
+        .map(|at| ProfileRow {
             weight: weight(at, height),
             mean: row(at).sum::<f64>() / width as f64,
             most: row(at).fold(0.0, f64::max),
@@ -50,7 +50,7 @@ pub(super) fn summary(image: &Image) -> Option<(f32, Beam)> {
         return None;
     }
     let brightest = rows.iter().map(|row| row.most).fold(0.0, f64::max);
-    let is_bright = |row: &Row| row.most >= BEAM * brightest;
+    let is_bright = |row: &ProfileRow| row.most >= BEAM * brightest;
     // Blending makes it one row wider.
     let ahead = (rows.iter().rposition(is_bright).unwrap_or(0) + 1).min(height - 1);
     let back = rows.iter().position(is_bright).unwrap_or(0).saturating_sub(1);
@@ -62,14 +62,14 @@ pub(super) fn summary(image: &Image) -> Option<(f32, Beam)> {
         (angle(ahead), (&rows[..ahead + 1], &rows[ahead + 1..]))
     };
     if spread > WIDEST {
-        let everywhere = Beam { cosines: [-1.0, 0.0], backwards: false, intensity: 1.0, outside: 0.0 };
+        let everywhere = BeamCone { cosines: [-1.0, 0.0], backwards: false, intensity: 1.0, outside: 0.0 };
         return Some((mean as f32, everywhere));
     }
     let intensity = mean_of(within);
     let dark = outside.iter().all(|row| row.most <= 0.0);
     // The least that is chosen at all, so that a faint rest is not left out.
     let rest = if dark { 0.0 } else { (mean_of(outside) / intensity).max(1e-3) };
-    let beam = Beam {
+    let beam = BeamCone {
         cosines: [(spread - FURTHER).max(0.0), spread.min(FURTHER)].map(|angle| libm::cos(angle) as f32),
         backwards,
         intensity: (intensity / mean) as f32,
@@ -79,13 +79,13 @@ pub(super) fn summary(image: &Image) -> Option<(f32, Beam)> {
 }
 
 /// All directions at one angle to the axis.
-struct Row {
+struct ProfileRow {
     weight: f64,
     mean: f64,
     most: f64,
 }
 
-fn mean_of(rows: &[Row]) -> f64 {
+fn mean_of(rows: &[ProfileRow]) -> f64 {
     let weights: f64 = rows.iter().map(|row| row.weight).sum();
     rows.iter().map(|row| row.weight * row.mean).sum::<f64>() / weights.max(f64::MIN_POSITIVE)
 }

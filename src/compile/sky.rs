@@ -11,7 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// A colour's red, green and blue.
-type Triple = [f64; 3];
+type SkyColor = [f64; 3];
 
 /// From the middle of the earth to its ground, and to where the air ends.
 const GROUND: f64 = 6360.0;
@@ -22,14 +22,14 @@ const GROUND_ALBEDO: f64 = 0.3;
 const EYE: f64 = 0.1;
 
 /// Of molecules at the ground, km⁻¹, and their scale height.
-const RAYLEIGH: (Triple, f64) = ([5.802e-3, 13.558e-3, 33.1e-3], 8.0);
+const RAYLEIGH: (SkyColor, f64) = ([5.802e-3, 13.558e-3, 33.1e-3], 8.0);
 /// The same for what haze scatters and for what it absorbs (a tenth, as in Bruneton and Neyret; 15 times as much as
 /// theirs, which is the haze of high mountains: an optical depth of 0.08).
 const HAZE: ([f64; 2], f64) = ([60e-3, 6.7e-3], 1.2);
 /// Henyey and Greenstein's g of haze.
 const HAZE_ANISOTROPY: f64 = 0.8;
 /// Of ozone where most of it is, that height, and how far it reaches above and below.
-const OZONE: (Triple, f64, f64) = ([0.65e-3, 1.881e-3, 0.085e-3], 25.0, 15.0);
+const OZONE: (SkyColor, f64, f64) = ([0.65e-3, 1.881e-3, 0.085e-3], 25.0, 15.0);
 
 /// Irradiance of the sun outside of the air: white in the sun at noon has a radiance of about 1.
 pub(super) const SOLAR: f64 = 4.0;
@@ -44,9 +44,9 @@ pub(super) struct Air {
     /// Times the haze of a clear day.
     haze: f64,
     /// What comes through from the top: see [`Air::transmittance`].
-    transmittance: Vec<Triple>,
+    transmittance: Vec<SkyColor>,
     /// Light that was scattered twice or more, for a sun of irradiance 1: see [`Air::again`].
-    again: Vec<Triple>,
+    again: Vec<SkyColor>,
 }
 
 /// Sizes of the tables: heights, cosines.
@@ -55,9 +55,9 @@ const AGAIN: [usize; 2] = [24, 32];
 
 /// What air does to light at some height, km⁻¹.
 struct Matter {
-    rayleigh: Triple,
+    rayleigh: SkyColor,
     haze: f64,
-    extinction: Triple,
+    extinction: SkyColor,
 }
 
 impl Air {
@@ -96,7 +96,7 @@ impl Air {
 
     /// What comes through from a distance to the middle of the earth, along a cosine to the zenith, to the top of the
     /// air.
-    fn through(&self, r: f64, mu: f64) -> Triple {
+    fn through(&self, r: f64, mu: f64) -> SkyColor {
         const STEPS: usize = 192;
         let length = to_top(r, mu);
         let step = length / STEPS as f64;
@@ -110,7 +110,7 @@ impl Air {
     }
 
     /// How much of the sun's light comes to a place.
-    fn transmittance(&self, r: f64, mu: f64) -> Triple {
+    fn transmittance(&self, r: f64, mu: f64) -> SkyColor {
         let (there, mu) = part_of_sun(r, mu);
         if there == 0.0 {
             return [0.0; 3];
@@ -120,7 +120,7 @@ impl Air {
     }
 
     /// The sun's irradiance at the ground on a surface that faces it.
-    pub(super) fn sun(haze: f32, elevation: f64) -> Triple {
+    pub(super) fn sun(haze: f32, elevation: f64) -> SkyColor {
         let r = GROUND + EYE;
         let (there, mu) = part_of_sun(r, libm::sin(elevation));
         Self::bare(haze).through(r, mu).map(|c| c * there * SOLAR)
@@ -128,7 +128,7 @@ impl Air {
 
     /// Radiance of light that has been scattered at least twice, for a sun of irradiance 1; the same in all
     /// directions.
-    fn again(&self, r: f64, sun: f64) -> Triple {
+    fn again(&self, r: f64, sun: f64) -> SkyColor {
         let x = ((r - GROUND) / (TOP - GROUND)).max(0.0).sqrt();
         // The inverse of `sun_cosine`.
         let y = if sun < 0.0 { 0.5 - (-sun).sqrt() * 0.5 } else { 0.5 + sun.sqrt() * 0.5 };
@@ -137,7 +137,7 @@ impl Air {
 
     /// An entry of that table: light scattered twice, divided by the part that is not scattered again (equations 5 to
     /// 10).
-    fn scattered_again(&self, r: f64, sun: f64) -> Triple {
+    fn scattered_again(&self, r: f64, sun: f64) -> SkyColor {
         const DIRECTIONS: usize = 8;
         let (mut second, mut onwards) = ([0.0; 3], [0.0; 3]);
         let sun_way = DVec3::new((1.0 - sun * sun).max(0.0).sqrt(), sun, 0.0);
@@ -156,13 +156,13 @@ impl Air {
     }
 
     /// Along a line of sight, for a sun of irradiance 1.
-    fn seen(&self, r: f64, way: DVec3, sun: DVec3, phase: Phase) -> Seen {
+    fn seen(&self, r: f64, way: DVec3, sun: DVec3, phase: Phase) -> SightLight {
         const STEPS: usize = 32;
         let mu = way.y;
         let ground = to_ground(r, mu);
         let length = ground.unwrap_or_else(|| to_top(r, mu));
         let [by_molecules, by_haze] = phase.values(way.dot(sun));
-        let mut seen = Seen { light: [0.0; 3], scattered: [0.0; 3] };
+        let mut seen = SightLight { light: [0.0; 3], scattered: [0.0; 3] };
         let (mut left, mut before) = ([1.0; 3], 0.0);
         for i in 0..STEPS {
             // Shorter steps where the air is denser.
@@ -219,10 +219,10 @@ impl Air {
 }
 
 /// What a line of sight brings.
-struct Seen {
-    light: Triple,
+struct SightLight {
+    light: SkyColor,
     /// The part of even light of radiance 1 along it that would be scattered towards the eye.
-    scattered: Triple,
+    scattered: SkyColor,
 }
 
 /// Where light is scattered to.
@@ -306,7 +306,7 @@ fn coordinates_of(r: f64, mu: f64) -> (f64, f64) {
 }
 
 /// Between the entries of a table.
-fn between(table: &[Triple], [rows, columns]: [usize; 2], x: f64, y: f64) -> Triple {
+fn between(table: &[SkyColor], [rows, columns]: [usize; 2], x: f64, y: f64) -> SkyColor {
     let place = |part: f64, count: usize| {
         let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
         let low = (at as usize).min(count - 2);
@@ -339,7 +339,7 @@ mod tests {
     }
 
     /// Irradiance on the ground, and of that what comes from the sky alone.
-    fn ground(haze: f32, elevation: f64) -> [Triple; 2] {
+    fn ground(haze: f32, elevation: f64) -> [SkyColor; 2] {
         let mut sky = [0.0; 3];
         let texels = Air::new(haze).panorama(elevation);
         let [width, height] = SIZE;

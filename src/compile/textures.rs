@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use self::mips::{TexelsOut, Work};
-use super::made::{self, Bits, Made, Same, bits};
+use self::mips::{MipJob, TexelsOut};
+use super::memo::{self, ByPtr, DebugText, Memo, debug_text};
 use crate::error::CompileError;
 use crate::film::tonemap::srgb_decode;
 use crate::memory;
@@ -20,7 +20,7 @@ use crate::world::{AlphaMode, Channel, ColorInput, Material};
 
 /// How an image's levels are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Kind {
+struct MipKind {
     /// Of floats, else of bytes.
     float: bool,
     /// There are smaller copies.
@@ -34,26 +34,26 @@ struct Kind {
 
 /// All that texels are made of.
 #[derive(PartialEq)]
-pub(super) struct Inputs {
-    images: Vec<Same<Image>>,
+pub(super) struct TextureInputs {
+    images: Vec<ByPtr<Image>>,
     /// How each image's levels are made.
-    kinds: Vec<Kind>,
+    kinds: Vec<MipKind>,
     /// How images are looked up.
-    textures: Bits,
+    textures: DebugText,
 }
 
-impl Inputs {
-    pub(super) fn new(assets: &Assets) -> Inputs {
-        let images = made::all(&assets.images);
-        Inputs { images, kinds: kinds(assets), textures: bits(&assets.textures) }
+impl TextureInputs {
+    pub(super) fn new(assets: &Assets) -> TextureInputs {
+        let images = memo::all(&assets.images);
+        TextureInputs { images, kinds: kinds(assets), textures: debug_text(&assets.textures) }
     }
 }
 
 /// `before` may have been made of some of the same images: their texels are copied, or shared if all are the same.
 pub(super) fn compile(
     assets: &Assets,
-    inputs: &Inputs,
-    before: Option<&Made<Inputs, Arc<Textures>>>,
+    inputs: &TextureInputs,
+    before: Option<&Memo<TextureInputs, Arc<Textures>>>,
 ) -> Result<Arc<Textures>, CompileError> {
     let unit = |i: u16| f32::from(i) / 255.0;
     let decode = (0..256).map(unit).chain((0..256).map(|i| srgb_decode(unit(i))));
@@ -68,15 +68,15 @@ pub(super) fn compile(
 
 /// Texels of all images and their copies. Says where each image's levels begin.
 fn levels(
-    inputs: &Inputs,
+    inputs: &TextureInputs,
     out: &mut Textures,
-    before: Option<&Made<Inputs, Arc<Textures>>>,
+    before: Option<&Memo<TextureInputs, Arc<Textures>>>,
 ) -> Result<Vec<u32>, CompileError> {
-    let Inputs { images, kinds, .. } = inputs;
+    let TextureInputs { images, kinds, .. } = inputs;
     let mut first_levels = Vec::with_capacity(images.len());
     let mut sizes = Vec::with_capacity(images.len());
     let (mut bytes, mut floats) = (0, 0);
-    for (Same(image), used) in images.iter().zip(kinds) {
+    for (ByPtr(image), used) in images.iter().zip(kinds) {
         let end = match image.texels {
             Texels::Rgba8(_) => &mut bytes,
             Texels::Rgb32(_) => &mut floats,
@@ -98,18 +98,20 @@ fn levels(
             "its textures have more than 2³¹ texels: use smaller ones".into(),
         ));
     }
-    if let Some(before) = before.filter(|before| (&before.of.images, &before.of.kinds) == (images, kinds)) {
-        (out.texels8, out.texels32) = (before.made.texels8.clone(), before.made.texels32.clone());
+    if let Some(before) =
+        before.filter(|before| (&before.inputs.images, &before.inputs.kinds) == (images, kinds))
+    {
+        (out.texels8, out.texels32) = (before.output.texels8.clone(), before.output.texels32.clone());
         return Ok(first_levels);
     }
     let what = format_args!("the texels of {} pictures, smaller copies and all,", images.len());
-    let _claim = memory::claim(what, 4 * bytes as u64 + 12 * floats as u64)?;
+    let _claim = memory::reserve(what, 4 * bytes as u64 + 12 * floats as u64)?;
     let known: HashMap<_, _> = before.map(known).unwrap_or_default();
     let (mut texels8, mut texels32) = (vec![0; bytes], vec![[0.0; 3]; floats]);
     let (mut rest8, mut rest32) = (&mut texels8[..], &mut texels32[..]);
     let (linear, curved) = out.decode.split_at(256);
     let mut work = Vec::with_capacity(images.len());
-    for ((Same(image), used), sizes) in images.iter().zip(kinds).zip(sizes) {
+    for ((ByPtr(image), used), sizes) in images.iter().zip(kinds).zip(sizes) {
         let count = sizes.iter().map(|[width, height]| width * height).sum();
         let mut room = match image.texels {
             Texels::Rgba8(_) => TexelsOut::Bytes(rest8.split_off_mut(..count).unwrap_or_default()),
@@ -120,41 +122,41 @@ fn levels(
             continue;
         }
         let decode = [if used.srgb { curved } else { linear }, linear];
-        work.push(Work { texels: &image.texels, sizes, room, decode, srgb: used.srgb, cut: used.cut });
+        work.push(MipJob { texels: &image.texels, sizes, room, decode, srgb: used.srgb, cut: used.cut });
     }
-    let (large, small): (Vec<_>, Vec<_>) = work.into_iter().partition(Work::is_large);
-    large.into_iter().for_each(Work::run);
-    small.into_par_iter().for_each(Work::run);
+    let (large, small): (Vec<_>, Vec<_>) = work.into_iter().partition(MipJob::is_large);
+    large.into_iter().for_each(MipJob::run);
+    small.into_par_iter().for_each(MipJob::run);
     (out.texels8, out.texels32) = (Arc::new(texels8), Arc::new(texels32));
     Ok(first_levels)
 }
 
 /// The levels of an image that were made before.
-struct Known<'a> {
-    kind: Kind,
+struct KnownLevels<'a> {
+    kind: MipKind,
     texels8: &'a [u32],
     texels32: &'a [[f32; 3]],
 }
 
 /// Those of all images, by these.
-fn known(before: &Made<Inputs, Arc<Textures>>) -> HashMap<*const Image, Known<'_>> {
-    let Made { of: Inputs { images, kinds, .. }, made } = before;
+fn known(before: &Memo<TextureInputs, Arc<Textures>>) -> HashMap<*const Image, KnownLevels<'_>> {
+    let Memo { inputs: TextureInputs { images, kinds, .. }, output: made } = before;
     let (mut rest8, mut rest32) = (&made.texels8[..], &made.texels32[..]);
     let mut all = HashMap::with_capacity(images.len());
-    for (Same(image), kind) in images.iter().zip(kinds) {
+    for (ByPtr(image), kind) in images.iter().zip(kinds) {
         let sizes = mips::sizes([image.width as usize, image.height as usize], kind.smaller);
         let count = sizes.iter().map(|[width, height]| width * height).sum();
         let [bytes, floats] = if kind.float { [0, count] } else { [count, 0] };
         let texels8 = rest8.split_off(..bytes).unwrap_or_default();
         let texels32 = rest32.split_off(..floats).unwrap_or_default();
-        all.insert(Arc::as_ptr(image), Known { kind: *kind, texels8, texels32 });
+        all.insert(Arc::as_ptr(image), KnownLevels { kind: *kind, texels8, texels32 });
     }
     all
 }
 
 impl TexelsOut<'_> {
     /// Copies known texels if there are as many as there is room for; says whether it did.
-    fn copy(&mut self, known: &Known) -> bool {
+    fn copy(&mut self, known: &KnownLevels) -> bool {
         match self {
             TexelsOut::Bytes(room) if room.len() == known.texels8.len() => {
                 room.copy_from_slice(known.texels8);
@@ -168,10 +170,12 @@ impl TexelsOut<'_> {
     }
 }
 
-fn kinds(assets: &Assets) -> Vec<Kind> {
-    let kind =
-        |image: &Arc<Image>| Kind { float: matches!(image.texels, Texels::Rgb32(_)), ..Kind::default() };
-    let mut kinds: Vec<Kind> = assets.images.iter().map(kind).collect();
+fn kinds(assets: &Assets) -> Vec<MipKind> {
+    let kind = |image: &Arc<Image>| MipKind {
+        float: matches!(image.texels, Texels::Rgb32(_)),
+        ..MipKind::default()
+    };
+    let mut kinds: Vec<MipKind> = assets.images.iter().map(kind).collect();
     for texture in &assets.textures {
         let kind = &mut kinds[texture.image.0 as usize];
         kind.smaller |= texture.filter == TextureFilter::Trilinear;

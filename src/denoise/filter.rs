@@ -14,7 +14,7 @@ const ROW: usize = TILE[0] + 2 * super::PATCH + 16;
 const ROWS: usize = TILE[1] + 2 * super::PATCH;
 
 /// What is filtered and how.
-pub struct Pass<'a> {
+pub struct FilterPass<'a> {
     /// Channels of even and of odd samples, three at most.
     pub halves: [&'a [&'a Plane]; 2],
     /// What is compared to find pixels that look alike: these channels of even and of odd samples.
@@ -26,7 +26,7 @@ pub struct Pass<'a> {
     /// Factor on distances between patches, 1 / k².
     pub sharpness: f32,
     /// What is made of them.
-    pub candidates: &'a [Candidate],
+    pub candidates: &'a [FilteredImage],
     /// Radius in pixels of what is averaged: see [`Pass::steps`].
     pub radius: usize,
     /// Distance between the pixels that are averaged. They then count less and less towards the radius, which is in
@@ -40,7 +40,7 @@ pub struct Pass<'a> {
 
 /// One of several filtered images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Candidate {
+pub enum FilteredImage {
     /// Weights by colours and features: e^(−distance) to the power of 2ⁿ, so that one exponential is enough.
     Colors(u32),
     /// The same, where features may differ by 2√2 as much.
@@ -60,7 +60,7 @@ struct TileSums {
     area: usize,
 }
 
-impl Pass<'_> {
+impl FilterPass<'_> {
     /// Where the pixels to be averaged are, within a disc, and how much they count.
     fn steps(&self) -> Vec<([usize; 2], f32)> {
         let radius = self.radius as i32;
@@ -112,7 +112,7 @@ impl Pass<'_> {
 }
 
 struct TileKernel<'a> {
-    pass: &'a Pass<'a>,
+    pass: &'a FilterPass<'a>,
     /// From the corner of the border.
     steps: &'a [([usize; 2], f32)],
     corner: [usize; 2],
@@ -153,7 +153,7 @@ fn tile<F: Float>(TileKernel { pass, steps, corner }: &TileKernel) -> TileSums {
 /// Differences in colour beyond what noise makes, of the tile and of what patches have around it, summed along rows.
 #[inline(always)]
 fn compare<F: Float>(
-    pass: &Pass,
+    pass: &FilterPass,
     corner: [usize; 2],
     step: [usize; 2],
     rows: usize,
@@ -181,7 +181,7 @@ fn compare<F: Float>(
 /// Of one row, pixel by pixel.
 #[inline(always)]
 fn compare_row<F: Float>(
-    pass: &Pass,
+    pass: &FilterPass,
     own: [usize; 2],
     other: [usize; 2],
     distances: &mut Distances,
@@ -222,7 +222,7 @@ fn patch<F: Float>(rows: &[f32], patch: usize, x: usize) -> F {
 /// Adds pixels one step away to the sums of a tile's row.
 #[inline(always)]
 fn add_row<F: Float>(
-    pass: &Pass,
+    pass: &FilterPass,
     own: [usize; 2],
     other: [usize; 2],
     distances: &Distances,
@@ -250,8 +250,8 @@ fn add_row<F: Float>(
             let apart: F = patch(&distances.of[1 - half][y * ROW..], pass.patch, x);
             let like = exp2(apart.max(zero) * mean);
             for (candidate, kind) in pass.candidates.iter().enumerate() {
-                let mut weight = if matches!(kind, Candidate::Wide(_)) { wide } else { alike };
-                if let Candidate::Colors(squarings) | Candidate::Wide(squarings) = kind {
+                let mut weight = if matches!(kind, FilteredImage::Wide(_)) { wide } else { alike };
+                if let FilteredImage::Colors(squarings) | FilteredImage::Wide(squarings) = kind {
                     let mut power = like;
                     for _ in 0..*squarings {
                         power = power * power;
@@ -278,7 +278,7 @@ mod tests {
     /// Pixels of one colour of a chequerboard must not be filtered apart from those of the other colour.
     #[test]
     fn far_pixels_are_of_both_colours() {
-        let pass = Pass {
+        let pass = FilterPass {
             halves: [&[], &[]],
             compared: [&[], &[]],
             variance: &[],

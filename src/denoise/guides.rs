@@ -1,6 +1,6 @@
 //! What samples hit first as planes that say which pixels belong together.
 
-use super::filter::{Candidate, Pass};
+use super::filter::{FilterPass, FilteredImage};
 use super::plane::{Plane, variance};
 use crate::film::Features;
 use crate::math::elementary::log2;
@@ -26,13 +26,13 @@ pub fn features(isa: Isa, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<Pla
         let noise: Vec<Plane> = even.iter().zip(&odd).map(|(even, odd)| variance(even, odd, 1)).collect();
         let halves = [&even, &odd].map(|half| half.iter().collect::<Vec<_>>());
         let halves = [&halves[0][..], &halves[1][..]];
-        let pass = Pass {
+        let pass = FilterPass {
             halves,
             compared: halves,
             variance: &noise.iter().collect::<Vec<_>>(),
             features: &[],
             sharpness: 1.0,
-            candidates: &[Candidate::Colors(0)],
+            candidates: &[FilteredImage::Colors(0)],
             radius: RADIUS,
             stride: None,
             patch: PATCH,

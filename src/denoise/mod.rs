@@ -27,7 +27,7 @@ mod texture;
 use crate::film::{Features, Film};
 use crate::math::{Rgb, elementary};
 use crate::simd::Isa;
-use filter::{Candidate, Pass};
+use filter::{FilterPass, FilteredImage};
 use outliers::Split;
 use plane::Plane;
 
@@ -37,14 +37,18 @@ const RADIUS: usize = 8;
 /// Pixels to each side of which patches are compared.
 const PATCH: usize = 2;
 /// Differences in colour count little, much (as with k = 0.25), not at all, or much where features count little.
-const CANDIDATES: [Candidate; 4] =
-    [Candidate::Colors(0), Candidate::Colors(3), Candidate::FeaturesAlone, Candidate::Wide(3)];
+const CANDIDATES: [FilteredImage; 4] = [
+    FilteredImage::Colors(0),
+    FilteredImage::Colors(3),
+    FilteredImage::FeaturesAlone,
+    FilteredImage::Wide(3),
+];
 /// The number of the last one.
 const WIDE: usize = CANDIDATES.len() - 1;
 /// How the first filter works, and the last one when little noise is left.
-const FIRST: Extent = Extent { radius: RADIUS, patch: PATCH, sharpness: 2.0 };
+const FIRST: FilterSize = FilterSize { radius: RADIUS, patch: PATCH, sharpness: 2.0 };
 /// See [`FIRST`].
-const LAST: Extent = Extent { radius: 3, patch: 1, sharpness: 4.0 };
+const LAST: FilterSize = FilterSize { radius: 3, patch: 1, sharpness: 4.0 };
 /// Variances are means over this many pixels to each side.
 const VARIANCE_RADIUS: usize = 1;
 /// No variance is below this part of the mean over more pixels: the halves of a few may be alike by chance.
@@ -62,7 +66,7 @@ const LEAST: f32 = 2e-4;
 pub const BYTES: usize = 4 * (6 + 6 + 6 + 6 + 3 + 9 + 32 + 32);
 
 /// See [`Pass`].
-struct Extent {
+struct FilterSize {
     radius: usize,
     patch: usize,
     sharpness: f32,
@@ -150,8 +154,8 @@ fn filtered(
     isa: Isa,
     color: &[[Plane; 3]; 2],
     features: &[Plane],
-    candidates: &[Candidate],
-    &Extent { radius, patch, sharpness }: &Extent,
+    candidates: &[FilteredImage],
+    &FilterSize { radius, patch, sharpness }: &FilterSize,
 ) -> Vec<[[Plane; 4]; 2]> {
     let looks = [0, 1].map(|half: usize| {
         [0, 1, 2].map(|c: usize| {
@@ -167,7 +171,7 @@ fn filtered(
     });
     let [even, odd] = color.each_ref().map(|half| half.each_ref());
     let [even_looks, odd_looks] = looks.each_ref().map(|half| half.each_ref());
-    let pass = Pass {
+    let pass = FilterPass {
         halves: [&even, &odd],
         compared: [&even_looks, &odd_looks],
         variance: &variance.each_ref(),

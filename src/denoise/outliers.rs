@@ -8,7 +8,7 @@
 //! scales, and comes back at the first scale at which both halves have seen enough of it. What is too rare even for the
 //! largest scale is left out: nothing is known of where it belongs.
 
-use super::filter::{Candidate, Pass};
+use super::filter::{FilterPass, FilteredImage};
 use super::plane::Plane;
 use crate::simd::Isa;
 
@@ -163,13 +163,13 @@ fn smoothed(
     [radius, stride]: [usize; 2],
 ) -> [Vec<Plane>; 2] {
     let [even, odd] = excess.each_ref().map(Excess::each_ref);
-    let pass = Pass {
+    let pass = FilterPass {
         halves: [&even, &odd],
         compared: [&[], &[]],
         variance: &[],
         features,
         sharpness: 1.0,
-        candidates: &[Candidate::FeaturesAlone],
+        candidates: &[FilteredImage::FeaturesAlone],
         radius,
         stride: Some(stride),
         patch: 0,

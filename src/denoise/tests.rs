@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::*;
-use crate::film::{Region, Unit};
+use crate::film::{FilmScale, Region};
 use crate::sampling::Stream;
 
 const SIZE: [u32; 2] = [100, 70];
@@ -14,7 +14,7 @@ type Scene<'a> = &'a dyn Fn(u32, u32) -> (Rgb, f32);
 /// Samples with noise that is as large as the radiance, and what they hit: walls, each at its depth.
 fn noisy(scene: Scene, samples: u32, seed: u64) -> (Film, [Vec<Features>; 2]) {
     let (region, mut stream) = (Region::whole(SIZE), Stream::new(seed));
-    let mut film = Film::new(region, Unit::default());
+    let mut film = Film::new(region, FilmScale::default());
     let mut features = Vec::new();
     for y in 0..SIZE[1] {
         for x in 0..SIZE[0] {
@@ -89,7 +89,7 @@ fn edges_of_features_are_edges() {
 fn what_has_no_noise_stays() {
     for unit in [1e-6, 1.0, 1e5f32] {
         let scene = |x: u32, y: u32| (Rgb::new(((x * 7 + y * 13) % 5) as f32 + 0.5, 0.25, 1.0) * unit, 2.0);
-        let mut film = Film::new(Region::whole(SIZE), Unit::new(6.0 * unit, unit));
+        let mut film = Film::new(Region::whole(SIZE), FilmScale::new(6.0 * unit, unit));
         for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
             (0..2).for_each(|sample| {
                 film.count(x, y, sample);
@@ -121,7 +121,7 @@ fn one_sample_is_too_few() {
 
 /// A film with 16 samples of each pixel, as given by its column, row and number.
 fn film_of(sample: impl Fn(u32, u32, u32) -> f32) -> Film {
-    let mut film = Film::new(Region::whole(SIZE), Unit::default());
+    let mut film = Film::new(Region::whole(SIZE), FilmScale::default());
     for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
         for number in 0..16 {
             film.count(x, y, number);

@@ -2,9 +2,9 @@
 //! Only ordinary files are read, after a look at their size; what is written is either whole or not there.
 
 #[cfg(feature = "formats")]
-pub mod links;
+pub mod atomic_write;
 #[cfg(feature = "formats")]
-pub mod whole;
+pub mod links;
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read};
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::memory;
 #[cfg(feature = "formats")]
-pub use whole::replace;
+pub use atomic_write::replace;
 
 /// Whether scenes may refer to any file.
 static OUTSIDE: AtomicBool = AtomicBool::new(false);
@@ -47,7 +47,7 @@ pub fn open(path: &Path) -> io::Result<(File, u64)> {
 /// Reads all of an ordinary file, if there is memory for it.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let (file, length) = open(path)?;
-    let _claim = memory::claim("what is in it", length).map_err(io::Error::other)?;
+    let _claim = memory::reserve("what is in it", length).map_err(io::Error::other)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX).saturating_add(1))?;
     // No more than was asked for, even if the file grows meanwhile.

@@ -2,7 +2,7 @@
 
 /// A column of numbers, one for each pixel of a film's region.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct FilmChannel {
     /// As compositors read it: the layer's name, a dot and the component's name, such as `depth.Z`.
     pub name: &'static str,
     /// Row by row from the top, width × height of the region.

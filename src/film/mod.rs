@@ -11,9 +11,9 @@ pub(crate) mod sums;
 pub(crate) mod tonemap;
 
 pub(crate) use allocation::Allocation;
-pub use channel::{Channel, Values};
+pub use channel::{FilmChannel, Values};
 pub(crate) use features::{Features, FirstHit, Gathering};
 pub(crate) use moments::Moments;
 pub(crate) use ranges::SampleRanges;
 pub use sums::{Film, Region};
-pub(crate) use sums::{PixelSum, Unit};
+pub(crate) use sums::{FilmScale, PixelSum};

@@ -88,14 +88,14 @@ fn variance(squares: &[u128; 3], pixel: &PixelSum, quantum: f64) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Unit;
+    use crate::film::FilmScale;
 
     /// One pixel's samples, each in two parts.
     fn gather(samples: &[f32]) -> (Film, Moments) {
         let region = Region::whole([1, 1]);
-        let (mut film, mut moments) = (Film::new(region, Unit::default()), Moments::new(region));
+        let (mut film, mut moments) = (Film::new(region, FilmScale::default()), Moments::new(region));
         for (sample, value) in (0..).zip(samples) {
-            let mut one = Film::new(region, Unit::default());
+            let mut one = Film::new(region, FilmScale::default());
             one.count(0, 0, sample);
             one.add(0, 0, sample, Rgb::new(0.75 * value, 0.0, 1.0));
             one.add(0, 0, sample, Rgb::new(0.25 * value, 0.0, 1.0));

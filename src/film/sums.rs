@@ -11,9 +11,9 @@ pub const MAX_RADIANCE: f32 = 262_143.0;
 
 /// The unit in which a film counts radiance: a power of two, so that counting rounds nothing more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Unit(i32);
+pub struct FilmScale(i32);
 
-impl Unit {
+impl FilmScale {
     /// Scenes whose brightest thing lies between these powers of two are counted as they are.
     const USUAL: std::ops::RangeInclusive<i32> = -4..=16;
 
@@ -24,17 +24,17 @@ impl Unit {
     /// be cut off, and starlight must be more than a few quanta. If both cannot be had, because something small is a
     /// million times as bright as all that it lights, it is cut off.
     #[doc(hidden)]
-    pub fn new(brightest: f32, usual: f32) -> Unit {
+    pub fn new(brightest: f32, usual: f32) -> FilmScale {
         if !(brightest > 0.0 && brightest.is_finite() && usual > 0.0) {
-            return Unit(0);
+            return FilmScale(0);
         }
         let [brightest, usual] = [brightest, usual].map(|radiance| libm::ilogb(f64::from(radiance)));
         // So far that both this power of two and its inverse are floats.
         let largest = (usual + 24 - Self::FINENESS).clamp(0, 100);
         match brightest {
-            _ if Self::USUAL.contains(&brightest) => Unit(0),
-            _ if brightest > *Self::USUAL.end() => Unit((brightest - Self::USUAL.end()).min(largest)),
-            _ => Unit(brightest.max(-100)),
+            _ if Self::USUAL.contains(&brightest) => FilmScale(0),
+            _ if brightest > *Self::USUAL.end() => FilmScale((brightest - Self::USUAL.end()).min(largest)),
+            _ => FilmScale(brightest.max(-100)),
         }
     }
 
@@ -147,30 +147,30 @@ impl PixelSum {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     region: Region,
-    unit: Unit,
+    unit: FilmScale,
     /// Of the unit.
     inverse: f32,
     pixels: Vec<PixelSum>,
-    no_numbers: Noted,
-    cut: Noted,
+    no_numbers: RejectedCounts,
+    cut: RejectedCounts,
 }
 
 /// Parts of samples that were changed when they were counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Noted {
+pub struct RejectedCounts {
     /// How many.
     pub count: u64,
     /// Row, column and sample of the first one.
     pub first: Option<[u32; 3]>,
 }
 
-impl Noted {
+impl RejectedCounts {
     #[cold]
     fn note(&mut self, place: [u32; 3]) {
-        self.merge(&Noted { count: 1, first: Some(place) });
+        self.merge(&RejectedCounts { count: 1, first: Some(place) });
     }
 
-    fn merge(&mut self, other: &Noted) {
+    fn merge(&mut self, other: &RejectedCounts) {
         self.count += other.count;
         self.first = [self.first, other.first].into_iter().flatten().min();
     }
@@ -179,25 +179,25 @@ impl Noted {
 impl Film {
     /// Black.
     #[doc(hidden)]
-    pub fn new(region: Region, unit: Unit) -> Film {
+    pub fn new(region: Region, unit: FilmScale) -> Film {
         Film::of(region, unit, vec![PixelSum::default(); region.area()])
     }
 
-    fn of(region: Region, unit: Unit, pixels: Vec<PixelSum>) -> Film {
+    fn of(region: Region, unit: FilmScale, pixels: Vec<PixelSum>) -> Film {
         Film {
             region,
             unit,
             inverse: unit.inverse(),
             pixels,
-            no_numbers: Noted::default(),
-            cut: Noted::default(),
+            no_numbers: RejectedCounts::default(),
+            cut: RejectedCounts::default(),
         }
     }
 
     /// With sums from elsewhere, row by row from the top; `None` if there is not one for each pixel, or if one is
     /// below zero or counts more samples than there are numbers.
     #[doc(hidden)]
-    pub fn with_pixels(region: Region, unit: Unit, pixels: Vec<PixelSum>) -> Option<Film> {
+    pub fn with_pixels(region: Region, unit: FilmScale, pixels: Vec<PixelSum>) -> Option<Film> {
         let sound = |pixel: &PixelSum| {
             let count = pixel.count[0].checked_add(pixel.count[1]);
             pixel.sum.as_flattened().iter().all(|sum| *sum >= 0) && count.is_some()
@@ -208,7 +208,7 @@ impl Film {
 
     /// The unit that it counts in.
     #[doc(hidden)]
-    pub fn unit(&self) -> Unit {
+    pub fn unit(&self) -> FilmScale {
         self.unit
     }
 
@@ -253,12 +253,12 @@ impl Film {
     }
 
     /// Parts with a component that was NaN or −∞: such components count as black.
-    pub(crate) fn no_numbers(&self) -> Noted {
+    pub(crate) fn no_numbers(&self) -> RejectedCounts {
         self.no_numbers
     }
 
     /// What was as bright as [`Film::brightest`] or brighter: such components count as that.
-    pub(crate) fn cut(&self) -> Noted {
+    pub(crate) fn cut(&self) -> RejectedCounts {
         self.cut
     }
 
@@ -387,7 +387,7 @@ impl Film {
         for value in [r.x0, r.y0, r.x1, r.y1] {
             hasher.update(&value.to_le_bytes());
         }
-        if self.unit != Unit::default() {
+        if self.unit != FilmScale::default() {
             hasher.update(&self.unit.0.to_le_bytes());
         }
         // Many at a time: the hasher takes longer for a few bytes than for some kilobytes.
@@ -426,7 +426,7 @@ mod tests {
     fn films_count_in_units_of_what_is_brightest() {
         for exponent in [-90, -40, -5, -4, 0, 16, 17, 40, 100] {
             let brightest = libm::scalbnf(1.37, exponent);
-            let mut film = Film::new(Region::whole([1, 1]), Unit::new(brightest, brightest));
+            let mut film = Film::new(Region::whole([1, 1]), FilmScale::new(brightest, brightest));
             film.count(0, 0, 0);
             film.add(0, 0, 0, Rgb::new(brightest, brightest / 3.0, 0.0));
             let found = film.radiance()[0];
@@ -434,16 +434,16 @@ mod tests {
             assert!((found.g / brightest * 3.0 - 1.0).abs() < 3e-6, "2^{exponent}: {found:?}");
         }
         for nothing in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-            assert_eq!(Unit::new(nothing, nothing), Unit::default());
+            assert_eq!(FilmScale::new(nothing, nothing), FilmScale::default());
         }
         // A spark in a dim room: what it lights counts for more than how bright it is.
-        assert_eq!(Unit::new(1e9, 0.05), Unit::default());
-        assert_eq!((Unit::new(1e9, 1.0), Unit::new(1e9, 1e9)), (Unit(4), Unit(13)));
+        assert_eq!(FilmScale::new(1e9, 0.05), FilmScale::default());
+        assert_eq!((FilmScale::new(1e9, 1.0), FilmScale::new(1e9, 1e9)), (FilmScale(4), FilmScale(13)));
     }
 
     #[test]
     fn means_noise_and_saturation() {
-        let mut film = Film::new(Region { x0: 2, y0: 3, x1: 4, y1: 4 }, Unit::default());
+        let mut film = Film::new(Region { x0: 2, y0: 3, x1: 4, y1: 4 }, FilmScale::default());
         for sample in 0..4 {
             film.count(2, 3, sample);
             film.count(3, 3, sample);
@@ -455,7 +455,7 @@ mod tests {
         assert_eq!(mean[1], Rgb::new(MAX_RADIANCE, 0.0, 0.0));
         // Even mean 1, odd mean 2: (1 / 2)² in one of two pixels.
         assert!((film.noise().unwrap() - 0.125f64.sqrt()).abs() < 1e-9);
-        let all = Noted { count: 4, first: Some([3, 3, 0]) };
+        let all = RejectedCounts { count: 4, first: Some([3, 3, 0]) };
         assert_eq!((film.no_numbers(), film.cut(), film.brightest()), (all, all, f64::from(MAX_RADIANCE)));
     }
 
@@ -464,17 +464,17 @@ mod tests {
     fn sums_end_at_the_largest_number_in_any_order() {
         let region = Region::whole([1, 1]);
         let bright = |parity: u32, count: u32| {
-            let mut film = Film::new(region, Unit::default());
+            let mut film = Film::new(region, FilmScale::default());
             film.count(0, 0, parity);
             (0..count).for_each(|_| film.add(0, 0, parity, Rgb::splat(MAX_RADIANCE)));
             film
         };
-        let mut film = Film::new(region, Unit::default());
+        let mut film = Film::new(region, FilmScale::default());
         // 2²¹ fit.
         [1 << 20, 1 << 20].iter().for_each(|count| film.merge(&bright(0, *count)));
         assert!((0..i64::MAX).contains(&film.pixels()[0].sum[0][0]));
         let reversed = |parts: &[Film]| {
-            let mut film = Film::new(region, Unit::default());
+            let mut film = Film::new(region, FilmScale::default());
             parts.iter().rev().for_each(|part| film.merge(part));
             film
         };
@@ -494,7 +494,7 @@ mod tests {
         ) {
             let region = Region::whole([4, 3]);
             let fill = |samples: &mut dyn Iterator<Item = &(u32, u32, u32, f32)>| {
-                let mut film = Film::new(region, Unit::default());
+                let mut film = Film::new(region, FilmScale::default());
                 for &(x, y, sample, value) in samples {
                     film.count(x, y, sample);
                     film.add(x, y, sample, Rgb::new(value, value * 0.3, 1.0 / (value + 0.1)));

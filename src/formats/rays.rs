@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::error::{LoadError, SaveError};
-use crate::files::whole::write_whole;
+use crate::files::atomic_write::write_whole;
 use crate::formats::fill;
 use crate::math::{NONE, Vec3};
 use crate::query::RayBatch;

@@ -8,7 +8,7 @@ use crate::denoise::Denoised;
 use crate::error::{LoadError, SaveError};
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
-use crate::film::{Channel, Film};
+use crate::film::{Film, FilmChannel};
 use crate::world::{Image, Settings, World};
 
 /// The name under which a denoised image stores its hash.
@@ -19,7 +19,7 @@ pub(crate) const DENOISED: &str = "denoised_hash";
 pub struct ImageOptions<'a> {
     /// Layers besides light, as [`crate::render::Session::channels`] makes them: one value for each pixel of the
     /// film's region, row by row from the top. Only OpenEXR files hold them.
-    pub layers: &'a [Channel],
+    pub layers: &'a [FilmChannel],
     /// Bits per channel of PNG files.
     pub bits: PngBits,
     /// A denoised image (see [`crate::render::Session::denoised`]) to save in place of the film's pixels, with their

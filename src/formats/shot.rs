@@ -6,7 +6,7 @@ use super::{Edits, LoadOptions};
 use crate::error::LoadError;
 use crate::math::{DVec3, Rgb, Vec3};
 use crate::world::transforms;
-use crate::world::{BlinnPhong, Camera, ColorInput, Material, Parent, Rig, Shape, Transform, World};
+use crate::world::{BlinnPhong, Camera, ColorInput, Material, OrbitCamera, Parent, Shape, Transform, World};
 
 /// Marks a camera that was added, with the place it was given. While it is still there, it moves to where the image
 /// shows everything.
@@ -75,7 +75,7 @@ fn cameras(
             _ => diameter.max(1e-3),
         };
         let axes = [right, right.cross(forward), forward];
-        let mut rig = Rig::new(matrix.translation, axes, *camera, depth);
+        let mut rig = OrbitCamera::new(matrix.translation, axes, *camera, depth);
         if let Some([yaw, pitch]) = orbit {
             // Half a turn is a drag of one image height.
             rig.orbit([-yaw / 180.0, pitch / 180.0]);

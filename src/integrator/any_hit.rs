@@ -12,8 +12,8 @@ use crate::sampling::hash::combine;
 use crate::sampling::{Dimension, SampleKey};
 use crate::scene::material::Coverage;
 use crate::scene::{CompiledScene, Material};
-use crate::shading::details::point_coordinates;
 use crate::shading::point::{Tables, coverage};
+use crate::shading::texture_coordinates::point_coordinates;
 use crate::shading::{HitLanes, Surface, emitter};
 use crate::world::Transport;
 
@@ -48,9 +48,9 @@ pub fn crossed<'a>(
     let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
     let front = crossing.front != scene.geometry.is_mirrored(primitive);
     let shows = match culling {
-        FaceCulling::AsBuilt => material.shows(front),
-        FaceCulling::Opposite => material.shows(!front),
-        FaceCulling::Off => material.shows(true),
+        FaceCulling::AsBuilt => material.has_side(front),
+        FaceCulling::Opposite => material.has_side(!front),
+        FaceCulling::Off => material.has_side(true),
     };
     shows.then_some(material)
 }

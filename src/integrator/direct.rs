@@ -12,7 +12,7 @@ use crate::shading::boundary::Boundary;
 use crate::shading::emitter::{self, EmitterSample, SHADOW_END};
 use crate::shading::facing::facing;
 use crate::shading::principled::bsdf::Bsdf;
-use crate::shading::surface::leave;
+use crate::shading::surface::offset_origin;
 use crate::simd::{Float, Int, Mask};
 
 /// Where a surface faces, for choosing lights.
@@ -84,7 +84,7 @@ pub(super) fn to_light<F: Float>(
     // Nothing that is infinitely far away is in a body, however open that is.
     let somewhere = mask & sample.distance.lt(F::splat(f32::INFINITY));
     let contribution = medium::emitted(setup, bodies, path.throughput * light, somewhere);
-    let origin = leave(surface.position, surface.geometric_normal, surface.offset, sample.direction);
+    let origin = offset_origin(surface.position, surface.geometric_normal, surface.offset, sample.direction);
     let shadow = ShadowRay {
         ray: Ray {
             origin,

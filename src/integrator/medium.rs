@@ -15,7 +15,7 @@ use crate::scene::bodies::NOWHERE;
 use crate::scene::material::Medium;
 use crate::shading::boundary::is_lit;
 use crate::shading::emitter;
-use crate::shading::principled::basis::Basis;
+use crate::shading::principled::shading_frame::ShadingFrame;
 use crate::simd::{Float, Int, Mask, Outlined};
 
 /// The most vertices of a path that do not count as bounces, so that each path ends.
@@ -224,7 +224,7 @@ fn turned<F: Float>(
     }
     let sin = (F::one() - cos * cos).max(F::zero()).sqrt();
     let (y, x) = sin_cos_turns(turns);
-    (Basis::about(path.direction).world(Vector::new(x * sin, y * sin, cos)).normalize(), pdf)
+    (ShadingFrame::about(path.direction).world(Vector::new(x * sin, y * sin, cos)).normalize(), pdf)
 }
 
 /// The phase function of the body that each lane is in, per steradian, by the cosine between the directions of light

@@ -16,8 +16,8 @@ use crate::scene::Material;
 use crate::shading::Surface;
 use crate::shading::boundary::Boundary;
 use crate::shading::principled::bsdf::Bsdf;
-use crate::shading::principled::draw::BsdfSample;
-use crate::shading::surface::leave;
+use crate::shading::principled::sample::BsdfSample;
+use crate::shading::surface::offset_origin;
 use crate::simd::{Float, Int, Mask};
 use crate::world::Sampler;
 
@@ -26,7 +26,7 @@ use crate::world::Sampler;
 pub(super) fn past<F: Float>(path: &Path<F>, surface: &Surface<F>, width: F) -> (Path<F>, F::Mask) {
     let one = F::Int::splat(1);
     let next = Path {
-        origin: leave(surface.position, surface.geometric_normal, surface.offset, path.direction),
+        origin: offset_origin(surface.position, surface.geometric_normal, surface.offset, path.direction),
         depth: path.depth + one,
         scatterings: path.scatterings + one,
         width,
@@ -192,7 +192,7 @@ fn reflected<F: Float>(
     // A wide lobe blurs what is seen in it over about this angle.
     let spread = path.spread + F::select(wide, F::splat(0.2), zero);
     let next = Path {
-        origin: leave(surface.position, surface.geometric_normal, surface.offset, direction),
+        origin: offset_origin(surface.position, surface.geometric_normal, surface.offset, direction),
         direction,
         throughput,
         radiance: Color::black(),

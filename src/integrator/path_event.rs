@@ -14,7 +14,7 @@ use super::termination::is_last;
 use super::{RenderSetup, direct, medium, onward, path_tracing};
 use crate::math::{Color, Vector};
 use crate::shading::principled::bsdf::Bsdf;
-use crate::shading::principled::draw::BsdfSample;
+use crate::shading::principled::sample::BsdfSample;
 use crate::shading::{HitLanes, Surface};
 use crate::simd::Outlined;
 

@@ -22,10 +22,10 @@ use crate::math::Color;
 use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, SampleKey};
 use crate::scene::{CompiledScene, Material};
-use crate::shading::boundary::{Between, Boundary};
+use crate::shading::boundary::{BodyPair, Boundary};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::dispersion::Dispersive;
-use crate::shading::principled::parameters::{Has, Outside};
+use crate::shading::principled::parameters::{LobeFlags, Outside};
 use crate::shading::{HitLanes, ShadingPoint, Surface, environment};
 use crate::simd::{Float, Int, Mask, Outlined};
 
@@ -200,7 +200,7 @@ pub(super) fn boundary<F: Float>(
     record: &Material,
     mask: F::Mask,
 ) -> Boundary<F> {
-    Boundary::new(&scene.bodies, path.bodies, &Between::of(record), surface.inside, mask)
+    Boundary::new(&scene.bodies, path.bodies, &BodyPair::of(record), surface.inside, mask)
 }
 
 /// Where a path meets a material, and its ray is `width` metres wide. What light goes straight through is looked up
@@ -257,14 +257,14 @@ impl<F: Float, const MATTE: bool> Outlined for Scatter<'_, '_, F, MATTE> {
     #[inline(always)]
     fn run(self) -> Scattered<F> {
         let Self(vertex) = self;
-        vertex.scatter(if MATTE { Has::MATTE } else { vertex.point.has() })
+        vertex.scatter(if MATTE { LobeFlags::MATTE } else { vertex.point.has() })
     }
 }
 
 impl<F: Float> ScatterVertex<'_, F> {
     /// Samples one light and draws one direction at a surface with such lobes.
     #[inline(always)]
-    fn scatter(&self, has: Has) -> Scattered<F> {
+    fn scatter(&self, has: LobeFlags) -> Scattered<F> {
         let Self { setup, path, surface, point, key, here, draws, .. } = *self;
         let boundary = &self.boundary;
         let bsdf = bsdf(has, setup, path, point, &boundary.outside, key, draws);
@@ -295,7 +295,7 @@ impl<F: Float> ScatterVertex<'_, F> {
 /// What the surface, which has such lobes, does to light, of the wavelength that the path follows if it follows one.
 #[inline(always)]
 pub(super) fn bsdf<F: Float>(
-    has: Has,
+    has: LobeFlags,
     setup: &RenderSetup,
     path: &Path<F>,
     point: &ShadingPoint<F>,
@@ -306,7 +306,7 @@ pub(super) fn bsdf<F: Float>(
     let mut parameters = point.parameters(has, outside);
     let Material { ior, dispersion, .. } = *point.material;
     let disperses = !outside.is_air && (mask & outside.dispersion.gt(F::zero())).any();
-    let has = Has { dispersion: has.dispersion | (has.solid && disperses), ..has };
+    let has = LobeFlags { dispersion: has.dispersion | (has.solid && disperses), ..has };
     if has.dispersion {
         // One number for the whole path: it always chooses the same colour, and wavelength.
         let dimension = Dimension::Wavelength.at(F::Int::splat(0));

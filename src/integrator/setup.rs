@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::bounces::BounceLimits;
 use super::photons::NoPhotons;
 use super::reuse::ReuseGroups;
-use crate::film::Unit;
+use crate::film::FilmScale;
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
 use crate::scene::bodies::Body;
@@ -61,7 +61,7 @@ pub struct RenderSetup {
     /// Albedos of the lobes that its materials have under the path transport.
     pub lobes: LobeTables,
     /// The unit in which radiance is counted.
-    pub unit: Unit,
+    pub unit: FilmScale,
     /// The bodies that the camera is in ([`crate::scene::Bodies`]).
     pub around: u32,
     /// n² of the one that fills its place, under the path transport: see [`crate::scene::Material::index_square`].
@@ -85,7 +85,7 @@ impl RenderSetup {
         };
         let size = settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE));
         // Ways through a body take from what is lent.
-        let acts = |body: &Body| scene.materials[body.material as usize].fills();
+        let acts = |body: &Body| scene.materials[body.material as usize].has_active_medium();
         let sharing =
             ReuseGroups::of(&scene.materials, settings).filter(|_| !scene.bodies.all(around).any(acts));
         let around_square = match settings.transport {
@@ -95,7 +95,7 @@ impl RenderSetup {
         let photons = photons(&scene, settings);
         // A camera in a body sees more light than there is outside.
         let (brightest, usual) = scene.levels();
-        let unit = Unit::new(brightest * around_square.max(1.0), usual * around_square.max(1.0));
+        let unit = FilmScale::new(brightest * around_square.max(1.0), usual * around_square.max(1.0));
         Self {
             scene,
             size,

@@ -14,7 +14,7 @@ use super::path_tracing::{bsdf, limited};
 use super::shadow::ShadowRay;
 use crate::bvh::{AnyHitFilter, Crossing, Stack, any_ray};
 use crate::math::Color;
-use crate::shading::boundary::{Between, Boundary};
+use crate::shading::boundary::{BodyPair, Boundary};
 use crate::shading::emitter::SHADOW_END;
 use crate::shading::surface::material_of;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
@@ -91,7 +91,7 @@ fn left(
         let surface = Surface::new(&scene.geometry, ray, &lane, true);
         let point = ShadingPoint::new(scene, material, &lane, &surface, ray.direction, 0.0, true);
         light = attenuated(setup, light, bodies, hit.t - begin, true);
-        let between = Between::of(point.material);
+        let between = BodyPair::of(point.material);
         let boundary = Boundary::<f32>::new(&scene.bodies, bodies, &between, surface.inside, true);
         if !boundary.gone {
             if !boundary.is_straight(point.material) {

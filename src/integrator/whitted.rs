@@ -18,10 +18,10 @@ use crate::sampling::Dimension;
 use crate::sampling::hash::combine;
 use crate::sampling::pattern::point_of_many;
 use crate::scene::bodies::NOWHERE;
-use crate::shading::blinn_phong::BlinnPhong;
+use crate::shading::blinn_phong::BlinnPhongParams;
 use crate::shading::boundary::Boundary;
-use crate::shading::classic::Shaded;
-use crate::shading::surface::leave;
+use crate::shading::surface::offset_origin;
+use crate::shading::whitted_params::Shaded;
 use crate::shading::{HitLanes, Surface, emitter, environment, fresnel};
 use crate::simd::{Float, Int, Mask};
 
@@ -45,7 +45,7 @@ pub struct WhittedVertex<F: Float> {
     /// For shading, on the viewer's side.
     pub normal: Vector<F>,
     /// How it reflects light.
-    pub model: BlinnPhong<F>,
+    pub model: BlinnPhongParams<F>,
 }
 
 /// Where a path goes on from a hit. A lane may be in both masks: the path goes on with the
@@ -116,7 +116,7 @@ pub fn hit<F: Float>(
 
 /// The classic model as what photons meet.
 struct WhittedReceiver<'a, F: Float> {
-    model: &'a BlinnPhong<F>,
+    model: &'a BlinnPhongParams<F>,
     normal: Vector<F>,
     /// The normal of the surface itself, on the viewer's side.
     own: Vector<F>,
@@ -234,7 +234,7 @@ fn follow<F: Float>(
 ) -> Path<F> {
     let depth = path.depth + F::Int::splat(1);
     Path {
-        origin: leave(vertex.position, vertex.geometric_normal, vertex.offset, direction),
+        origin: offset_origin(vertex.position, vertex.geometric_normal, vertex.offset, direction),
         direction,
         throughput,
         radiance: Color::black(),
@@ -272,7 +272,7 @@ pub fn light_ray<F: Float>(
     let lit = vertex.normal.dot(to_light).gt(zero) & vertex.geometric_normal.dot(to_light).gt(zero);
     let answer = vertex.model.evaluate(vertex.normal, -path.direction, to_light);
     let contribution = path.throughput * (answer * irradiance);
-    let origin = leave(vertex.position, vertex.geometric_normal, vertex.offset, to_light);
+    let origin = offset_origin(vertex.position, vertex.geometric_normal, vertex.offset, to_light);
     ShadowRay {
         ray: Ray {
             origin,

@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyDict};
 use super::{of_output, wrong};
 use crate::denoise::Denoised;
 use crate::film::exposure::exposure_ev;
-use crate::film::{Channel, Film, Values};
+use crate::film::{Film, FilmChannel, Values};
 use crate::formats::{ImageOptions, PngBits, png_bytes, rgba8, save_image_with};
 use crate::math::Rgb;
 use crate::scene::{Camera, Projection};
@@ -23,7 +23,7 @@ pub type Names = BTreeMap<&'static str, BTreeMap<u32, String>>;
 pub struct Rendering {
     film: Film,
     settings: Settings,
-    layers: Vec<Channel>,
+    layers: Vec<FilmChannel>,
     /// What the numbers in layers stand for.
     names: Names,
     camera: Camera,
@@ -40,7 +40,7 @@ impl Rendering {
     pub fn new(
         film: Film,
         settings: Settings,
-        layers: Vec<Channel>,
+        layers: Vec<FilmChannel>,
         names: Names,
         camera: Camera,
         denoised: Option<Denoised>,

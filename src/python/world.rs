@@ -14,7 +14,7 @@ use super::{as_arguments, of_file, of_scene, wrong};
 use crate::check::{self, Finding};
 use crate::compile::{camera_names, check_mesh, check_settings, compile};
 use crate::error::LoadError;
-use crate::film::{Channel, Region};
+use crate::film::{FilmChannel, Region};
 use crate::formats::ron::query::{Query, list};
 use crate::formats::{
     AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, has_added_camera, is_usual, load,
@@ -22,8 +22,8 @@ use crate::formats::{
 };
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::render::{Needs, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
-use crate::world::{Aov, Assets, Image, Kept, Mesh, Settings, SourceFiles, Tonemap, Transport};
+use crate::render::{MemoryEstimate, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
+use crate::world::{Aov, AssetCache, Assets, Image, Mesh, Settings, SourceFiles, Tonemap, Transport};
 
 /// How often a caller that waits for a rendering is told how far it is, and may interrupt it.
 const LOOK: Duration = Duration::from_millis(50);
@@ -37,7 +37,7 @@ pub struct World {
 /// Where a world came from: it is read again for an image of another shape if its camera was added for the shape that it had.
 enum Source {
     Text { text: String, folder: PathBuf, meshes: HashMap<String, Arc<Mesh>> },
-    File { path: PathBuf, options: Box<LoadOptions>, kept: Kept },
+    File { path: PathBuf, options: Box<LoadOptions>, kept: AssetCache },
 }
 
 impl Source {
@@ -191,7 +191,7 @@ impl World {
         let common =
             LoadOptions { time_s: time, variant, scene, surroundings, edits, size, ..LoadOptions::default() };
         let options = LoadOptions { light_units, solid_glass, double_sided, ..common };
-        let source = Source::File { path, options: Box::new(options), kept: Kept::keeping() };
+        let source = Source::File { path, options: Box::new(options), kept: AssetCache::keeping() };
         py.detach(|| source.world())
     }
 
@@ -270,7 +270,7 @@ impl World {
         let again = self.for_shape(py, settings.size)?;
         let world = again.as_ref().unwrap_or(&self.world);
         let rendered_region = region.unwrap_or(Region::whole(settings.size));
-        let needs = Needs { denoises: denoise, schedule, ..Needs::usual(rendered_region) };
+        let needs = MemoryEstimate { denoises: denoise, schedule, ..MemoryEstimate::usual(rendered_region) };
         let needed = Settings { aov: aovs.clone(), ..settings.clone() };
         let prepare = || {
             let setup = Arc::new(crate::render::setup(compile(world, camera)?, &settings));
@@ -416,7 +416,7 @@ fn schedule_of(name: &str) -> PyResult<Schedule> {
 }
 
 /// What the ids in layers stand for.
-fn names_in(layers: &[Channel], entities: &HashMap<u32, String>, setup: &RenderSetup) -> Names {
+fn names_in(layers: &[FilmChannel], entities: &HashMap<u32, String>, setup: &RenderSetup) -> Names {
     let ids = layers.iter().filter_map(|layer| {
         let (name, _) = layer.name.split_once('.')?;
         Some((name, names_of_ids(layer, entities, &setup.scene)?))

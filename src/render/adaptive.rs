@@ -43,7 +43,7 @@ pub struct Round {
 }
 
 /// What is known of a block.
-struct Block {
+struct BlockNoise {
     /// Variance of a sample, relative to the square of the brightness, added over its pixels.
     variance: f64,
     pixels: f64,
@@ -71,7 +71,7 @@ pub fn next_round(film: &Film, rays: &[u64], budget: u32) -> Option<Round> {
 }
 
 /// How many samples such a pilot takes of each pixel.
-pub fn pilot(budget: u32) -> u32 {
+pub fn pilot_samples(budget: u32) -> u32 {
     // More than 64 would be many for a pilot.
     (budget / 16).clamp(PILOT, 4 * PILOT)
 }
@@ -82,7 +82,7 @@ pub fn allocation(film: &Film, rays: &[u64], budget: u32) -> Option<Allocation> 
     let mut known = measured(film, &blocks(film.region()));
     known.iter_mut().zip(rays).for_each(|(block, rays)| block.price = (*rays).max(1) as f64);
     known.iter_mut().for_each(|block| block.samples = PILOT);
-    Allocation::new(allocated(&known, budget.saturating_sub(pilot(budget)), PILOT))
+    Allocation::new(allocated(&known, budget.saturating_sub(pilot_samples(budget)), PILOT))
 }
 
 /// The same for a part of a region.
@@ -101,7 +101,7 @@ fn samples(pixel: &PixelSum) -> u32 {
 }
 
 /// What the film says of its blocks.
-fn measured(film: &Film, places: &[Region]) -> Vec<Block> {
+fn measured(film: &Film, places: &[Region]) -> Vec<BlockNoise> {
     let quantum = film.unit().quantum();
     let mean = |p: &PixelSum, parity: usize, c: usize| {
         p.sum[parity][c] as f64 * quantum / f64::from(p.count[parity].max(1))
@@ -109,7 +109,7 @@ fn measured(film: &Film, places: &[Region]) -> Vec<Block> {
     let brightness = |p: &PixelSum| (0..3).map(|c| mean(p, 0, c) + mean(p, 1, c)).sum::<f64>() / 6.0;
     let of_all = film.pixels().iter().map(brightness).sum::<f64>() / film.pixels().len().max(1) as f64;
     let floor = DARK * of_all;
-    let mut known: Vec<Block> = Vec::with_capacity(places.len());
+    let mut known: Vec<BlockNoise> = Vec::with_capacity(places.len());
     for place in places {
         let rows = (place.y0..place.y1).map(|y| film.region().index(place.x0, y));
         let pixels = rows.flat_map(|start| &film.pixels()[start..start + place.width() as usize]);
@@ -127,7 +127,7 @@ fn measured(film: &Film, places: &[Region]) -> Vec<Block> {
         let samples = pixels.clone().map(samples).max().unwrap_or(0);
         let sum: f64 = pixels.map(noise).sum();
         let variance = if sum > 0.0 { sum / (bright * bright) * f64::from(samples) } else { 0.0 };
-        known.push(Block { variance, pixels: area, samples, price: area });
+        known.push(BlockNoise { variance, pixels: area, samples, price: area });
     }
     beside_noise(&mut known, film.region());
     known
@@ -135,7 +135,7 @@ fn measured(film: &Film, places: &[Region]) -> Vec<Block> {
 
 /// A block's noise is taken as half its own and half the average around it: 16 samples say little about one block,
 /// and a block beside a noisy one may hold a part of what is noisy there, found by too few samples to show.
-fn beside_noise(known: &mut [Block], region: Region) {
+fn beside_noise(known: &mut [BlockNoise], region: Region) {
     let columns = (region.x1.div_ceil(BLOCK) - region.x0 / BLOCK) as usize;
     let each: Vec<f64> = known.iter().map(|block| block.variance / block.pixels).collect();
     for (place, block) in known.iter_mut().enumerate() {
@@ -181,9 +181,9 @@ impl Ord for Doubling {
 
 /// How many samples each block is to have: the doublings that reduce the error most for their price, as long as the
 /// budget lasts. Blocks that have stopped before stay as they are.
-fn allocated(known: &[Block], budget: u32, reached: u32) -> Vec<u32> {
+fn allocated(known: &[BlockNoise], budget: u32, reached: u32) -> Vec<u32> {
     let mut wanted: Vec<u32> = known.iter().map(|block| block.samples).collect();
-    let left = |block: &Block| (f64::from(budget) - f64::from(block.samples)) * block.price;
+    let left = |block: &BlockNoise| (f64::from(budget) - f64::from(block.samples)) * block.price;
     let mut left: f64 = known.iter().map(left).sum();
     // From n to 2 n samples a pixel the variance falls by half of s / n, for n samples a pixel more.
     let worth = |block: usize, n: u32| {
@@ -211,13 +211,13 @@ fn allocated(known: &[Block], budget: u32, reached: u32) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Unit;
+    use crate::film::FilmScale;
     use crate::math::Rgb;
 
     /// 16 samples of 4 × 3 blocks; `noise` says how far a block's even and odd samples lie apart.
     fn film(noise: impl Fn(u32, u32) -> f32) -> Film {
         let region = Region { x0: 8, y0: 0, x1: 64, y1: 40 };
-        let mut film = Film::new(region, Unit::default());
+        let mut film = Film::new(region, FilmScale::default());
         for (x, y) in (region.y0..region.y1).flat_map(|y| (region.x0..region.x1).map(move |x| (x, y))) {
             let apart = noise(x / BLOCK, y / BLOCK);
             for sample in 0..PILOT {

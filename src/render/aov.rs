@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
-use super::{Gathered, Session};
+use super::{RenderState, Session};
 use crate::denoise::{Denoised, Noisy, denoise};
-use crate::film::{Channel, Features, Values};
+use crate::film::{Features, FilmChannel, Values};
 use crate::integrator::wavefront::first_hits::FirstHits;
 use crate::math::Rgb;
 use crate::scene::CompiledScene;
@@ -56,18 +56,18 @@ impl Session {
     /// The columns of some variables, one after another: one for a number, three for a colour or a vector. Their
     /// values go row by row from the top of the film's region. [`Aov::Variance`] needs [`super::Options::variance`],
     /// and is infinite without. All but [`Aov::Samples`] and [`Aov::Variance`] trace camera rays once more.
-    pub fn channels(&self, aovs: &[Aov]) -> Vec<Channel> {
+    pub fn channels(&self, aovs: &[Aov]) -> Vec<FilmChannel> {
         let geometric = aovs.iter().any(|aov| !aov.is_of_film());
         let features = if geometric { self.features() } else { Vec::new() };
         aovs.iter().flat_map(|aov| self.channels_of(*aov, &features)).collect()
     }
 
-    fn channels_of(&self, aov: Aov, features: &[Features]) -> Vec<Channel> {
-        let floats = |name, of: &dyn Fn(&Features) -> f32| Channel {
+    fn channels_of(&self, aov: Aov, features: &[Features]) -> Vec<FilmChannel> {
+        let floats = |name, of: &dyn Fn(&Features) -> f32| FilmChannel {
             name,
             values: Values::Float(features.iter().map(of).collect()),
         };
-        let ids = |name, of: &dyn Fn(&Features) -> u32| Channel {
+        let ids = |name, of: &dyn Fn(&Features) -> u32| FilmChannel {
             name,
             values: Values::Whole(features.iter().map(of).collect()),
         };
@@ -103,7 +103,7 @@ impl Session {
 /// The names that the ids in a column stand for; none if it holds no ids. `entities` says the names of entities by
 /// their numbers from 0; ids count from 1, and 0 is where nothing was hit.
 pub fn names_of_ids(
-    channel: &Channel,
+    channel: &FilmChannel,
     entities: &HashMap<u32, String>,
     scene: &CompiledScene,
 ) -> Option<BTreeMap<u32, String>> {
@@ -119,12 +119,12 @@ pub fn names_of_ids(
 
 /// The columns of those variables that are the film's own: how many samples there are, and their variance,
 /// which needs squares and is infinite without.
-pub fn film_channels(gathered: &Gathered, aovs: &[Aov]) -> Vec<Channel> {
+pub fn film_channels(gathered: &RenderState, aovs: &[Aov]) -> Vec<FilmChannel> {
     let pixels = gathered.film.pixels();
     let of = |aov: &Aov| match aov {
         Aov::Samples => {
             let counts = pixels.iter().map(|p| p.count[0] + p.count[1]);
-            vec![Channel { name: "samples", values: Values::Whole(counts.collect()) }]
+            vec![FilmChannel { name: "samples", values: Values::Whole(counts.collect()) }]
         }
         Aov::Variance => {
             let variance = match &gathered.moments {
@@ -133,7 +133,7 @@ pub fn film_channels(gathered: &Gathered, aovs: &[Aov]) -> Vec<Channel> {
             };
             let channel = |(name, c): (&'static str, usize)| {
                 let values = variance.iter().map(|v| v.to_array()[c]);
-                Channel { name, values: Values::Float(values.collect()) }
+                FilmChannel { name, values: Values::Float(values.collect()) }
             };
             [("variance.R", 0), ("variance.G", 1), ("variance.B", 2)].map(channel).into()
         }

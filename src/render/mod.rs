@@ -30,7 +30,6 @@
 pub(crate) mod adaptive;
 mod aov;
 pub(crate) mod camera_medium;
-pub(crate) mod gathered;
 #[cfg(any(feature = "cli", feature = "python"))]
 mod needs;
 mod observed;
@@ -38,6 +37,7 @@ mod options;
 mod passes;
 pub(crate) mod photons;
 pub(crate) mod prepare;
+pub(crate) mod render_state;
 pub(crate) mod session;
 mod threads;
 
@@ -45,12 +45,12 @@ pub use crate::denoise::Denoised;
 pub use crate::integrator::{Schedule, Sorting};
 pub use crate::simd::Isa;
 pub(crate) use aov::{film_channels, names_of_ids};
-pub(crate) use gathered::{Gathered, Pass};
 #[cfg(any(feature = "cli", feature = "python"))]
-pub(crate) use needs::Needs;
+pub(crate) use needs::MemoryEstimate;
 pub(crate) use observed::Span;
 pub use options::{DEFAULT_WAVE, Options};
 pub(crate) use prepare::setup;
+pub(crate) use render_state::{RenderPass, RenderState};
 pub use session::Session;
 pub(crate) use session::{Look, OnProgress, Progress, tiles};
 pub use threads::{ThreadError, on_threads};

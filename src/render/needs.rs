@@ -23,7 +23,7 @@ const MOST_CHANNELS: usize = 21;
 const MEASURED: usize = 1024;
 
 /// What decides how much memory a rendering takes.
-pub struct Needs {
+pub struct MemoryEstimate {
     /// Pixels.
     pub region: Region,
     /// Whether an OpenEXR file is written.
@@ -42,10 +42,10 @@ pub struct Needs {
     pub has_film: bool,
 }
 
-impl Needs {
+impl MemoryEstimate {
     /// The defaults.
-    pub fn usual(region: Region) -> Needs {
-        Needs {
+    pub fn usual(region: Region) -> MemoryEstimate {
+        MemoryEstimate {
             region,
             to_openexr: false,
             denoises: false,
@@ -95,14 +95,14 @@ impl Needs {
         area.saturating_mul(sums as u64)
             .saturating_add(above)
             .saturating_add(of_threads as u64)
-            .saturating_add(photons::Bytes::most(setup).total())
+            .saturating_add(photons::PhotonBytes::most(setup).total())
     }
 
     /// Checks whether there is enough memory.
     pub fn check(&self, setup: &RenderSetup, settings: &Settings) -> Result<(), Shortage> {
         let (width, height) = (self.region.width(), self.region.height());
         let what = format_args!("an image of {width}x{height}");
-        let claim = memory::claim(what, self.bytes(setup, settings));
+        let claim = memory::reserve(what, self.bytes(setup, settings));
         claim.map(|_| ()).map_err(|shortage| shortage.or("use --crop or a smaller --size"))
     }
 }

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::gathered::{Gathered, Pass};
 use super::options::Options;
 use super::prepare::Prepared;
+use super::render_state::{RenderPass, RenderState};
 use super::session::{OnProgress, Progress, Session, lock, tiles};
 use super::{Isa, adaptive, photons};
 use crate::film::{Film, Moments, Region, SampleRanges};
@@ -19,7 +19,7 @@ impl Session {
     /// Renders the samples of a pass that come next; returns how many, or 0 if it was stopped.
     pub(super) fn advance_pass(
         &mut self,
-        pass: Pass,
+        pass: RenderPass,
         stop: &Stop,
         pause: &AtomicBool,
         progress: OnProgress,
@@ -59,11 +59,11 @@ impl Session {
                 };
                 let samples = SampleRanges::default();
                 Some((
-                    Gathered { film: film?, moments, samples, pass: None, rays: None, allocation: None },
+                    RenderState { film: film?, moments, samples, pass: None, rays: None, allocation: None },
                     own,
                 ))
             };
-            let rendered: Option<Vec<(Gathered, RayStatistics)>> =
+            let rendered: Option<Vec<(RenderState, RayStatistics)>> =
                 parts.iter().map(|(_, part)| render(*part)).collect();
             lock(workers).push(worker);
             // The next pass renders the whole tile.

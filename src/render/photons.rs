@@ -247,7 +247,7 @@ fn at_once(count: u32) -> u32 {
 /// The peak memory of a frame's photons. Both parts exist while they are sorted.
 #[cfg(any(feature = "cli", feature = "python"))]
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Bytes {
+pub struct PhotonBytes {
     /// In the order in which they end.
     pub ended: u64,
     /// In maps, and in the order of the image.
@@ -255,7 +255,7 @@ pub struct Bytes {
 }
 
 #[cfg(any(feature = "cli", feature = "python"))]
-impl Bytes {
+impl PhotonBytes {
     /// The estimate for a frame, if each photon ends once; behind one-sided surfaces some end again.
     pub fn most(setup: &RenderSetup) -> Self {
         let Ok(count) = count_of(setup) else { return Self::default() };
@@ -292,10 +292,15 @@ fn for_photons<'a>(stop: &Stop<'a>) -> Stop<'a> {
 }
 
 /// Calls a function with a worker and what that has done.
-pub type Lend<'a> = dyn Fn(&mut dyn FnMut(&mut Worker, &mut RayStatistics)) + Sync + 'a;
+pub type WithWorker<'a> = dyn Fn(&mut dyn FnMut(&mut Worker, &mut RayStatistics)) + Sync + 'a;
 
 /// Traces the photons of some samples on all threads; none if stopped. `with` lends a worker.
-pub fn trace(plan: &PhotonPlan, samples: Range<u32>, stop: &Stop, with: &Lend) -> Option<Vec<SamplePhotons>> {
+pub fn trace(
+    plan: &PhotonPlan,
+    samples: Range<u32>,
+    stop: &Stop,
+    with: &WithWorker,
+) -> Option<Vec<SamplePhotons>> {
     let stop = &for_photons(stop);
     let landed = trace_chunks(plan, samples.clone(), stop, with, |landed| landed);
     if stop.is_set() {
@@ -315,7 +320,7 @@ pub fn trace_chunks<T: Send>(
     plan: &PhotonPlan,
     samples: Range<u32>,
     stop: &Stop,
-    with: &Lend,
+    with: &WithWorker,
     then: impl Fn(LandedPhotons) -> T + Sync,
 ) -> Vec<T> {
     let chunks = chunks(plan);

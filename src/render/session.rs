@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::adaptive;
-use super::gathered::{Gathered, Pass};
 use super::options::Options;
 use super::passes::at_once;
 use super::prepare::{self, Prepared};
+use super::render_state::{RenderPass, RenderState};
 use crate::film::{Allocation, Film, Moments, Region};
 use crate::integrator::reuse::BLOCK;
 use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker};
@@ -24,7 +24,7 @@ pub struct Session {
     /// The preparation of its samples, once there is any.
     pub(super) prepared: Option<Arc<Prepared>>,
     pub(super) options: Options,
-    pub(super) gathered: Gathered,
+    pub(super) gathered: RenderState,
     pub(super) statistics: RayStatistics,
     pub(super) workers: Mutex<Vec<Worker>>,
     /// Samples to render.
@@ -50,7 +50,7 @@ pub struct Progress<'a> {
 }
 
 /// Calls a function with what has been gathered.
-pub type Look<'a> = &'a dyn Fn(&mut dyn FnMut(&Gathered));
+pub type Look<'a> = &'a dyn Fn(&mut dyn FnMut(&RenderState));
 
 /// Called after every tile.
 pub type OnProgress<'a> = &'a (dyn Fn(&Progress) + Sync);
@@ -70,7 +70,7 @@ impl Session {
     /// For a frame that is rendered several times, in several ways.
     #[doc(hidden)]
     pub fn of(setup: Arc<RenderSetup>, samples: u32, options: Options) -> Self {
-        let gathered = Gathered::nothing(options.region_of(setup.size), setup.unit, options.variance);
+        let gathered = RenderState::nothing(options.region_of(setup.size), setup.unit, options.variance);
         Self::with(setup, samples, options, gathered)
     }
 
@@ -79,15 +79,15 @@ impl Session {
         setup: Arc<RenderSetup>,
         samples: u32,
         options: Options,
-        gathered: Gathered,
+        gathered: RenderState,
     ) -> Option<Self> {
         // The film is as large as all else: there are never two.
-        let nothing = Gathered::nothing(Region::whole([0, 0]), setup.unit, options.variance);
+        let nothing = RenderState::nothing(Region::whole([0, 0]), setup.unit, options.variance);
         let mut session = Self::with(setup, samples, options, nothing);
         session.go_on_with(gathered).then_some(session)
     }
 
-    fn with(setup: Arc<RenderSetup>, samples: u32, options: Options, gathered: Gathered) -> Self {
+    fn with(setup: Arc<RenderSetup>, samples: u32, options: Options, gathered: RenderState) -> Self {
         let samples = samples.min(Settings::MOST_SAMPLES);
         Self {
             gathered,
@@ -117,11 +117,11 @@ impl Session {
     /// Goes on with what was gathered for the same region before. Returns false, and changes nothing, if this frame
     /// cannot have gathered it.
     #[doc(hidden)]
-    pub fn go_on_with(&mut self, gathered: Gathered) -> bool {
+    pub fn go_on_with(&mut self, gathered: RenderState) -> bool {
         let new = &gathered;
-        let tiles = |pass: &Pass| tiles(new.film.region(), pass.tile.max(1)).len() == pass.done.len();
+        let tiles = |pass: &RenderPass| tiles(new.film.region(), pass.tile.max(1)).len() == pass.done.len();
         let count = adaptive::blocks(new.film.region()).len();
-        let blocks = |pass: &Pass| pass.blocks.as_ref().is_none_or(|blocks| blocks.len() == count);
+        let blocks = |pass: &RenderPass| pass.blocks.as_ref().is_none_or(|blocks| blocks.len() == count);
         let region = self.options.region_of(self.setup.size);
         let alike = (region, self.setup.unit, self.options.variance)
             == (new.film.region(), new.film.unit(), new.moments.is_some());
@@ -201,7 +201,7 @@ impl Session {
         if !self.needs_allocation() {
             return true;
         }
-        let (first, count) = (adaptive::FIRST_OF_PILOT, adaptive::pilot(self.total));
+        let (first, count) = (adaptive::FIRST_OF_PILOT, adaptive::pilot_samples(self.total));
         let region = self.gathered.film.region();
         let options = Options { variance: false, region: Some(region), ..self.options };
         let mut pilot = Session {
@@ -212,7 +212,7 @@ impl Session {
         };
         // A pilot cannot be gone on with: it is short, and is not paused.
         let (nothing, unheard) =
-            (|look: &mut dyn FnMut(&Gathered)| look(&self.gathered), AtomicBool::new(false));
+            (|look: &mut dyn FnMut(&RenderState)| look(&self.gathered), AtomicBool::new(false));
         let watch =
             |rendered: &Progress| progress(&Progress { look: &nothing, pause: &unheard, ..*rendered });
         pilot.advance_until(count, stop, &watch);
@@ -227,7 +227,7 @@ impl Session {
     }
 
     /// What is rendered next, `count` samples if all pixels get them.
-    fn next_pass(&self, count: u32) -> Option<Pass> {
+    fn next_pass(&self, count: u32) -> Option<RenderPass> {
         let (region, size) = (self.gathered.film.region(), self.tile_size());
         if let Some(allocation) = &self.gathered.allocation {
             let next = self.gathered.samples.missing(self.wanted()).iter().next()?;
@@ -235,7 +235,7 @@ impl Session {
             let samples = allocation.first_round(next);
             let samples = samples.start..samples.end.min(samples.start.saturating_add(self.at_once()));
             let blocks = Some(allocation.blocks(samples.start)).filter(|blocks| blocks.contains(&false));
-            return Some(Pass { blocks, ..Pass::new(samples, size, region) });
+            return Some(RenderPass { blocks, ..RenderPass::new(samples, size, region) });
         }
         let of_all = match self.rounds() {
             Some(_) => self.wanted.start..self.wanted.end.min(adaptive::PILOT),
@@ -243,11 +243,11 @@ impl Session {
         };
         if let Some(next) = self.gathered.samples.missing(of_all).iter().next() {
             let end = next.start.saturating_add(count.min(self.at_once())).min(next.end);
-            return Some(Pass::new(next.start..end, size, region));
+            return Some(RenderPass::new(next.start..end, size, region));
         }
         let rays = self.gathered.rays.as_deref().unwrap_or_default();
         let round = adaptive::next_round(&self.gathered.film, rays, self.rounds()?)?;
-        let pass = Pass { blocks: Some(round.blocks), ..Pass::new(round.samples, size, region) };
+        let pass = RenderPass { blocks: Some(round.blocks), ..RenderPass::new(round.samples, size, region) };
         Some(pass.begin(self.at_once()))
     }
 
@@ -339,12 +339,12 @@ impl Session {
 
     /// All that has been gathered so far.
     #[doc(hidden)]
-    pub fn gathered(&self) -> &Gathered {
+    pub fn gathered(&self) -> &RenderState {
         &self.gathered
     }
 
     /// The same, without all else.
-    pub(crate) fn into_gathered(self) -> Gathered {
+    pub(crate) fn into_gathered(self) -> RenderState {
         self.gathered
     }
 

@@ -35,7 +35,7 @@ pub struct Bodies {
 
 /// What lies on both sides of a surface that encloses a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sides {
+pub struct BodySides {
     /// The bodies behind it.
     pub far: u32,
     /// The number of the one outside the surface's own body, or 0.
@@ -149,7 +149,7 @@ impl Bodies {
 
     /// The sides of a surface between the body with that number and the one beside it (or 0), for a path in these bodies
     /// that comes to it from within the first one or not.
-    pub fn sides(&self, bodies: u32, number: u32, beside: u32, inside: bool) -> Sides {
+    pub fn sides(&self, bodies: u32, number: u32, beside: u32, inside: bool) -> BodySides {
         let top = self.top_mask();
         if beside != 0 {
             let is_in = self.place(bodies, |other| other == beside).is_some();
@@ -158,14 +158,14 @@ impl Bodies {
             let (far, place) = self.entered(left, to);
             let outside = if inside { far & top } else { bodies & top };
             let gone = outside == number || if inside { hidden } else { place > 0 };
-            return Sides { far, outside, gone };
+            return BodySides { far, outside, gone };
         }
         if inside {
             let (far, gone) = self.left(bodies, number);
-            return Sides { far, outside: far & top, gone };
+            return BodySides { far, outside: far & top, gone };
         }
         let (far, place) = self.entered(bodies, number);
-        Sides { far, outside: bodies & top, gone: place > 0 }
+        BodySides { far, outside: bodies & top, gone: place > 0 }
     }
 }
 
@@ -242,10 +242,13 @@ mod tests {
         let bodies = bodies([0; 4], 0);
         let glass = bodies.sides(NOWHERE, GLASS, 0, false).far;
         let water = bodies.sides(glass, GLASS, WATER, true);
-        assert_eq!(water, Sides { far: WATER, outside: WATER, gone: false });
-        assert_eq!(bodies.sides(water.far, GLASS, WATER, false), Sides { far: GLASS, ..water });
+        assert_eq!(water, BodySides { far: WATER, outside: WATER, gone: false });
+        assert_eq!(bodies.sides(water.far, GLASS, WATER, false), BodySides { far: GLASS, ..water });
         // Nothing is between what is the same on both sides, and fog around both stays.
-        assert_eq!(bodies.sides(glass, GLASS, GLASS, true), Sides { far: glass, outside: GLASS, gone: true });
+        assert_eq!(
+            bodies.sides(glass, GLASS, GLASS, true),
+            BodySides { far: glass, outside: GLASS, gone: true }
+        );
         let in_fog = bodies.sides(FOG, GLASS, WATER, false);
         assert_eq!(bodies.filling(in_fog.far), bodies.numbered(GLASS));
         assert_eq!(bodies.sides(in_fog.far, GLASS, 0, true).far, FOG);
@@ -255,9 +258,12 @@ mod tests {
     fn what_was_never_entered_is_left_all_the_same() {
         let bodies = bodies([0; 4], 0);
         // As if nothing were around it.
-        assert_eq!(bodies.sides(NOWHERE, GLASS, 0, true), Sides { far: NOWHERE, outside: 0, gone: false });
+        assert_eq!(
+            bodies.sides(NOWHERE, GLASS, 0, true),
+            BodySides { far: NOWHERE, outside: 0, gone: false }
+        );
         let water = bodies.sides(NOWHERE, WATER, 0, false).far;
-        assert_eq!(bodies.sides(water, GLASS, 0, true), Sides { far: NOWHERE, outside: 0, gone: false });
+        assert_eq!(bodies.sides(water, GLASS, 0, true), BodySides { far: NOWHERE, outside: 0, gone: false });
     }
 
     #[test]
@@ -277,6 +283,6 @@ mod tests {
         let bodies = bodies([1, 1, 1, 0], 60);
         let stack =
             [GLASS, WATER, ICE, GLASS].iter().fold(NOWHERE, |stack, n| bodies.sides(stack, *n, 0, false).far);
-        assert_eq!(bodies.sides(stack, FOG, 0, false), Sides { far: stack, outside: GLASS, gone: true });
+        assert_eq!(bodies.sides(stack, FOG, 0, false), BodySides { far: stack, outside: GLASS, gone: true });
     }
 }

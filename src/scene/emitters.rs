@@ -74,7 +74,7 @@ pub struct Emitters {
 
 /// What an emitter is a part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EmitterOf {
+pub enum EmitterSource {
     /// Index among the scene's lights.
     Light(u32),
     /// A primitive, and the instance that it is in or [`NONE`].
@@ -85,16 +85,20 @@ pub enum EmitterOf {
 
 impl Emitters {
     /// Where an emitter comes from, for people: looks through all instances.
-    pub fn source(&self, emitter: u32) -> EmitterOf {
+    pub fn source(&self, emitter: u32) -> EmitterSource {
         let (material, primitive) = (self.material[emitter as usize], self.primitive[emitter as usize]);
         if material == NONE {
-            return if primitive == NONE { EmitterOf::Environment } else { EmitterOf::Light(primitive) };
+            return if primitive == NONE {
+                EmitterSource::Environment
+            } else {
+                EmitterSource::Light(primitive)
+            };
         }
         let starts = self.instance_first.iter().enumerate();
         let before = starts.filter(|(_, first)| **first != NONE && **first <= emitter);
         // In each instance's range emitters follow each other, behind all that is in the world.
         let instance = before.max_by_key(|(_, first)| **first).map_or(NONE, |(instance, _)| instance as u32);
-        EmitterOf::Surface(primitive, instance)
+        EmitterSource::Surface(primitive, instance)
     }
 
     /// The kind of one of them and what is known of it.

@@ -11,7 +11,7 @@ pub const FAR: f32 = -1.0;
 
 /// A node in 64 bytes, all floats but one, so that lanes gather from one table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node {
+pub struct LightNode {
     /// Centre of the sphere around the lights.
     pub center: [f32; 3],
     /// Square of its radius; [`FAR`] where the lights are infinitely far away.
@@ -60,7 +60,7 @@ pub mod field {
     pub const HALF: u32 = 13;
 }
 
-impl Node {
+impl LightNode {
     /// As floats.
     pub fn to_floats(self) -> [f32; NODE] {
         let [x, y, z] = self.center;

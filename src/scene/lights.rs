@@ -5,7 +5,7 @@ use crate::world::Pattern;
 
 /// A light entity: its emitter, and the shadow rays that every hit sends there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSamples {
+pub struct WhittedLight {
     /// Index of its emitter.
     pub emitter: u32,
     /// Shadow rays for a hit.

@@ -133,7 +133,7 @@ pub struct ThinFilmParam {
 /// What Whitted's transport makes of a material: how it answers a light, and its mirror image and
 /// refraction (see [`crate::world::BlinnPhong`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Classic {
+pub struct WhittedParams {
     /// kd.
     pub diffuse: ColorParam,
     /// ks.
@@ -238,7 +238,7 @@ pub struct Material {
     /// On the mirror lobe, if there is one.
     pub film: Option<ThinFilmParam>,
     /// For Whitted's transport.
-    pub classic: Classic,
+    pub classic: WhittedParams,
     /// Whether anything of it is looked up in a texture: [`Material::looks_up`].
     pub textured: bool,
 }
@@ -252,8 +252,8 @@ pub fn is_real(ior: f32) -> bool {
 impl Material {
     /// From which side a surface of it is there, as the tree sees it: a transform may have mirrored the tree's
     /// triangles.
-    pub fn presence(&self, mirrored: bool) -> Sidedness {
-        match (self.coverage, self.shows(false)) {
+    pub fn sidedness(&self, mirrored: bool) -> Sidedness {
+        match (self.coverage, self.has_side(false)) {
             (Coverage::Mask(_) | Coverage::Blend, _) => Sidedness::Filtered,
             // A ray to a light passes its surface.
             _ if self.straight || self.emits() || self.hidden => Sidedness::Filtered,
@@ -264,7 +264,7 @@ impl Material {
     }
 
     /// Whether it has that side: its front, or its back.
-    pub fn shows(&self, front: bool) -> bool {
+    pub fn has_side(&self, front: bool) -> bool {
         !self.hidden && (front || !self.hides_back)
     }
 
@@ -286,7 +286,7 @@ impl Material {
     }
 
     /// Whether its microfacets may be longer one way.
-    pub fn is_stretched(&self) -> bool {
+    pub fn is_anisotropic(&self) -> bool {
         self.has_mirror() && self.anisotropy > 0.0
     }
 
@@ -339,7 +339,7 @@ impl Material {
     }
 
     /// True if it encloses a body that does anything to light, within it or at its boundary.
-    pub fn fills(&self) -> bool {
+    pub fn has_active_medium(&self) -> bool {
         self.encloses && (!self.medium.is_clear() || self.index_square() != 1.0)
     }
 

@@ -17,7 +17,7 @@ pub use emitters::Emitters;
 pub use environment::Environment;
 pub use geometry::{Geometry, Part};
 pub use light_tree::LightTree;
-pub use lights::LightSamples;
+pub use lights::WhittedLight;
 pub use material::Material;
 pub use textures::Textures;
 
@@ -62,7 +62,7 @@ pub struct CompiledScene {
     #[doc(hidden)]
     pub emitters: Arc<Emitters>,
     /// Those that are light entities, in their order, and how Whitted's transport samples them.
-    pub(crate) lights: Vec<LightSamples>,
+    pub(crate) lights: Vec<WhittedLight>,
     /// What rays see that hit nothing.
     pub(crate) environment: Arc<Environment>,
     /// Radiance that every surface sends back times its diffuse colour.
@@ -92,7 +92,7 @@ fn digest(value: &dyn Debug) -> u128 {
 
 /// Bytes by what they are for.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Memory {
+pub struct SceneMemory {
     /// Vertices, indices, spheres.
     pub geometry: usize,
     /// The acceleration structure.
@@ -103,7 +103,7 @@ pub struct Memory {
     pub lights: usize,
 }
 
-impl Memory {
+impl SceneMemory {
     /// All together.
     pub fn total(&self) -> usize {
         self.geometry + self.bvh + self.textures + self.lights
@@ -237,8 +237,8 @@ impl CompiledScene {
     }
 
     /// What it takes.
-    pub(crate) fn memory(&self) -> Memory {
-        Memory {
+    pub(crate) fn memory(&self) -> SceneMemory {
+        SceneMemory {
             geometry: self.geometry.bytes(),
             bvh: self.bvh.bytes(),
             textures: self.textures.bytes(),

@@ -6,7 +6,7 @@ use crate::simd::{Float, Mask};
 
 /// Parameters of the model at a point.
 #[derive(Clone, Copy)]
-pub struct BlinnPhong<F: Float> {
+pub struct BlinnPhongParams<F: Float> {
     /// kd.
     pub diffuse: Color<F>,
     /// ks.
@@ -17,7 +17,7 @@ pub struct BlinnPhong<F: Float> {
     pub phong: F::Mask,
 }
 
-impl<F: Float> BlinnPhong<F> {
+impl<F: Float> BlinnPhongParams<F> {
     /// Radiance for a unit of irradiance (measured across its direction):
     /// `diffuse · max(n·l, 0) + specular · lobe`. `to_viewer` and `to_light` are unit vectors.
     #[inline(always)]
@@ -45,8 +45,8 @@ mod tests {
     use super::*;
     use crate::math::Rgb;
 
-    fn model(phong: bool) -> BlinnPhong<f32> {
-        BlinnPhong {
+    fn model(phong: bool) -> BlinnPhongParams<f32> {
+        BlinnPhongParams {
             diffuse: Color::splat(Rgb::new(0.5, 0.25, 0.0)),
             specular: Color::splat(Rgb::splat(0.3)),
             shininess: 10.0,

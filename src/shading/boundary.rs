@@ -20,14 +20,14 @@ pub struct Boundary<F: Float> {
 
 /// The numbers of the bodies that a surface lies between, or 0.
 #[derive(Clone, Copy)]
-pub struct Between<F: Float> {
+pub struct BodyPair<F: Float> {
     /// Of the one that it encloses.
     pub number: F::Int,
     /// Of the one that its front touches.
     pub beside: F::Int,
 }
 
-impl<F: Float> Between<F> {
+impl<F: Float> BodyPair<F> {
     /// For surfaces of one material.
     #[inline(always)]
     pub fn of(material: &Material) -> Self {
@@ -53,8 +53,8 @@ impl<F: Float> Between<F> {
 impl<F: Float> Boundary<F> {
     /// A surface between two bodies, which is met by paths that are in some, from within the first or not.
     #[inline(always)]
-    pub fn new(bodies: &Bodies, near: F::Int, between: &Between<F>, inside: F::Mask, mask: F::Mask) -> Self {
-        let Between { number, beside } = *between;
+    pub fn new(bodies: &Bodies, near: F::Int, between: &BodyPair<F>, inside: F::Mask, mask: F::Mask) -> Self {
+        let BodyPair { number, beside } = *between;
         let nowhere = F::Int::splat(NOWHERE);
         let encloses = !number.eq(nowhere);
         let far = F::Int::select(encloses, F::Int::select(inside, nowhere, number), near);
@@ -89,7 +89,7 @@ impl<F: Float> Boundary<F> {
 /// Surfaces within bodies.
 struct Nested<'a, F: Float> {
     bodies: &'a Bodies,
-    between: &'a Between<F>,
+    between: &'a BodyPair<F>,
     inside: F::Mask,
     /// As if there were but one.
     plain: Boundary<F>,

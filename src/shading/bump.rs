@@ -2,9 +2,9 @@
 //! coordinates by Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010).
 
 use super::ShadingPoint;
-use super::details::uv_gradients;
-use super::sampled::{Coordinates, scalar};
-use super::surface::unit_or;
+use super::surface::normalize_or;
+use super::texture_coordinates::uv_gradients;
+use super::texture_lookup::{Coordinates, scalar};
 use crate::math::Vector;
 use crate::scene::material::BumpParam;
 use crate::simd::Float;
@@ -29,7 +29,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         let along_v = self.slope(bump, set, (zero, dv)) / dv;
         let gradient = u * along_u + v * along_v;
         // Seen from behind as from the front, as normal maps are.
-        unit_or(normal - gradient * F::splat(bump.metres), normal)
+        normalize_or(normal - gradient * F::splat(bump.metres), normal)
     }
 
     /// Half the difference of heights to either side.

@@ -1,13 +1,13 @@
 //! Emitters seen from a point: directions to them, what they send, and with what density they
 //! are sampled.
 
-use super::details::point_coordinates;
 use super::photometric::profile_towards;
 use super::point::{Tables, coverage};
-use super::sampled::color;
-use super::solid_angle::Fan;
-use super::surface::{HitLanes, sphere_uv, unit_or};
-use super::{environment, principled::basis::Basis};
+use super::solid_angle::SphericalPolygon;
+use super::surface::{HitLanes, normalize_or, sphere_uv};
+use super::texture_coordinates::point_coordinates;
+use super::texture_lookup::color;
+use super::{environment, principled::shading_frame::ShadingFrame};
 use crate::bvh::SPHERE;
 use crate::math::elementary::sin_cos_turns;
 use crate::math::{Color, NONE, Vector};
@@ -55,7 +55,7 @@ pub fn sample<F: Float>(
         pdf: F::one(),
         shared: has(flags, flag::VISIBLE),
     };
-    let row = Gathered { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
+    let row = RowLanes { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
     let quad = what.eq(F::Int::splat(kind::QUAD)) & mask;
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE)) & mask;
     let round = what.eq(F::Int::splat(kind::SPHERE)) & mask;
@@ -67,7 +67,8 @@ pub fn sample<F: Float>(
     let planar = triangle | quad;
     let patterned = has(flags, flag::TEXTURED) | has(flags, flag::COVERED);
     if planar.any() {
-        let (mut sample, (u, v)) = planar_sample(&row, triangle, flags, Measure::SolidAngle, position, u);
+        let (mut sample, (u, v)) =
+            planar_sample(&row, triangle, flags, PointMeasure::SolidAngle, position, u);
         let patterned = patterned & planar;
         if patterned.any() {
             let primitive = F::Int::gather(&table.primitive, emitter, patterned);
@@ -131,11 +132,11 @@ pub fn sample_light<F: Float>(
     u: (F, F),
 ) -> EmitterSample<F> {
     let table = &scene.emitters;
-    let row = Same(&table.rows[emitter as usize]);
+    let row = SharedRow(&table.rows[emitter as usize]);
     let flags = F::Int::splat(table.flags[emitter as usize]);
     let (nowhere, everywhere) = (F::Mask::from_bits(0), F::Mask::from_bits(u32::MAX));
     match table.kinds[emitter as usize] {
-        kind::QUAD => planar_sample(&row, nowhere, flags, Measure::Area, position, u).0,
+        kind::QUAD => planar_sample(&row, nowhere, flags, PointMeasure::Area, position, u).0,
         kind::POINT => point_sample(&row, nowhere, position),
         kind::SPOT => point_sample(&row, everywhere, position),
         kind::PHOTOMETRIC => {
@@ -195,7 +196,7 @@ pub fn pdf<F: Float>(
 ) -> F {
     let table = &scene.emitters;
     let what = F::Int::gather(&table.kinds, emitter, mask);
-    let row = Gathered { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
+    let row = RowLanes { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
     let sphere = what.eq(F::Int::splat(kind::SPHERE)) & mask;
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE));
     let (e1, e2) = (row.vector(3), row.vector(6));
@@ -206,7 +207,7 @@ pub fn pdf<F: Float>(
     let first = row.vector(0) - position;
     let near = is_near(first, e1, e2) & mask & !sphere & !disc;
     if near.any() {
-        let angle = Fan::new(first, e1, e2, triangle).solid_angle();
+        let angle = SphericalPolygon::new(first, e1, e2, triangle).solid_angle();
         pdf = F::select(near, F::one() / angle.max(F::splat(1e-30)), pdf);
     }
     if sphere.any() {
@@ -250,13 +251,13 @@ trait EmitterRows<F: Float> {
 }
 
 /// A row for each lane.
-struct Gathered<'a, F: Float> {
+struct RowLanes<'a, F: Float> {
     table: &'a [f32],
     first: F::Int,
     mask: F::Mask,
 }
 
-impl<F: Float> EmitterRows<F> for Gathered<'_, F> {
+impl<F: Float> EmitterRows<F> for RowLanes<'_, F> {
     #[inline(always)]
     fn number(&self, at: u32) -> F {
         F::gather(self.table, self.first + F::Int::splat(at), self.mask)
@@ -269,9 +270,9 @@ impl<F: Float> EmitterRows<F> for Gathered<'_, F> {
 }
 
 /// One row for all lanes.
-struct Same<'a>(&'a [f32; 13]);
+struct SharedRow<'a>(&'a [f32; 13]);
 
-impl<F: Float> EmitterRows<F> for Same<'_> {
+impl<F: Float> EmitterRows<F> for SharedRow<'_> {
     #[inline(always)]
     fn number(&self, at: u32) -> F {
         F::splat(self.0[at as usize])
@@ -308,7 +309,7 @@ fn is_near<F: Float>(corner: Vector<F>, e1: Vector<F>, e2: Vector<F>) -> F::Mask
 
 /// The measure in which points are uniform.
 #[derive(Clone, Copy)]
-enum Measure {
+enum PointMeasure {
     Area,
     /// For those that are near.
     SolidAngle,
@@ -336,7 +337,7 @@ fn planar_sample<F: Float>(
     row: &impl EmitterRows<F>,
     triangle: F::Mask,
     flags: F::Int,
-    measure: Measure,
+    measure: PointMeasure,
     position: Vector<F>,
     u: (F, F),
 ) -> (EmitterSample<F>, (F, F)) {
@@ -345,12 +346,12 @@ fn planar_sample<F: Float>(
     let (e1, e2) = (row.vector(3), row.vector(6));
     let corner = row.vector(0) - position;
     let near = match measure {
-        Measure::SolidAngle => is_near(corner, e1, e2) & !disc,
-        Measure::Area => F::Mask::from_bits(0),
+        PointMeasure::SolidAngle => is_near(corner, e1, e2) & !disc,
+        PointMeasure::Area => F::Mask::from_bits(0),
     };
     let mut angle = F::zero();
     if near.any() {
-        let fan = Fan::new(corner, e1, e2, triangle);
+        let fan = SphericalPolygon::new(corner, e1, e2, triangle);
         let of_fan = fan.sample(u);
         (a, b) = (F::select(near, of_fan.0, a), F::select(near, of_fan.1, b));
         angle = fan.solid_angle().max(F::splat(1e-30));
@@ -441,7 +442,7 @@ fn sphere_sample<F: Float>(
     let sin = sin2.sqrt();
     let (s, c) = sin_cos_turns(u.1);
     let up = Vector::new(F::zero(), F::zero(), F::one());
-    let frame = Basis::about(unit_or(way, up));
+    let frame = ShadingFrame::about(normalize_or(way, up));
     let local = Vector::new(sin * c, sin * s, cos);
     let direction = frame.world(local);
     let away = way.dot(way).sqrt();
@@ -457,7 +458,7 @@ fn sphere_sample<F: Float>(
         pdf: F::splat(0.5 / std::f32::consts::PI) / part,
         shared: F::Mask::from_bits(0),
     };
-    (sample, unit_or(frame.world(nearest + local * half), up))
+    (sample, normalize_or(frame.world(nearest + local * half), up))
 }
 
 /// From a point, perhaps within a cone.
@@ -484,7 +485,7 @@ fn parallel_sample<F: Float>(row: &impl EmitterRows<F>, u: (F, F)) -> EmitterSam
     let lift = row.number(3) * u.0;
     let (s, c) = sin_cos_turns(u.1);
     let sin = (lift * (F::splat(2.0) - lift)).max(F::zero()).sqrt();
-    let direction = Basis::about(axis).world(Vector::new(sin * c, sin * s, F::one() - lift));
+    let direction = ShadingFrame::about(axis).world(Vector::new(sin * c, sin * s, F::one() - lift));
     EmitterSample {
         direction,
         distance: F::splat(f32::INFINITY),

@@ -1,7 +1,7 @@
 //! How large a ray's cone is where it meets a surface, and which part of a texture lies within.
 
-use super::principled::basis::Basis;
-use super::surface::unit_or;
+use super::principled::shading_frame::ShadingFrame;
+use super::surface::normalize_or;
 use crate::math::Vector;
 use crate::math::elementary::log2;
 use crate::simd::Float;
@@ -53,7 +53,7 @@ impl<F: Float> Footprint<F> {
 #[inline(always)]
 pub fn on_surface<F: Float>(normal: Vector<F>, direction: Vector<F>, width: F, t: F) -> [Vector<F>; 2] {
     let cos = normal.dot(direction);
-    let along = unit_or(direction - normal * cos, Basis::about(normal).x);
+    let along = normalize_or(direction - normal * cos, ShadingFrame::about(normal).x);
     let slant = cos.abs().max(F::splat(FLATTEST));
     let wide = width.gt(t * F::splat(WIDEST));
     let root = slant.sqrt();

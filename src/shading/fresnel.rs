@@ -11,7 +11,7 @@ pub fn reflect<F: Float>(direction: Vector<F>, normal: Vector<F>) -> Vector<F> {
 
 /// What a smooth boundary between two dielectrics does to a ray.
 #[derive(Clone, Copy)]
-pub struct Boundary<F> {
+pub struct SmoothBoundary<F> {
     /// Part of the light that is reflected, 0 to 1; 1 under total internal reflection.
     pub reflectance: F,
     /// Unit direction of the transmitted light; meaningless if there is none.
@@ -22,7 +22,7 @@ pub struct Boundary<F> {
 /// `normal` is on the side that the ray comes from; `eta` is the index there over the
 /// index beyond.
 #[inline(always)]
-pub fn boundary<F: Float>(direction: Vector<F>, normal: Vector<F>, eta: F) -> Boundary<F> {
+pub fn boundary<F: Float>(direction: Vector<F>, normal: Vector<F>, eta: F) -> SmoothBoundary<F> {
     let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
     let sin2_t = eta * eta * (F::one() - cos_i * cos_i);
     let total = sin2_t.ge(F::one());
@@ -33,7 +33,7 @@ pub fn boundary<F: Float>(direction: Vector<F>, normal: Vector<F>, eta: F) -> Bo
     let reflectance = (across * across + along * along) * F::splat(0.5);
     let refracted = direction * eta + normal * (eta * cos_i - cos_t);
     let passes = (!total).any();
-    Boundary {
+    SmoothBoundary {
         reflectance: F::select(total, F::one(), reflectance.clamp(0.0, 1.0)),
         refracted: if passes { refracted.normalize() } else { refracted },
     }

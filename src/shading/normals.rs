@@ -1,7 +1,7 @@
 //! Shading normals: seen through a normal map, and turned where a viewer or a mirror could not use them.
 
-use super::principled::basis::Basis;
-use super::surface::unit_or;
+use super::principled::shading_frame::ShadingFrame;
+use super::surface::normalize_or;
 use crate::math::Vector;
 use crate::simd::Float;
 
@@ -10,8 +10,8 @@ const LEAST_COSINE: f32 = 0.01;
 
 /// A tangent-space normal in the world.
 #[inline(always)]
-pub fn normal_in<F: Float>(frame: &Basis<F>, n: Vector<F>) -> Vector<F> {
-    unit_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z)
+pub fn normal_in<F: Float>(frame: &ShadingFrame<F>, n: Vector<F>) -> Vector<F> {
+    normalize_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z)
 }
 
 /// What the mirror image of the viewer must rise above the surface, as the cosine of both: little, and less than
@@ -50,7 +50,7 @@ pub fn mirrors_what_is_below<F: Float>(
 fn raised<F: Float>(normal: Vector<F>, geometric_normal: Vector<F>, to_viewer: Vector<F>) -> Vector<F> {
     let (zero, one, half) = (F::zero(), F::one(), F::splat(0.5));
     let aside = normal - geometric_normal * normal.dot(geometric_normal);
-    let side = unit_or(aside, Basis::about(geometric_normal).x);
+    let side = normalize_or(aside, ShadingFrame::about(geometric_normal).x);
     let (x, z) = (to_viewer.dot(side), to_viewer.dot(geometric_normal));
     let length = (x * x + z * z).max(F::splat(1e-20));
     let rise = least_rise(z);
@@ -72,25 +72,26 @@ pub fn for_mirrors<F: Float>(
     below: F::Mask,
 ) -> Vector<F> {
     let turned = raised(normal, geometric_normal, to_viewer) * part + normal * (F::one() - part);
-    Vector::select(below, unit_or(turned, geometric_normal), normal)
+    Vector::select(below, normalize_or(turned, geometric_normal), normal)
 }
 
 /// A frame whose z becomes a shading normal, turned to the viewer where it looks away.
 #[inline(always)]
 pub fn bend<F: Float>(
-    frame: &Basis<F>,
+    frame: &ShadingFrame<F>,
     geometric_normal: Vector<F>,
     normal: Vector<F>,
     to_viewer: Vector<F>,
-) -> Basis<F> {
+) -> ShadingFrame<F> {
     let least = F::splat(LEAST_COSINE);
     let cos = normal.dot(to_viewer);
     let away = cos.lt(least);
-    let bent = Vector::select(away, unit_or(normal + to_viewer * (least - cos), geometric_normal), normal);
-    let x = unit_or(frame.x - bent * bent.dot(frame.x), Basis::about(bent).x);
+    let bent =
+        Vector::select(away, normalize_or(normal + to_viewer * (least - cos), geometric_normal), normal);
+    let x = normalize_or(frame.x - bent * bent.dot(frame.x), ShadingFrame::about(bent).x);
     // It stays left-handed if it was.
     let sign = F::select(frame.x.cross(frame.y).dot(frame.z).lt(F::zero()), -F::one(), F::one());
-    Basis { x, y: bent.cross(x) * sign, z: bent }
+    ShadingFrame { x, y: bent.cross(x) * sign, z: bent }
 }
 
 #[cfg(test)]
@@ -106,8 +107,8 @@ mod tests {
         vector(0.0, 0.0, 1.0)
     }
 
-    fn upright() -> Basis<f32> {
-        Basis { x: vector(1.0, 0.0, 0.0), y: vector(0.0, 1.0, 0.0), z: up() }
+    fn upright() -> ShadingFrame<f32> {
+        ShadingFrame { x: vector(1.0, 0.0, 0.0), y: vector(0.0, 1.0, 0.0), z: up() }
     }
 
     #[track_caller]
@@ -118,13 +119,13 @@ mod tests {
     }
 
     /// A frame seen through a normal map's texel.
-    fn through(frame: &Basis<f32>, n: Vector<f32>, viewer: Vector<f32>) -> Basis<f32> {
+    fn through(frame: &ShadingFrame<f32>, n: Vector<f32>, viewer: Vector<f32>) -> ShadingFrame<f32> {
         bend(frame, up(), normal_in(frame, n), viewer)
     }
 
     #[test]
     fn normal_maps_bend_along_the_frame() {
-        let upside_down = Basis { x: vector(1.0, 0.0, 0.0), y: vector(0.0, -1.0, 0.0), z: up() };
+        let upside_down = ShadingFrame { x: vector(1.0, 0.0, 0.0), y: vector(0.0, -1.0, 0.0), z: up() };
         let viewer = vector(0.0, 0.0, 1.0);
         near(through(&upside_down, vector(0.0, 0.0, 1.0), viewer).z, [0.0, 0.0, 1.0]);
         // Its length does not count. Green tilts to the picture's top, which is at −Y here.

@@ -2,7 +2,7 @@
 
 use super::emitter::lane;
 use super::footprint::Footprint;
-use super::sampled::{Coordinates, texel};
+use super::texture_lookup::{Coordinates, texel};
 use crate::math::elementary::{acos_turns, atan2_turns};
 use crate::math::{Color, Vector};
 use crate::scene::Textures;

@@ -1,11 +1,11 @@
 //! One material at many hits: what its record says there, the same for both transports.
 
-use super::details::{alpha, coordinates, tangent_frame, vertex_color};
 use super::footprint::Footprint;
 use super::normals::{bend, for_mirrors, is_turned, mirrors_what_is_below, normal_in};
-use super::principled::basis::Basis;
-use super::sampled::{Coordinates, color, scalar, texel};
+use super::principled::shading_frame::ShadingFrame;
 use super::surface::{HitLanes, Surface};
+use super::texture_coordinates::{alpha, coordinates, tangent_frame, vertex_color};
+use super::texture_lookup::{Coordinates, color, scalar, texel};
 use crate::math::{Color, Vector};
 use crate::scene::material::{ColorParam, Coverage, Material, NormalParam};
 use crate::scene::{CompiledScene, Geometry, Textures};
@@ -22,7 +22,7 @@ pub struct Tables<'a> {
 
 /// What a normal is asked for.
 #[derive(Clone, Copy, PartialEq)]
-enum Layer {
+enum NormalLayer {
     Base,
     Coat,
 }
@@ -103,17 +103,18 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
 
     /// The frame for the base, and that for what lies above it.
     #[inline(always)]
-    pub(super) fn frames(&self) -> (Basis<F>, Basis<F>) {
+    pub(super) fn frames(&self) -> (ShadingFrame<F>, ShadingFrame<F>) {
         let m = self.material;
         if !m.needs_tangents() {
-            let plain = Basis::about(self.surface.normal);
-            let base = self.bent(&plain, None, Layer::Base);
-            let above = if m.coat.is_zero() { base } else { self.bent(&plain, None, Layer::Coat) };
+            let plain = ShadingFrame::about(self.surface.normal);
+            let base = self.bent(&plain, None, NormalLayer::Base);
+            let above = if m.coat.is_zero() { base } else { self.bent(&plain, None, NormalLayer::Coat) };
             return (base, above);
         }
         let plain = tangent_frame(self.tables.geometry, self.hit, self.surface, self.mask);
-        let base = self.bent(&plain, m.normal, Layer::Base);
-        let above = if m.coat.is_zero() { plain } else { self.bent(&plain, m.coat_normal, Layer::Coat) };
+        let base = self.bent(&plain, m.normal, NormalLayer::Base);
+        let above =
+            if m.coat.is_zero() { plain } else { self.bent(&plain, m.coat_normal, NormalLayer::Coat) };
         (base, above)
     }
 
@@ -124,27 +125,27 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         let frame = if m.needs_tangents() {
             tangent_frame(self.tables.geometry, self.hit, self.surface, self.mask)
         } else {
-            Basis::about(self.surface.normal)
+            ShadingFrame::about(self.surface.normal)
         };
-        let normal = self.seen_in(&frame, m.normal, Layer::Base);
+        let normal = self.seen_in(&frame, m.normal, NormalLayer::Base);
         is_turned(normal, self.surface.geometric_normal, self.to_viewer)
     }
 
     /// A layer's normal, with the effect of maps.
     #[inline(always)]
-    fn seen_in(&self, frame: &Basis<F>, map: Option<NormalParam>, layer: Layer) -> Vector<F> {
+    fn seen_in(&self, frame: &ShadingFrame<F>, map: Option<NormalParam>, layer: NormalLayer) -> Vector<F> {
         let normal = normal_in(frame, self.mapped(map));
         match &self.material.bump {
-            Some(bump) if layer == Layer::Base => self.risen(normal, bump),
+            Some(bump) if layer == NormalLayer::Base => self.risen(normal, bump),
             _ => normal,
         }
     }
 
     #[inline(always)]
-    fn bent(&self, frame: &Basis<F>, map: Option<NormalParam>, layer: Layer) -> Basis<F> {
+    fn bent(&self, frame: &ShadingFrame<F>, map: Option<NormalParam>, layer: NormalLayer) -> ShadingFrame<F> {
         let geometric = self.surface.geometric_normal;
         let mut normal = self.seen_in(frame, map, layer);
-        if self.material.has_mirror() || layer == Layer::Coat {
+        if self.material.has_mirror() || layer == NormalLayer::Coat {
             let below = self.mask & mirrors_what_is_below(normal, geometric, self.to_viewer);
             if below.any() {
                 normal = for_mirrors(normal, geometric, self.to_viewer, self.mirror_part(layer), below);
@@ -156,8 +157,8 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
     /// How much of a layer is metal, or lets light through: where it has a mirror's image or nothing. Below the
     /// weak mirrors of all else there is diffuse light, which keeps the relief that normal maps give it.
     #[inline(always)]
-    fn mirror_part(&self, layer: Layer) -> F {
-        if layer == Layer::Coat {
+    fn mirror_part(&self, layer: NormalLayer) -> F {
+        if layer == NormalLayer::Coat {
             return F::one();
         }
         let (m, textures) = (self.material, self.tables.textures);

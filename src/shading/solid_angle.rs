@@ -9,7 +9,7 @@ use crate::math::elementary::{atan2_turns, sin_cos_turns};
 use crate::simd::Float;
 
 /// A triangle or a parallelogram seen from a point: one or two triangles around its first corner, the apex.
-pub struct Fan<F: Float> {
+pub struct SphericalPolygon<F: Float> {
     apex: Corner<F>,
     /// The corners around, in turn. The last two are the same for a triangle.
     around: [Corner<F>; 3],
@@ -28,7 +28,7 @@ struct Corner<F: Float> {
     at: (F, F),
 }
 
-impl<F: Float> Fan<F> {
+impl<F: Float> SphericalPolygon<F> {
     /// `corner` is as seen from the eye.
     #[inline(always)]
     pub fn new(corner: Vector<F>, e1: Vector<F>, e2: Vector<F>, triangle: F::Mask) -> Self {
@@ -129,9 +129,9 @@ mod tests {
         ([Vec3::new(-5.0, 0.1, -5.0), Vec3::new(10.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 10.0)], false),
     ];
 
-    fn fan([corner, e1, e2]: [Vec3; 3], triangle: bool) -> Fan<f32> {
+    fn fan([corner, e1, e2]: [Vec3; 3], triangle: bool) -> SphericalPolygon<f32> {
         let [corner, e1, e2] = [corner, e1, e2].map(|v| Vector::new(v.x, v.y, v.z));
-        Fan::new(corner, e1, e2, triangle)
+        SphericalPolygon::new(corner, e1, e2, triangle)
     }
 
     /// Ω, and ∫ ω dΩ: Lambert's formula for polygons, Σ angle · normal of each edge / 2.

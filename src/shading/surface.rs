@@ -141,7 +141,12 @@ fn off_surface<F: Float>(position: Vector<F>, error: Vector<F>, normal: Vector<F
 
 /// A ray's origin just off a surface on the side of `direction`.
 #[inline(always)]
-pub fn leave<F: Float>(position: Vector<F>, normal: Vector<F>, offset: F, direction: Vector<F>) -> Vector<F> {
+pub fn offset_origin<F: Float>(
+    position: Vector<F>,
+    normal: Vector<F>,
+    offset: F,
+    direction: Vector<F>,
+) -> Vector<F> {
     let away = direction.dot(normal).lt(F::zero());
     position + normal * F::select(away, -offset, offset)
 }
@@ -159,7 +164,8 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
     let position = terms[0] + terms[1] + terms[2];
     let error = (terms[0].abs() + terms[1].abs() + terms[2].abs()) * F::splat(gamma(7));
     let sign = parts.number(&geometry.parts.sign);
-    let flat = unit_or((p[1] - p[0]).cross(p[2] - p[0]) * sign, Vector::new(F::zero(), F::zero(), F::one()));
+    let flat =
+        normalize_or((p[1] - p[0]).cross(p[2] - p[0]) * sign, Vector::new(F::zero(), F::zero(), F::one()));
 
     let none = F::Int::splat(NONE);
     let base = parts.base(&geometry.parts.normals, geometry.normals.is_empty());
@@ -167,7 +173,7 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
     let normal = if smooth.any() {
         let n = interpolate(&geometry.normals, vertices, base, weights, smooth);
         // Opposite normals can cancel, and a zero normal stands for "flat here".
-        Vector::select(smooth, unit_or(n, flat), flat)
+        Vector::select(smooth, normalize_or(n, flat), flat)
     } else {
         flat
     };
@@ -260,7 +266,7 @@ fn interpolate<F: Float>(
 
 /// v / |v|, or `other` where v is too short (or not a number).
 #[inline(always)]
-pub(super) fn unit_or<F: Float>(v: Vector<F>, other: Vector<F>) -> Vector<F> {
+pub(super) fn normalize_or<F: Float>(v: Vector<F>, other: Vector<F>) -> Vector<F> {
     let square = v.dot(v);
     let long = square.gt(F::splat(1e-36));
     let length = F::select(long, square, F::one()).sqrt();
@@ -286,7 +292,7 @@ fn sphere<F: Float>(
     }
     // The point is put back onto the sphere along its normal: how far the ray went no longer matters.
     let rough = ray.origin + ray.direction * hit.t - center;
-    let normal = unit_or(rough, Vector::new(F::zero(), F::one(), F::zero()));
+    let normal = normalize_or(rough, Vector::new(F::zero(), F::one(), F::zero()));
     let mut position = center + normal * radius;
     let radii = Vector::new(radius, radius, radius);
     let mut error = (center.abs() + radii) * F::splat(gamma(6));
@@ -421,8 +427,8 @@ fn to_world<F: Float>(
     let moved = there.apply_abs(local.position.abs()) + there.offset.abs();
     let error = there.apply_abs(local.error) * F::splat(1.0 + gamma(3)) + moved * F::splat(gamma(4));
     let back = rows(geometry, hit.instance, 3, placed);
-    let geometric = turn(&back, local.geometric_normal);
-    let normal = turn(&back, local.normal);
+    let geometric = transform_normal(&back, local.geometric_normal);
+    let normal = transform_normal(&back, local.normal);
     LocalHit {
         position: Vector::select(placed, position, local.position),
         error: Vector::select(placed, error, local.error),
@@ -434,6 +440,6 @@ fn to_world<F: Float>(
 
 /// Normals go by the transpose of the inverse: its columns are the rows of to-local.
 #[inline(always)]
-pub(super) fn turn<F: Float>(to_local: &AffineRows<F>, n: Vector<F>) -> Vector<F> {
-    unit_or(to_local.apply_transposed(n), n)
+pub(super) fn transform_normal<F: Float>(to_local: &AffineRows<F>, n: Vector<F>) -> Vector<F> {
+    normalize_or(to_local.apply_transposed(n), n)
 }

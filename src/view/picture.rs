@@ -12,7 +12,7 @@ use crate::film::metrics::colormap;
 use crate::film::tonemap::{DisplayTransform, quantise_8_bit, srgb_encode};
 use crate::film::{Features, PixelSum, Region, SampleRanges};
 use crate::math::Rgb;
-use crate::render::{Gathered, Options, Session};
+use crate::render::{Options, RenderState, Session};
 use crate::sampling::hash::mix;
 use crate::world::Tonemap;
 
@@ -184,7 +184,7 @@ fn features(shown: &Shown, region: Region) -> Vec<Features> {
     let mut session = Session::of(shown.setup.clone(), LOOKED_AT, options);
     let mut samples = SampleRanges::default();
     samples.insert(0..LOOKED_AT);
-    session.go_on_with(Gathered { samples, ..session.gathered().clone() });
+    session.go_on_with(RenderState { samples, ..session.gathered().clone() });
     session.features()
 }
 

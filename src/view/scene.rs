@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::watched::Watched;
 use crate::check::{self, Finding};
-use crate::compile::{self, Compiled};
+use crate::compile::{self, MemoizedScene};
 use crate::error::{CompileError, LoadError, SaveError};
 use crate::files;
 use crate::film::PixelSum;
@@ -18,8 +18,8 @@ use crate::memory;
 use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, Recipe};
 use crate::world::{
-    Camera, DepthLimits, Kept, LookAtFault, Parent, Placed, Pose, Rig, Sampler, Settings, Sharing,
-    SourceFiles, Transform, Transport, World,
+    AssetCache, Camera, DepthLimits, FromModel, LookAtFault, OrbitCamera, Parent, Pose, Sampler, Settings,
+    Sharing, SourceFiles, Transform, Transport, World,
 };
 
 /// No window has room for a page that shows more, and memory may not either.
@@ -55,12 +55,12 @@ pub struct LiveScene {
     path: PathBuf,
     options: LoadOptions,
     change: ChangeWorld,
-    kept: Kept,
+    kept: AssetCache,
     files: Arc<Mutex<Watched>>,
     world: World,
     /// The settings as its files say them, whatever was changed since.
     said: Settings,
-    compiled: Compiled,
+    compiled: MemoizedScene,
     /// What is probably not as it was meant.
     findings: Vec<Finding>,
     /// Where names of entities and lights are looked up.
@@ -73,7 +73,7 @@ pub struct LiveScene {
     /// Which of its settings were changed.
     changed: ChangedSettings,
     /// Where a hand has put it.
-    rig: Option<Rig>,
+    rig: Option<OrbitCamera>,
 }
 
 /// Settings that someone has overridden, whatever the files say later.
@@ -138,7 +138,7 @@ impl LiveScene {
         camera: Option<String>,
         change: ChangeWorld,
     ) -> Result<LiveScene, SceneError> {
-        let kept = Kept::keeping();
+        let kept = AssetCache::keeping();
         let sources = SourceFiles::with(kept.clone());
         let (world, said) = read(path, &options, &sources, &change)?;
         let compiled = compiled(path, &world, camera.as_deref(), None)?;
@@ -270,7 +270,7 @@ impl LiveScene {
     }
 
     /// The camera as a hand moves it. At first it turns about what is seen in the middle of the image.
-    pub fn rig(&self) -> Rig {
+    pub fn rig(&self) -> OrbitCamera {
         if let Some(rig) = &self.rig {
             return rig.clone();
         }
@@ -283,7 +283,7 @@ impl LiveScene {
         let usual = if to_middle > 0.01 * size { to_middle } else { size };
         let axes = [scene.camera.right, scene.camera.up, scene.camera.forward].map(|axis| axis.as_dvec3());
         let camera = self.authored.camera.unwrap_or(Camera::Pinhole { vertical_fov: 1.0 });
-        Rig::new(scene.camera.origin.as_dvec3(), axes, camera, f64::from(ahead.unwrap_or(usual)))
+        OrbitCamera::new(scene.camera.origin.as_dvec3(), axes, camera, f64::from(ahead.unwrap_or(usual)))
     }
 
     /// How far away along the camera's axis the first thing in a pixel is, and where; none if there is nothing.
@@ -296,7 +296,7 @@ impl LiveScene {
     }
 
     /// Puts the camera where it was moved by hand.
-    pub fn place(&mut self, rig: Rig) -> Result<(), SceneError> {
+    pub fn place(&mut self, rig: OrbitCamera) -> Result<(), SceneError> {
         let no_camera = || SceneError::Refused("the scene has no camera".into());
         let entity = camera_entity(&self.world, self.camera.as_deref()).ok_or_else(no_camera)?;
         let transform = rig.transform().map_err(|fault| {
@@ -373,7 +373,7 @@ impl LiveScene {
     }
 
     /// The camera's entity as a line of a scene file.
-    pub fn camera_line(&self, rig: &Rig) -> Result<String, SceneError> {
+    pub fn camera_line(&self, rig: &OrbitCamera) -> Result<String, SceneError> {
         let [camera, transform] = self.camera_texts(rig)?;
         let name = self.camera_name().unwrap_or_default();
         Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
@@ -398,14 +398,14 @@ impl LiveScene {
     }
 
     /// Statements that put the camera where a hand has put it; none if what it hangs on would move it, too.
-    fn camera_statements(&self, rig: &Rig) -> Option<[String; 2]> {
+    fn camera_statements(&self, rig: &OrbitCamera) -> Option<[String; 2]> {
         let [camera, transform] = self.camera_texts(rig).ok()?;
         let name = self.camera_name().filter(|_| !self.authored.depends)?;
         let of_camera = |field: &str, text: &str| format!("Camera[name={name:?}].{field} = {text}");
         Some([of_camera("camera", &camera), of_camera("transform", &transform)])
     }
 
-    fn camera_texts(&self, rig: &Rig) -> Result<[String; 2], SceneError> {
+    fn camera_texts(&self, rig: &OrbitCamera) -> Result<[String; 2], SceneError> {
         let Pose { from, to, up } = rig.pose();
         let camera = formats::ron::camera(&self.world, &rig.camera, &self.path)?;
         let transform = formats::ron::look_at(from, to, up).map_err(SceneError::Refused)?;
@@ -441,7 +441,7 @@ fn authored(world: &World, camera: Option<&str>) -> Authored {
     let transform = entity.and_then(|entity| world.entities.get::<&Transform>(entity).ok().map(|it| *it));
     let found = entity.and_then(|entity| world.entities.get::<&Camera>(entity).ok().map(|it| *it));
     let depends = entity.is_some_and(|entity| {
-        world.entities.get::<&Placed>(entity).is_ok() || world.entities.get::<&Parent>(entity).is_ok()
+        world.entities.get::<&FromModel>(entity).is_ok() || world.entities.get::<&Parent>(entity).is_ok()
     });
     Authored { transform, camera: found, depends }
 }
@@ -468,12 +468,12 @@ fn compiled(
     path: &Path,
     world: &World,
     camera: Option<&str>,
-    before: Option<&Compiled>,
-) -> Result<Compiled, SceneError> {
+    before: Option<&MemoizedScene>,
+) -> Result<MemoizedScene, SceneError> {
     let [width, height] = world.settings.size;
     // What is rendered, what is shown, and what is on its way from one to the other.
     let pixels = 3 * u64::from(width) * u64::from(height) * size_of::<PixelSum>() as u64;
-    let claim = memory::claim(format_args!("a page with an image of {width}x{height}"), pixels);
+    let claim = memory::reserve(format_args!("a page with an image of {width}x{height}"), pixels);
     let wrong = |source| SceneError::Compile { file: path.to_owned(), source };
     claim.map_err(|shortage| wrong(shortage.or("use a smaller --size").into()))?;
     compile::compile_after(world, camera, before).map_err(wrong)

@@ -276,8 +276,8 @@ mod tests {
     use std::net::TcpListener;
 
     use super::*;
-    use crate::film::{Region, Unit};
-    use crate::render::Gathered;
+    use crate::film::{FilmScale, Region};
+    use crate::render::RenderState;
 
     /// What a viewer has been sent.
     #[derive(Default)]
@@ -357,8 +357,8 @@ mod tests {
         }
     }
 
-    fn gathered([width, height]: [u32; 2]) -> Gathered {
-        let mut gathered = Gathered::nothing(Region::whole([width, height]), Unit::default(), false);
+    fn gathered([width, height]: [u32; 2]) -> RenderState {
+        let mut gathered = RenderState::nothing(Region::whole([width, height]), FilmScale::default(), false);
         for y in 0..height {
             for x in 0..width {
                 for sample in 0..3 {

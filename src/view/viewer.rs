@@ -16,7 +16,7 @@ use super::watched::{LOOK, Watched};
 use crate::film::{Features, Film, Region};
 use crate::integrator::{RenderSetup, Schedule, Stop};
 use crate::render::prepare::Prepared;
-use crate::render::{DEFAULT_WAVE, Gathered, Options, Progress, Session};
+use crate::render::{DEFAULT_WAVE, Options, Progress, RenderState, Session};
 use crate::study::explain::{GivenNames, Recipe};
 
 /// How long a pass should take, so that pictures come often and wishes are carried out soon.
@@ -34,7 +34,7 @@ pub struct Shown {
     /// The scene as it is rendered.
     pub setup: Arc<RenderSetup>,
     /// What has been gathered: of the whole image, or of a smaller one.
-    pub gathered: Arc<Gathered>,
+    pub gathered: Arc<RenderState>,
     /// A small picture of the whole image, for pixels that have no sample yet; none once all have.
     pub small: Option<Arc<Film>>,
     /// Its width and height.
@@ -61,7 +61,7 @@ impl Shown {
     fn new(
         scene: &LiveScene,
         setup: Arc<RenderSetup>,
-        gathered: Gathered,
+        gathered: RenderState,
         options: Options,
         features: Arc<OnceLock<Vec<Features>>>,
     ) -> Shown {
@@ -134,7 +134,7 @@ impl Viewer {
     /// For a scene; nothing is rendered before [`Viewer::run`].
     pub fn new(scene: &LiveScene, work: Work) -> Viewer {
         let setup = scene.setup();
-        let nothing = Gathered::nothing(Region::whole(setup.size), setup.unit, false);
+        let nothing = RenderState::nothing(Region::whole(setup.size), setup.unit, false);
         let shown = Shown::new(scene, setup, nothing, work.options(), Arc::default());
         let status = Status::of(scene, work);
         let state =
@@ -371,7 +371,7 @@ impl Rendering {
         };
         let (begun, spent, last) = (Instant::now(), self.spent, Mutex::new(Instant::now()));
         let elapsed = || spent + begun.elapsed();
-        let show = |gathered: Gathered| {
+        let show = |gathered: RenderState| {
             let gathered = Arc::new(gathered);
             viewer.show(Shown { gathered: gathered.clone(), ..shown.clone() }, elapsed(), None);
             if let Some(tev) = &viewer.tev {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use crate::world::{Content, SourceFiles};
+use crate::world::{FileDigest, SourceFiles};
 
 /// How often files are looked at.
 pub const LOOK: Duration = Duration::from_millis(40);
@@ -18,7 +18,7 @@ pub struct Watched(BTreeMap<PathBuf, Seen>);
 #[derive(Debug)]
 struct Seen {
     /// Its content when it was read; none of one that could not be.
-    content: Option<Content>,
+    content: Option<FileDigest>,
     /// What the system said about it then. None: it has not been checked yet.
     stamp: Option<Stamp>,
 }
@@ -46,7 +46,7 @@ impl Watched {
 
     /// Whether a file held this when it was read.
     pub fn is_as_read(&self, path: &Path, bytes: &[u8]) -> bool {
-        self.0.get(path).is_some_and(|seen| seen.content == Some(Content::of(bytes)))
+        self.0.get(path).is_some_and(|seen| seen.content == Some(FileDigest::of(bytes)))
     }
 
     /// Whether any holds something else than what was read. One that is gone has not changed: it is about to be
@@ -75,8 +75,8 @@ fn stamp(path: &Path) -> Stamp {
     Some((data.len(), data.modified().ok(), number))
 }
 
-fn content(path: &Path) -> Option<Content> {
-    crate::files::read(path).ok().map(|bytes| Content::of(&bytes))
+fn content(path: &Path) -> Option<FileDigest> {
+    crate::files::read(path).ok().map(|bytes| FileDigest::of(&bytes))
 }
 
 #[cfg(test)]

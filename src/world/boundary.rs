@@ -15,16 +15,16 @@ const EDGES_FOR_A_CRACK: usize = 1000;
 const SAME: f32 = 1e-6;
 
 /// The edges of triangles. Vertices in the same place count as one, whatever they are split for.
-pub(crate) struct Edges {
+pub(crate) struct MeshEdges {
     /// How many there are.
     pub count: usize,
     /// Those that are not traversed as often in one direction as in the other.
     pub open: Vec<[Vec3; 2]>,
 }
 
-impl Edges {
+impl MeshEdges {
     /// The edges of triangles between some vertices. Triangles without area have none.
-    pub fn of(positions: &[Vec3], triangles: impl Iterator<Item = [u32; 3]>) -> Edges {
+    pub fn of(positions: &[Vec3], triangles: impl Iterator<Item = [u32; 3]>) -> MeshEdges {
         let bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (low, high) = positions.iter().fold(bounds, |(low, high), at| (low.min(*at), high.max(*at)));
         let near = (SAME * (high - low).max_element()).max(f32::MIN_POSITIVE);
@@ -53,7 +53,7 @@ impl Edges {
                 open.push([edge[0].0, edge[0].1].map(|vertex| positions[vertex as usize]));
             }
         }
-        Edges { count, open }
+        MeshEdges { count, open }
     }
 
     /// Whether they bound a body, but for cracks, with which rounding has cut it open here and there.
@@ -124,7 +124,7 @@ fn solid_angle(from: DVec3, triangle: [Vec3; 3]) -> f64 {
 
 /// Surfaces that close each other, where their rims meet.
 #[derive(Clone, Default)]
-pub(crate) struct Joined {
+pub(crate) struct JoinedSurfaces {
     /// Their numbers.
     pub members: Vec<usize>,
     /// Their open edges that meet no others.
@@ -134,7 +134,7 @@ pub(crate) struct Joined {
 }
 
 /// Joins surfaces by their open edges.
-pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<Joined> {
+pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<JoinedSurfaces> {
     /// How far apart rims that meet may be, compared with the size of all.
     const NEAR: f32 = 1e-5;
     let ends = || rims.iter().flat_map(|rim| rim.as_flattened());
@@ -174,7 +174,7 @@ pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<Joined> {
             }
         }
     }
-    let mut groups = vec![Joined::default(); rims.len()];
+    let mut groups = vec![JoinedSurfaces::default(); rims.len()];
     for (number, left) in left.into_iter().enumerate() {
         let group = &mut groups[root(&first, number)];
         group.members.push(number);
@@ -210,9 +210,9 @@ pub(crate) mod tests {
         quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()
     }
 
-    fn edges(triangles: &[[Vec3; 3]]) -> Edges {
+    fn edges(triangles: &[[Vec3; 3]]) -> MeshEdges {
         let corners = triangles.as_flattened();
-        Edges::of(corners, (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]))
+        MeshEdges::of(corners, (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]))
     }
 
     #[test]

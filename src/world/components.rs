@@ -20,7 +20,7 @@ pub struct Overrides(pub Vec<(String, MaterialId)>);
 /// Marks the entities that came with an ancestor's [`Model`]. A saved scene names the file and leaves them out, as
 /// long as they are unchanged. The number is a hash of what they were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placed(pub u64);
+pub struct FromModel(pub u64);
 
 /// The entity that this one's [`Transform`] is relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,29 +4,29 @@
 
 use std::hash::{Hash, Hasher};
 
+pub(crate) mod asset_cache;
 pub(crate) mod assets;
 pub(crate) mod boundary;
 pub(crate) mod bounds;
 pub(crate) mod components;
-pub(crate) mod kept;
 pub(crate) mod material;
-pub(crate) mod rig;
+pub(crate) mod orbit_camera;
 pub(crate) mod settings;
 pub(crate) mod source_files;
 pub(crate) mod transforms;
 #[cfg(feature = "formats")]
-mod worn;
+mod used_materials;
 
 pub use crate::bvh::BuildQuality;
 use crate::error::words;
+pub(crate) use asset_cache::AssetCache;
 pub use assets::*;
 pub use components::*;
 pub use hecs;
-pub(crate) use kept::Kept;
 pub use material::*;
-pub(crate) use rig::{Pose, Rig};
+pub(crate) use orbit_camera::{OrbitCamera, Pose};
 pub use settings::*;
-pub(crate) use source_files::{Content, SourceFiles};
+pub(crate) use source_files::{FileDigest, SourceFiles};
 
 /// Everything that a scene file says.
 #[derive(Default)]
@@ -85,7 +85,7 @@ impl World {
 
     /// Marks an entity as one that has come with a [`Model`] as it is now.
     pub(crate) fn mark_placed(&mut self, entity: hecs::Entity) {
-        let placed = Placed(self.fingerprint(entity));
+        let placed = FromModel(self.fingerprint(entity));
         // One that is not there needs no mark.
         let _ = self.entities.insert_one(entity, placed);
     }

@@ -6,35 +6,35 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::kept::Kept;
+use super::asset_cache::AssetCache;
 use crate::files;
 
 /// A file's length in bytes and the 128-bit hash (XXH3) of its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Content {
+pub struct FileDigest {
     /// In bytes.
     pub length: u64,
     /// XXH3 of all of them.
     pub hash: u128,
 }
 
-impl Content {
+impl FileDigest {
     /// The content of a file with these bytes.
-    pub fn of(bytes: &[u8]) -> Content {
-        Content { length: bytes.len() as u64, hash: xxh3_128(bytes) }
+    pub fn of(bytes: &[u8]) -> FileDigest {
+        FileDigest { length: bytes.len() as u64, hash: xxh3_128(bytes) }
     }
 }
 
 /// Files that were read, by their paths. Clones share one list, because several threads read.
 #[derive(Clone, Debug, Default)]
 pub struct SourceFiles {
-    read: Arc<Mutex<BTreeMap<PathBuf, Content>>>,
+    read: Arc<Mutex<BTreeMap<PathBuf, FileDigest>>>,
     /// Those that could not be read.
     missing: Arc<Mutex<BTreeSet<PathBuf>>>,
     /// What may be read at all.
     confines: Arc<Mutex<Confines>>,
     /// What files were decoded to before.
-    pub kept: Kept,
+    pub kept: AssetCache,
 }
 
 /// What a scene may refer to.
@@ -70,7 +70,7 @@ fn folder_of(file: &Path) -> &Path {
 
 impl SourceFiles {
     /// No file yet, but what was decoded before.
-    pub fn with(kept: Kept) -> SourceFiles {
+    pub fn with(kept: AssetCache) -> SourceFiles {
         SourceFiles { kept, ..SourceFiles::default() }
     }
 
@@ -106,7 +106,7 @@ impl SourceFiles {
         let bytes = self.check(path).and_then(|()| files::read(path)).inspect_err(|_| {
             lock(&self.missing).insert(path.to_owned());
         })?;
-        lock(&self.read).insert(path.to_owned(), Content::of(&bytes));
+        lock(&self.read).insert(path.to_owned(), FileDigest::of(&bytes));
         Ok(bytes)
     }
 
@@ -119,7 +119,7 @@ impl SourceFiles {
     }
 
     /// All that have been read.
-    pub fn all(&self) -> BTreeMap<PathBuf, Content> {
+    pub fn all(&self) -> BTreeMap<PathBuf, FileDigest> {
         lock(&self.read).clone()
     }
 

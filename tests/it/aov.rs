@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use exr::prelude::*;
 use rayfront::compile::compile;
-use rayfront::internals::film::{Channel, Features, Film, Moments, Values};
+use rayfront::internals::film::{Features, Film, FilmChannel, Moments, Values};
 use rayfront::internals::integrator::Schedule;
 use rayfront::internals::simd::Isa;
 use rayfront::render::{Options, Session, on_threads};
@@ -298,7 +298,7 @@ fn files_hold_what_the_session_has() {
         "variance.R",
     ];
     assert_eq!(names, expected);
-    for Channel { name, values } in &channels {
+    for FilmChannel { name, values } in &channels {
         let (_, read) = found.iter().find(|(other, _)| other == name).expect("a channel");
         match (values, read) {
             (Values::Float(values), FlatSamples::F32(read)) => {
@@ -312,7 +312,7 @@ fn files_hold_what_the_session_has() {
             _ => panic!("{name} has another type"),
         }
     }
-    let wrong = [Channel { name: "depth.Z", values: Values::Float(vec![0.0; 3]) }];
+    let wrong = [FilmChannel { name: "depth.Z", values: Values::Float(vec![0.0; 3]) }];
     let wrong = rayfront::internals::formats::picture::Output { channels: &wrong, ..output };
     let error = rayfront::internals::formats::picture::save(&path, &wrong).unwrap_err().to_string();
     assert!(error.contains("3 values of depth.Z for 64 pixels"), "{error}");

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rayfront::internals::compile::{Compiled, compile, compile_after};
+use rayfront::internals::compile::{MemoizedScene, compile, compile_after};
 use rayfront::internals::formats::{LoadOptions, load_again};
-use rayfront::internals::world::{Kept, SourceFiles};
+use rayfront::internals::world::{AssetCache, SourceFiles};
 
 /// Edits, one after another.
 const EDITS: usize = 250;
@@ -121,8 +121,8 @@ fn edits_in_any_order_come_to_what_the_files_say() {
     png(&file("b.png"), 100);
     let mut chosen = [0; CHOICES.len()];
     let mut random = ChaCha8Rng::seed_from_u64(18);
-    let kept = Kept::keeping();
-    let mut before: Option<Compiled> = None;
+    let kept = AssetCache::keeping();
+    let mut before: Option<MemoizedScene> = None;
     let (mut trees, mut textures) = (0, 0);
     for edit in 0..EDITS {
         let what = random.random_range(0..CHOICES.len() + 3);
@@ -139,12 +139,12 @@ fn edits_in_any_order_come_to_what_the_files_say() {
             .zip(chosen)
             .fold(SCENE.to_owned(), |text, ((name, choices), chosen)| text.replace(name, choices[chosen]));
         write("scene.ron", &text);
-        let load = |kept: &Kept| {
+        let load = |kept: &AssetCache| {
             let sources = SourceFiles::with(kept.clone());
             load_again(&file("scene.ron"), &LoadOptions::default(), &sources).expect("a scene")
         };
         let after = compile_after(&load(&kept), None, before.as_ref()).expect("a scene");
-        let alone = compile(&load(&Kept::default()), None).expect("a scene");
+        let alone = compile(&load(&AssetCache::default()), None).expect("a scene");
         assert_eq!(after.scene.difference(&alone), None, "edit {edit}, of {what}: {text}");
         if let Some(before) = &before {
             trees += usize::from(std::sync::Arc::ptr_eq(&before.scene.bvh, &after.scene.bvh));

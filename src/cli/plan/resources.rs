@@ -7,7 +7,7 @@ use super::super::{Failure, aov, info, render};
 use super::{Engine, Job, Plan};
 use crate::film::Region;
 use crate::memory;
-use crate::render::{Needs, on_threads};
+use crate::render::{MemoryEstimate, on_threads};
 
 /// The most cores of a task for which nobody has said how many.
 const USUAL_CORES: usize = 4;
@@ -84,13 +84,13 @@ impl Resources {
 }
 
 /// The memory that the rendering and, where there is one, the merge take beside the scene.
-fn needs(plan: &Plan, options: &Render, region: Region) -> Needs {
+fn needs(plan: &Plan, options: &Render, region: Region) -> MemoryEstimate {
     let region = options.crop.unwrap_or(region);
-    Needs {
+    MemoryEstimate {
         to_openexr: plan.output.iter().any(|image| aov::holds(image)),
         denoises: options.output.denoise,
         schedule: options.work.schedule.into(),
         wave: options.work.wave as usize,
-        ..Needs::usual(region)
+        ..MemoryEstimate::usual(region)
     }
 }

@@ -4,14 +4,14 @@ use std::f64::consts::PI;
 
 use super::LightBounds;
 use crate::math::{Aabb, DVec3, Vec3};
-use crate::scene::light_tree::{FAR, Node};
+use crate::scene::light_tree::{FAR, LightNode};
 
 /// Cones are widened by this angle, and spheres by this part, to allow for rounding.
 const SLACK: f64 = 1e-5;
 
 /// [`LightBounds`] of one light or many, in double precision, angles in radians.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bound {
+pub(super) struct WideBounds {
     pub(super) min: DVec3,
     pub(super) max: DVec3,
     pub(super) far: bool,
@@ -71,9 +71,9 @@ impl DirectionCone {
     }
 }
 
-impl Bound {
+impl WideBounds {
     /// Of no light; as lights without power, it widens nothing.
-    pub(super) const NONE: Bound = Bound {
+    pub(super) const NONE: WideBounds = WideBounds {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
         far: false,
@@ -145,13 +145,13 @@ impl Bound {
         }
     }
 
-    pub(super) fn node(&self, scale: f64, next: u32) -> Node {
+    pub(super) fn node(&self, scale: f64, next: u32) -> LightNode {
         let center = ((self.min + self.max) * 0.5).as_vec3();
         let reach = (self.max - center.as_dvec3()).max(center.as_dvec3() - self.min);
         let spread = (self.cone.spread + SLACK).min(PI);
         let power = if self.power > 0.0 { (self.power * scale).max(1e-30) } else { 0.0 };
         let radius_square = (reach.length_squared() * (1.0 + SLACK)) as f32;
-        Node {
+        LightNode {
             center: center.to_array(),
             radius_square: if self.far { FAR } else { radius_square },
             axis: self.cone.axis.as_vec3().to_array(),

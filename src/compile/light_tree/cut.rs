@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::CutItem;
-use super::bound::Bound;
+use super::bound::WideBounds;
 use crate::math::DVec3;
 
 /// How many bins compete for a cut along each axis.
@@ -109,7 +109,7 @@ impl CutBox {
         cos_emission: 1.0,
     };
 
-    pub(super) fn new(bound: &Bound) -> Self {
+    pub(super) fn new(bound: &WideBounds) -> Self {
         // Of two sides, the one that faces more upwards, so that equal lights agree.
         let upwards = DVec3::new(0.28, 0.9, 0.33);
         let turned = bound.two_sided && bound.cone.axis.dot(upwards) < 0.0;

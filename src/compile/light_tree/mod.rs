@@ -5,7 +5,7 @@
 mod bound;
 mod cut;
 
-use bound::Bound;
+use bound::WideBounds;
 use cut::{CutBox, best_cut};
 
 use crate::math::{Aabb, Vec3};
@@ -43,7 +43,7 @@ pub fn build(lights: &[LightBounds]) -> LightTree {
     if lights.is_empty() {
         return LightTree::default();
     }
-    let bounds: Vec<Bound> = lights.iter().map(Bound::new).collect();
+    let bounds: Vec<WideBounds> = lights.iter().map(WideBounds::new).collect();
     let total: f64 = bounds.iter().map(|bound| bound.power).sum();
     let mut builder = LightTreeBuilder {
         scale: if total > 0.0 { 1.0 / total } else { 0.0 },
@@ -76,13 +76,13 @@ struct CutItem {
 }
 
 impl CutItem {
-    fn new((light, bound): (usize, &Bound)) -> Self {
+    fn new((light, bound): (usize, &WideBounds)) -> Self {
         Self { extent: CutBox::new(bound), light: light as u32 }
     }
 }
 
 struct LightTreeBuilder {
-    bounds: Vec<Bound>,
+    bounds: Vec<WideBounds>,
     /// Powers are multiplied by this.
     scale: f64,
     nodes: Vec<[f32; NODE]>,
@@ -91,7 +91,7 @@ struct LightTreeBuilder {
 
 impl LightTreeBuilder {
     /// Builds over lights, with the root in a slot that is there already.
-    fn subtree(&mut self, items: &mut [CutItem], slot: usize, path: u32, depth: u32) -> Bound {
+    fn subtree(&mut self, items: &mut [CutItem], slot: usize, path: u32, depth: u32) -> WideBounds {
         let (bound, next) = if let [item] = items {
             self.paths[item.light as usize] = path;
             (self.bounds[item.light as usize], LEAF | item.light)

@@ -23,7 +23,7 @@ pub(super) enum TexelsOut<'a> {
 }
 
 /// An image, the sizes of its levels, and where they go.
-pub(super) struct Work<'a> {
+pub(super) struct MipJob<'a> {
     pub texels: &'a Texels,
     /// The image's own, then those of its copies.
     pub sizes: Vec<TexelSize>,
@@ -42,7 +42,7 @@ pub(super) fn sizes(own: TexelSize, copies: bool) -> Vec<TexelSize> {
     std::iter::successors(Some(own), next).collect()
 }
 
-impl Work<'_> {
+impl MipJob<'_> {
     /// Whether it is more than one thread should do.
     pub(super) fn is_large(&self) -> bool {
         self.sizes[0].iter().product::<usize>() > LARGE
@@ -222,7 +222,7 @@ mod tests {
             let mut found = vec![0; expected.len()];
             let decode = [if srgb { &curved[..] } else { &linear }, &linear];
             let texels = Texels::Rgba8(texels);
-            Work { texels: &texels, sizes, room: TexelsOut::Bytes(&mut found), decode, srgb, cut: false }
+            MipJob { texels: &texels, sizes, room: TexelsOut::Bytes(&mut found), decode, srgb, cut: false }
                 .run();
             assert!(found == expected, "{own:?}, {srgb}");
         }
@@ -238,7 +238,7 @@ mod tests {
             let decode = [&linear[..]; 2];
             let room = TexelsOut::Bytes(&mut found);
             let texels = Texels::Rgba8(texels.to_vec());
-            Work { texels: &texels, sizes: vec![[2, 2], [1, 1]], room, decode, srgb: false, cut }.run();
+            MipJob { texels: &texels, sizes: vec![[2, 2], [1, 1]], room, decode, srgb: false, cut }.run();
             found[4].to_le_bytes()
         };
         let near = |found: [u8; 4], expected: [u8; 4]| {
@@ -266,7 +266,7 @@ mod tests {
             let mut found = vec![[0.0; 3]; expected.len()];
             let texels = Texels::Rgb32(texels);
             let decode: [&[f32]; 2] = [&[]; 2];
-            Work {
+            MipJob {
                 texels: &texels,
                 sizes,
                 room: TexelsOut::Floats(&mut found),

@@ -23,7 +23,7 @@ const FEATURE_WIDTH: f64 = 0.082;
 const SENSITIVITY: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
 
 /// A pixel of one of the spaces between linear light and what is perceived.
-type Triple = [f64; 3];
+type ColorTriple = [f64; 3];
 
 /// The error of each pixel from 0 to 1. Values are linear, 0 to 1.
 pub(super) fn map(width: usize, reference: &[Rgb], test: &[Rgb]) -> Vec<f64> {
@@ -51,7 +51,7 @@ fn bend(difference: f64, largest: f64) -> f64 {
 }
 
 /// A distance between colours that holds for large ones too.
-fn hyab(a: Triple, b: Triple) -> f64 {
+fn hyab(a: ColorTriple, b: ColorTriple) -> f64 {
     let [lightness, red, yellow] = [0, 1, 2].map(|i| a[i] - b[i]);
     lightness.abs() + (red * red + yellow * yellow).sqrt()
 }
@@ -59,7 +59,7 @@ fn hyab(a: Triple, b: Triple) -> f64 {
 /// An image as the eye takes it in.
 struct Perceived {
     /// L*a*b* after Hunt, blurred as far as the eye blurs it.
-    color: Vec<Triple>,
+    color: Vec<ColorTriple>,
     /// How strong an edge is in each pixel.
     edges: Vec<f64>,
     /// The same for points and lines.
@@ -153,21 +153,21 @@ impl Space {
     }
 
     /// YCxCz: linear, but scaled as L*a*b* is.
-    fn opponent(&self, pixel: &Rgb) -> Triple {
+    fn opponent(&self, pixel: &Rgb) -> ColorTriple {
         let linear = DVec3::from_array(pixel.to_array().map(f64::from));
         let DVec3 { x, y, z } = self.to_xyz * linear / self.white;
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
     /// The inverse of [`Space::opponent`], cut off at what a screen can show.
-    fn light(&self, [y, cx, cz]: Triple) -> DVec3 {
+    fn light(&self, [y, cx, cz]: ColorTriple) -> DVec3 {
         let y = (y + 16.0) / 116.0;
         let xyz = DVec3::new(y + cx / 500.0, y, y - cz / 200.0) * self.white;
         (self.from_xyz * xyz).clamp(DVec3::ZERO, DVec3::ONE)
     }
 
     /// L*a*b*, with less colour where it is dark.
-    fn hunt(&self, linear: DVec3) -> Triple {
+    fn hunt(&self, linear: DVec3) -> ColorTriple {
         const DELTA: f64 = 6.0 / 29.0;
         let [x, y, z] = (self.to_xyz * linear / self.white).to_array().map(|t| {
             if t > DELTA * DELTA * DELTA { libm::cbrt(t) } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }

@@ -10,7 +10,7 @@ mod ssim;
 
 use super::tonemap::srgb_encode;
 use crate::math::Rgb;
-use crate::memory::{self, Claim, Shortage};
+use crate::memory::{self, Reservation, Shortage};
 use raster::Raster;
 
 /// Light above this counts as this in the relative error, so that a few very bright pixels do
@@ -24,9 +24,9 @@ pub const BLOCKS: [usize; 3] = [2, 4, 8];
 const BYTES: u64 = 150;
 
 /// Claims the memory that [`compare`] takes for images of a size.
-pub fn claim([width, height]: [u32; 2]) -> Result<Claim<'static>, Shortage> {
+pub fn claim([width, height]: [u32; 2]) -> Result<Reservation<'static>, Shortage> {
     let what = format_args!("comparing images of {width}x{height}");
-    memory::claim(what, u64::from(width) * u64::from(height) * BYTES)
+    memory::reserve(what, u64::from(width) * u64::from(height) * BYTES)
 }
 
 /// How far an image is from a reference.
@@ -54,7 +54,7 @@ pub struct Metrics {
 }
 
 /// [`Metrics`] and where they come from.
-pub struct Comparison {
+pub struct ImageComparison {
     /// Of the whole image.
     pub metrics: Metrics,
     /// FLIP's error of each pixel, 0 to 1, row by row.
@@ -63,7 +63,7 @@ pub struct Comparison {
 
 /// Compares an image with a reference of the same size, at least one pixel. Before PSNR, SSIM
 /// and FLIP both are multiplied by `exposure`. All components have to be finite.
-pub fn compare(width: usize, image: &[Rgb], reference: &[Rgb], exposure: f32) -> Comparison {
+pub fn compare(width: usize, image: &[Rgb], reference: &[Rgb], exposure: f32) -> ImageComparison {
     assert!(image.len() == reference.len() && !image.is_empty(), "two images of one size");
     let shown = |pixels: &[Rgb]| -> Vec<Rgb> {
         pixels.iter().map(|pixel| pixel.map(|c| (c * exposure).clamp(0.0, 1.0))).collect()
@@ -87,7 +87,7 @@ pub fn compare(width: usize, image: &[Rgb], reference: &[Rgb], exposure: f32) ->
         mean_ratio: ratios(image, reference),
         identical: image == reference,
     };
-    Comparison { metrics, flip }
+    ImageComparison { metrics, flip }
 }
 
 fn relative_square(a: f64, b: f64) -> f64 {
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn equal_images_have_no_error() {
         let a = picture(|i| (i % 7) as f32);
-        let Comparison { metrics, flip } = compare(16, &a, &a, 1.0);
+        let ImageComparison { metrics, flip } = compare(16, &a, &a, 1.0);
         assert_eq!((metrics.mse, metrics.rmse, metrics.relative_mse, metrics.flip), (0.0, 0.0, 0.0, 0.0));
         assert_eq!((metrics.psnr_db, metrics.mean_ratio), (f64::INFINITY, [1.0; 3]));
         assert!(metrics.identical && (metrics.ssim - 1.0).abs() < 1e-12);

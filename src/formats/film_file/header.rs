@@ -9,10 +9,10 @@ use serde_json::Value;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::error::in_one_line;
-use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
+use crate::film::{Allocation, Film, FilmScale, Moments, Region, SampleRanges};
 use crate::formats::surroundings::Surroundings;
 use crate::formats::{Edits, LightUnits, LoadOptions};
-use crate::world::source_files::Content;
+use crate::world::source_files::FileDigest;
 use crate::world::{Settings, SourceFiles};
 
 /// This program and its version. Another version may produce different samples.
@@ -35,7 +35,7 @@ pub struct Header {
     /// Which pixels.
     pub region: Region,
     /// The unit that the sums count in.
-    pub unit: Unit,
+    pub unit: FilmScale,
     /// Whether squares of samples follow the sums.
     pub variance: bool,
     /// The range of samples that the film is to have: for a shard, a part of [`Settings::samples`].
@@ -291,7 +291,7 @@ impl Source {
         let here = Source { path: scene.to_owned(), ..self.clone() };
         here.paths().zip(here.files.values()).find_map(|(path, hash)| {
             let bytes = sources.read(&path).ok()?;
-            (format!("{:032x}", Content::of(&bytes).hash) != *hash).then_some(path)
+            (format!("{:032x}", FileDigest::of(&bytes).hash) != *hash).then_some(path)
         })
     }
 

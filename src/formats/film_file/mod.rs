@@ -27,8 +27,8 @@ use rayon::prelude::*;
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::error::{LoadError, SaveError};
-pub use crate::files::whole::writable;
-use crate::files::{self, whole};
+pub use crate::files::atomic_write::writable;
+use crate::files::{self, atomic_write};
 use crate::film::{Film, Moments, PixelSum, Region};
 use crate::formats::fill;
 use crate::memory;
@@ -66,8 +66,8 @@ pub fn begin(
     header: &Header,
     film: &Film,
     moments: Option<&Moments>,
-) -> Result<whole::Written, SaveError> {
-    whole::begin(path, |mut writer| write(&mut writer, header, film, moments))
+) -> Result<atomic_write::UnnamedFile, SaveError> {
+    atomic_write::begin(path, |mut writer| write(&mut writer, header, film, moments))
 }
 
 /// The most bytes that writing or reading a film takes besides the film.
@@ -139,7 +139,7 @@ pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadEr
     let what = format_args!("the film of {}x{} pixels", region.width(), region.height());
     let bytes = region.area() as u64 * bytes_a_pixel(header.variance) as u64;
     let bytes = bytes + packed_bytes(region, header.variance);
-    let _claim = memory::claim(what, bytes).map_err(LoadError::shortage(path))?;
+    let _claim = memory::reserve(what, bytes).map_err(LoadError::shortage(path))?;
     let mut pixels: Vec<PixelSum> = Vec::new();
     let mut squares: Vec<[u128; 3]> = Vec::new();
     let mut number = 0;

@@ -1,14 +1,14 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::film::{Allocation, Unit};
+use crate::film::{Allocation, FilmScale};
 use crate::formats::surroundings::{Sky, Surroundings};
 use crate::math::Rgb;
 use crate::world::{Settings, Sharing, SourceFiles};
 
 /// Three blocks of 300 × 500 pixels, some of them bright, with or without squares.
 fn film(region: Region, variance: bool) -> FilmFile {
-    let mut film = Film::new(region, Unit::new(1e6, 1e6));
+    let mut film = Film::new(region, FilmScale::new(1e6, 1e6));
     let mut moments = variance.then(|| Moments::new(region));
     for sample in 0..3u32 {
         let mut one = Film::new(region, film.unit());
@@ -102,7 +102,7 @@ fn numbers_in_the_header_come_back_as_they_were() {
 #[test]
 fn headers_that_cannot_be_are_refused() {
     let file = film(SMALL, false);
-    let other = Header { unit: Unit::new(1e12, 1e12), ..file.header.clone() };
+    let other = Header { unit: FilmScale::new(1e12, 1e12), ..file.header.clone() };
     assert!(file.header.difference(&other).is_some_and(|what| what.contains("unit")));
     assert_eq!(file.header.difference(&file.header.clone()), None);
     let refused = |change: fn(&mut Header)| {

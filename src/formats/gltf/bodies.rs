@@ -1,7 +1,7 @@
 //! Closed meshes that may not be meant as the file says.
 
 use super::Import;
-use crate::world::boundary::{Edges, MOST_TESTED, six_volumes};
+use crate::world::boundary::{MOST_TESTED, MeshEdges, six_volumes};
 use crate::world::{AlphaMode, Material, MaterialId, Mesh, Principled};
 
 impl Import<'_> {
@@ -50,5 +50,5 @@ fn triangles_of(mesh: &Mesh, materials: &[MaterialId]) -> impl Iterator<Item = [
 /// Whether the triangles of some materials are closed, and few enough to be tested.
 fn is_closed(mesh: &Mesh, materials: &[MaterialId]) -> bool {
     let can_be_tested = !materials.is_empty() && mesh.triangles.len() <= MOST_TESTED;
-    can_be_tested && Edges::of(&mesh.positions, triangles_of(mesh, materials)).are_closed()
+    can_be_tested && MeshEdges::of(&mesh.positions, triangles_of(mesh, materials)).are_closed()
 }

@@ -101,7 +101,7 @@ impl<'p> Document<'p> {
             self.error(&place, "what is read up to here is far larger than the file can honestly hold")
         })?;
         self.budget.set(left);
-        memory::claim(format_args!("what is read at {place}"), bytes)
+        memory::reserve(format_args!("what is read at {place}"), bytes)
             .map_err(LoadError::shortage(self.path))?;
         Ok(())
     }

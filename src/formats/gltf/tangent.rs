@@ -110,7 +110,7 @@ pub(super) fn generate(
     }
     let corners = mesh.triangles.len() * 3;
     document.charge(corners as u64 * CORNER_BYTES, at)?;
-    let made = sources.kept.tangents.known(
+    let made = sources.kept.tangents.get_or_insert(
         || key(mesh, uvs),
         || {
             let mut space = MeshCorners { mesh, uvs, tangents: vec![None; corners] };

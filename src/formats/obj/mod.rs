@@ -38,7 +38,7 @@ pub fn load(
     images: &mut dyn FnMut(&Path) -> Result<ImageId, LoadError>,
 ) -> Result<Mesh, LoadError> {
     let bytes = assets.files.read(path).map_err(LoadError::io(path))?;
-    let _claim = memory::claim("what it says", BYTES_OF_TEXT * bytes.len() as u64)
+    let _claim = memory::reserve("what it says", BYTES_OF_TEXT * bytes.len() as u64)
         .map_err(LoadError::shortage(path))?;
     let tidied = Tidied::new(&text_of(&bytes)).map_err(|fault| LoadError::At {
         file: path.to_owned(),

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{decode_unchanged, encode_openexr, encode_png, encode_radiance};
 use crate::error::{LoadError, SaveError};
-use crate::files::whole::{writable, write_whole};
-use crate::film::Channel;
+use crate::files::atomic_write::{writable, write_whole};
+use crate::film::FilmChannel;
 use crate::film::tonemap::DisplayTransform;
 use crate::math::Rgb;
 
@@ -35,7 +35,7 @@ pub struct Output<'a> {
     /// Names and values that go into the file's header.
     pub metadata: &'a [(String, String)],
     /// Layers besides light, each with as many values as there are pixels. Only for OpenEXR.
-    pub channels: &'a [Channel],
+    pub channels: &'a [FilmChannel],
 }
 
 #[derive(Clone, Copy, Debug)]

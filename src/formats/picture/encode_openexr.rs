@@ -10,7 +10,7 @@ use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::meta::header::{LayerAttributes, standard_names};
 
 use super::encode::Output;
-use crate::files::whole::Writer;
+use crate::files::atomic_write::Writer;
 use crate::film::Values;
 
 /// Bytes before the first attribute: magic number and version.

@@ -5,7 +5,7 @@ use std::io::Write;
 use png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
 
 use super::encode::{Output, PngBits};
-use crate::files::whole::Writer;
+use crate::files::atomic_write::Writer;
 
 /// Returns why it failed.
 pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {

@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 
 use super::encode::Output;
-use crate::files::whole::Writer;
+use crate::files::atomic_write::Writer;
 use crate::math::Rgb;
 
 /// Rows of other widths cannot be run-length encoded.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::LoadError;
-use crate::memory::{self, Claim};
+use crate::memory::{self, Reservation};
 
 /// The most pixels along a side.
 pub const LARGEST_SIDE: u64 = 65_536;
@@ -28,7 +28,7 @@ pub(in crate::formats) fn check(
     [width, height]: [u64; 2],
     pixel_bytes: u64,
     file_bytes: usize,
-) -> Result<Claim<'static>, LoadError> {
+) -> Result<Reservation<'static>, LoadError> {
     let refuse = |reason: String| Err(LoadError::invalid(path, reason));
     let too_large = |reason: String| Err(LoadError::too_large(path, reason));
     if width == 0 || height == 0 {
@@ -53,6 +53,6 @@ pub(in crate::formats) fn check(
     }
     // Once as the decoder holds it, and once as texels.
     let what = format_args!("the picture of {width} x {height} pixels");
-    let claim = memory::claim(what, 2 * size).map_err(|shortage| shortage.or("use a smaller one"));
+    let claim = memory::reserve(what, 2 * size).map_err(|shortage| shortage.or("use a smaller one"));
     claim.map_err(LoadError::shortage(path))
 }

@@ -50,7 +50,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     // known yet. A file can claim more than it holds.
     let bytes =
         vertices.saturating_mul(32).saturating_add(faces.saturating_mul(24)).min(12 * body.len() as u64);
-    let _claim = memory::claim(what, bytes).map_err(LoadError::shortage(path))?;
+    let _claim = memory::reserve(what, bytes).map_err(LoadError::shortage(path))?;
     let mesh = match header.encoding {
         Encoding::Ascii => read_body(Ascii::new(body), &header),
         Encoding::LittleEndian => read_body(Binary::<false>::new(body), &header),

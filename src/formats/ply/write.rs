@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::error::SaveError;
-use crate::files::whole::write_whole;
+use crate::files::atomic_write::write_whole;
 use crate::world::Mesh;
 
 /// Writes a mesh to a file, as [`write()`] does.

@@ -35,7 +35,7 @@ const BYTES_OF_TEXT: u64 = 16;
 /// Reads the scene file at `path` and, through `files`, the meshes and images that it names.
 pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let bytes = files.read(path)?;
-    let _claim = memory::claim("what it says", BYTES_OF_TEXT * bytes.len() as u64)
+    let _claim = memory::reserve("what it says", BYTES_OF_TEXT * bytes.len() as u64)
         .map_err(LoadError::shortage(path))?;
     match std::str::from_utf8(&bytes) {
         Ok(text) => parse(text, path, files),

@@ -17,7 +17,7 @@ use crate::scene::bodies::NOWHERE;
 use crate::scene::emitters::{flag, kind};
 use crate::shading::emitter_rays::{area, intensity, point_of, radiance_of, radiance_of_sphere};
 use crate::shading::environment;
-use crate::shading::principled::basis::Basis;
+use crate::shading::principled::shading_frame::ShadingFrame;
 use crate::simd::{Float, Int, Mask};
 use crate::world::Transport;
 
@@ -305,7 +305,7 @@ impl PhotonEmission {
         // A disc across the direction, lifted to the sphere: all rays leave it outwards, with the same light.
         let (x, y) = concentric_disk(place.0, place.1);
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
-        let normal = Basis::about(direction).world(Vector::new(x, y, z));
+        let normal = ShadingFrame::about(direction).world(Vector::new(x, y, z));
         let light = radiance_of_sphere(scene, emitter, normal) * (PI * radius * radius / density);
         let reach = radius + (center.abs().max_element() + radius) * 4e-6;
         Some(EmittedRay { origin: vector(center) + normal * reach, direction, light, density: None })
@@ -350,7 +350,7 @@ impl PhotonEmission {
         let chances = Chances::new(discs.of(self.targets.len()));
         let ball = self.targets[chances.choose(target)?];
         let (x, y) = concentric_disk(place.0, place.1);
-        let basis = Basis::about(direction);
+        let basis = ShadingFrame::about(direction);
         let across = (basis.x * x + basis.y * y) * ball.radius;
         let through = ball.center + vec3(across);
         let meets = |other: &&Ball| {
@@ -386,7 +386,7 @@ impl PhotonEmission {
         let lift = part * (x * x + y * y);
         let scale = (part * (2.0 - lift)).max(0.0).sqrt();
         let local = Vector::new(x * scale, y * scale, 1.0 - lift);
-        let direction = Basis::about(vector(axis)).world(local).normalize();
+        let direction = ShadingFrame::about(vector(axis)).world(local).normalize();
         let among = |(number, (ball, angle)): (usize, (&Ball, &f32))| {
             let way = ball.center - origin;
             let (along, reach) = (way.dot(vec3(direction)), ball.radius + radius);

@@ -10,7 +10,7 @@ use crate::integrator::shadow::ShadowRay;
 use crate::math::{Color, NONE, Vector};
 use crate::shading::emitter;
 use crate::shading::principled::bsdf::Bsdf;
-use crate::shading::principled::draw::BsdfSample;
+use crate::shading::principled::sample::BsdfSample;
 use crate::shading::surface::{HitLanes, Surface};
 use crate::simd::{Float, Int, Mask};
 use crate::world::Transport;

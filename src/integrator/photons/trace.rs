@@ -19,10 +19,10 @@ use crate::sampling::Dimension;
 use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::scene::CompiledScene;
 use crate::shading::boundary::Boundary;
-use crate::shading::classic::Shaded;
 use crate::shading::emitter::SHADOW_END;
-use crate::shading::principled::draw::BsdfSample;
-use crate::shading::surface::leave;
+use crate::shading::principled::sample::BsdfSample;
+use crate::shading::surface::offset_origin;
+use crate::shading::whitted_params::Shaded;
 use crate::shading::{HitLanes, ShadingPoint, Surface, camera};
 use crate::simd::{Float, Int, Mask};
 
@@ -292,7 +292,7 @@ impl<F: Float> Eye<F> {
         let normal = surface.geometric_normal;
         ShadowRay {
             ray: Ray {
-                origin: leave(surface.position, normal, surface.offset, view.to_camera),
+                origin: offset_origin(surface.position, normal, surface.offset, view.to_camera),
                 direction: view.to_camera,
                 t_min: F::zero(),
                 t_max: view.distance * F::splat(SHADOW_END),

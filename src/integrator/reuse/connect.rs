@@ -19,7 +19,7 @@ use crate::integrator::{RenderSetup, wavefront::queue::Columns};
 use crate::math::{Color, Ray, Vector};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::parameters::Outside;
-use crate::shading::surface::leave;
+use crate::shading::surface::offset_origin;
 use crate::shading::{ShadingPoint, Surface};
 use crate::simd::{Float, Int, Isa, Kernel, Lanes, Mask, Outlined, dispatch};
 
@@ -425,7 +425,7 @@ impl<F: Float> Outlined for ReceiverLookUp<'_, '_, F> {
         let bsdf = bsdf(point.has(), setup, &path, &point, &Outside::air(), path.path_key(setup.seed), mask);
         let normal = surface.geometric_normal;
         // No light goes through: all rays leave on the viewer's side.
-        let origin = leave(surface.position, normal, surface.offset, normal);
+        let origin = offset_origin(surface.position, normal, surface.offset, normal);
         Receivers { first, places, mask, origin, bsdf }
     }
 }

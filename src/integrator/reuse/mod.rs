@@ -28,7 +28,7 @@ use super::RenderSetup;
 use super::camera_path::generate;
 use super::observe::{self, Observer};
 use super::path::{Path, unpack_pixel};
-use crate::film::{Film, Region, Unit};
+use crate::film::{Film, FilmScale, Region};
 use crate::math::{Color, Rgb, Vector};
 use crate::sampling::hash::combine;
 use crate::sampling::{SampleKey, sobol};
@@ -200,7 +200,7 @@ pub struct PathSlots {
     sizes: Vec<u8>,
     /// What blocks have chosen, which may be asked for again: samples can come in several passes.
     chosen: HashMap<[u32; 2], u8>,
-    unit: Unit,
+    unit: FilmScale,
     /// Whether some pixels are looked at before rendering, and what is found there.
     pilot: bool,
     measured: Vec<probe::MeasuredBlock>,

@@ -7,8 +7,8 @@ use crate::scene::Material;
 use crate::shading::normals::is_turned;
 use crate::shading::principled::albedo;
 use crate::shading::principled::bsdf::Bsdf;
-use crate::shading::principled::draw::BsdfSample;
 use crate::shading::principled::reflectance::UnderMirror;
+use crate::shading::principled::sample::BsdfSample;
 use crate::shading::principled::tables::LobeTables;
 use crate::shading::{ShadingPoint, Surface};
 use crate::simd::{Float, Int, Mask};
@@ -195,7 +195,7 @@ fn takes(record: &Material) -> bool {
 /// Whether second vertices of a material have a diffuse lobe with nothing above it but a mirror lobe.
 fn gives(record: &Material) -> bool {
     let bare = record.coat.is_zero() && record.sheen_color.is_black() && record.film.is_none();
-    takes(record) && bare && !record.is_stretched()
+    takes(record) && bare && !record.is_anisotropic()
 }
 
 /// The same in every lane.

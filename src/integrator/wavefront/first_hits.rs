@@ -11,7 +11,7 @@ use crate::film::{Features, FirstHit, Gathering, Region, SampleRanges};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::{Path, unpack_pixel};
 use crate::math::{NONE, Rgb, Vector};
-use crate::shading::classic::Shaded;
+use crate::shading::whitted_params::Shaded;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
 use crate::simd::{Isa, dispatch};
 use crate::world::Transport;

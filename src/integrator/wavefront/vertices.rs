@@ -3,7 +3,7 @@
 use super::queue::Columns;
 use crate::integrator::whitted::WhittedVertex;
 use crate::math::{Color, Vector};
-use crate::shading::blinn_phong::BlinnPhong;
+use crate::shading::blinn_phong::BlinnPhongParams;
 use crate::simd::{Float, Int, Mask};
 
 /// Bytes of a vertex.
@@ -51,7 +51,7 @@ impl VertexQueue {
             offset: q.float(3, at),
             geometric_normal: Vector::new(q.float(4, at), q.float(5, at), q.float(6, at)),
             normal: Vector::new(q.float(7, at), q.float(8, at), q.float(9, at)),
-            model: BlinnPhong {
+            model: BlinnPhongParams {
                 diffuse: Color::new(q.float(10, at), q.float(11, at), q.float(12, at)),
                 specular: Color::new(q.float(13, at), q.float(14, at), q.float(15, at)),
                 shininess: q.float(16, at),

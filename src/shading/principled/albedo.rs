@@ -19,7 +19,7 @@ const SAMPLES: u32 = 2048;
 /// Albedo of GGX with Schlick's Fresnel term F₀ (1 − f) + F₉₀ f, f = (1 − cos)⁵, is
 /// F₀ · `straight` + F₉₀ · `grazing`: both at each roughness and cosine, and their means over the
 /// hemisphere.
-pub struct Table {
+pub struct AlbedoTable {
     entries: Vec<f32>,
     means: Vec<f32>,
     /// Mean and standard deviation of the cosine under which microfacets meet the light that they reflect.
@@ -53,9 +53,10 @@ impl<F: Float> Albedo<F> {
     }
 }
 
-impl Table {
+impl AlbedoTable {
     /// Without entries.
-    pub(super) const EMPTY: Table = Table { entries: Vec::new(), means: Vec::new(), cosines: Vec::new() };
+    pub(super) const EMPTY: AlbedoTable =
+        AlbedoTable { entries: Vec::new(), means: Vec::new(), cosines: Vec::new() };
 
     /// Takes some hundredths of a second.
     pub(super) fn new() -> Self {
@@ -89,7 +90,7 @@ impl Table {
             }
             means.extend([straight as f32, grazing as f32]);
         }
-        Table { entries, means, cosines }
+        AlbedoTable { entries, means, cosines }
     }
 }
 
@@ -122,16 +123,16 @@ impl Points {
 /// The mean of G₂/G₁ over visible normals, apart by the Fresnel term's two parts; and mean and standard deviation
 /// of the angles' cosines.
 pub(super) fn integrate(isa: Isa, w: Vector<f32>, ggx: Ggx<f32>, points: &Points) -> (Albedo<f32>, [f32; 2]) {
-    dispatch(isa, Integral { w, ggx, points })
+    dispatch(isa, AlbedoIntegral { w, ggx, points })
 }
 
-struct Integral<'a> {
+struct AlbedoIntegral<'a> {
     w: Vector<f32>,
     ggx: Ggx<f32>,
     points: &'a Points,
 }
 
-impl Kernel for Integral<'_> {
+impl Kernel for AlbedoIntegral<'_> {
     type Output = (Albedo<f32>, [f32; 2]);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
@@ -139,7 +140,7 @@ impl Kernel for Integral<'_> {
     }
 }
 
-impl Integral<'_> {
+impl AlbedoIntegral<'_> {
     #[inline(always)]
     fn sum<F: Float>(&self) -> (Albedo<f32>, [f32; 2]) {
         let w = Vector::new(F::splat(self.w.x), F::splat(self.w.y), F::splat(self.w.z));
@@ -186,7 +187,7 @@ pub(super) fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
 
 /// Albedo for a cosine to the normal at a roughness √α.
 #[inline(always)]
-pub fn directional<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Mask) -> Albedo<F> {
+pub fn directional<F: Float>(table: &AlbedoTable, cosine: F, roughness: F, mask: F::Mask) -> Albedo<F> {
     let [straight, grazing] = pair(&table.entries, cosine, roughness, mask);
     Albedo { straight, grazing }
 }
@@ -194,7 +195,7 @@ pub fn directional<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Ma
 /// Two cosines that stand for all under which microfacets meet light, one deviation to either side of the mean: a
 /// function of the angle has about the same mean over both as over all.
 #[inline(always)]
-pub fn cosines<F: Float>(table: &Table, cosine: F, roughness: F, mask: F::Mask) -> [F; 2] {
+pub fn cosines<F: Float>(table: &AlbedoTable, cosine: F, roughness: F, mask: F::Mask) -> [F; 2] {
     let [mean, deviation] = pair(&table.cosines, cosine, roughness, mask);
     [(mean - deviation).clamp(1e-3, 1.0), (mean + deviation).clamp(1e-3, 1.0)]
 }
@@ -215,7 +216,7 @@ fn pair<F: Float>(table: &[f32], cosine: F, roughness: F, mask: F::Mask) -> [F; 
 
 /// The same, averaged over the hemisphere with weight cos/π.
 #[inline(always)]
-pub fn average<F: Float>(table: &Table, roughness: F, mask: F::Mask) -> Albedo<F> {
+pub fn average<F: Float>(table: &AlbedoTable, roughness: F, mask: F::Mask) -> Albedo<F> {
     let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
     let first = r * F::Int::splat(2);
     entry(&table.means, first, mask).mix(entry(&table.means, first + F::Int::splat(2), mask), wr)

@@ -2,7 +2,7 @@
 
 use super::bsdf::Bsdf;
 use super::glass::Divided;
-use super::reflectance::Seen;
+use super::reflectance::DirectionalAlbedo;
 use crate::math::{Color, Vector};
 use crate::shading::fresnel;
 use crate::simd::{Float, Mask};
@@ -87,8 +87,8 @@ impl<F: Float> Bsdf<F> {
     /// The division of light from a direction by a body's rough boundary, where the ratio of indices is `eta`.
     #[inline(always)]
     fn divided(&self, w: Vector<F>, eta: F, mask: F::Mask) -> Divided<F> {
-        if self.has.stretched {
-            return self.tables.stretched_glass.directional(w, &self.p.ggx, eta, mask);
+        if self.has.anisotropic {
+            return self.tables.anisotropic_glass.directional(w, &self.p.ggx, eta, mask);
         }
         self.tables.glass.directional(w.z.abs(), self.p.roughness, eta, mask)
     }
@@ -112,8 +112,8 @@ impl<F: Float> Bsdf<F> {
         let mut mean = self.tables.glass.smooth_transmitted_mean(eta, mask);
         let rough = mask & !self.smooth;
         if rough.any() {
-            let of_rough = if self.has.stretched {
-                self.tables.stretched_glass.transmitted_mean(&self.p.ggx, eta, rough)
+            let of_rough = if self.has.anisotropic {
+                self.tables.anisotropic_glass.transmitted_mean(&self.p.ggx, eta, rough)
             } else {
                 self.tables.glass.transmitted_mean(self.p.roughness, eta, rough)
             };
@@ -124,7 +124,7 @@ impl<F: Float> Bsdf<F> {
 
     /// The light from a direction on the viewer's side that the mirror lobe leaves.
     #[inline(always)]
-    pub(super) fn left_towards(&self, wi: Vector<F>, seen: &Seen<F>, mask: F::Mask) -> Color<F> {
+    pub(super) fn left_towards(&self, wi: Vector<F>, seen: &DirectionalAlbedo<F>, mask: F::Mask) -> Color<F> {
         if self.has.solid { Color::grey(self.left_by_body(wi, self.p.eta, mask)) } else { self.left_by(seen) }
     }
 

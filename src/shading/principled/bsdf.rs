@@ -6,10 +6,10 @@
 //! Fresnel mix of single microfacets replaced by the mix of whole lobes; Kulla and Conty 2017).
 
 use super::albedo::{self, Albedo};
-use super::parameters::{Has, Parameters};
-use super::reflectance::{Reflectance, Seen};
+use super::anisotropic;
+use super::parameters::{LobeFlags, Parameters};
+use super::reflectance::{DirectionalAlbedo, Reflectance};
 use super::sheen;
-use super::stretched;
 use super::tables::LobeTables;
 use crate::math::{Color, Vector};
 use crate::scene::material::SMOOTH;
@@ -19,7 +19,7 @@ const PI: f32 = std::f32::consts::PI;
 
 /// A surface seen from one direction.
 pub struct Bsdf<F: Float> {
-    pub(super) has: Has,
+    pub(super) has: LobeFlags,
     pub(super) p: Parameters<F>,
     pub(super) tables: LobeTables,
     /// To the viewer, in the frame.
@@ -28,7 +28,7 @@ pub struct Bsdf<F: Float> {
     pub(super) smooth: F::Mask,
     /// Λ of the viewer's direction.
     pub(super) lambda: F,
-    pub(super) own: Seen<F>,
+    pub(super) own: DirectionalAlbedo<F>,
     pub(super) mean: Albedo<F>,
     /// Albedo of single reflections, for the viewer.
     pub(super) once: Reflectance<F>,
@@ -59,7 +59,13 @@ pub struct Bsdf<F: Float> {
 impl<F: Float> Bsdf<F> {
     /// For light that leaves along `to_viewer`.
     #[inline(always)]
-    pub fn new(has: Has, p: Parameters<F>, tables: LobeTables, to_viewer: Vector<F>, mask: F::Mask) -> Self {
+    pub fn new(
+        has: LobeFlags,
+        p: Parameters<F>,
+        tables: LobeTables,
+        to_viewer: Vector<F>,
+        mask: F::Mask,
+    ) -> Self {
         let (zero, one, black) = (F::zero(), F::one(), Color::black());
         let white = black.complement();
         let wo = p.frame.local(to_viewer);
@@ -72,7 +78,7 @@ impl<F: Float> Bsdf<F> {
             wo,
             smooth: none,
             lambda: zero,
-            own: Seen { albedo: nothing, cosines: [zero; 2] },
+            own: DirectionalAlbedo { albedo: nothing, cosines: [zero; 2] },
             mean: nothing,
             once: Reflectance { dielectric: black, metal: black },
             multiple: black,
@@ -92,8 +98,8 @@ impl<F: Float> Bsdf<F> {
             bsdf.smooth = p.ggx.x.max(p.ggx.y).lt(F::splat(SMOOTH));
             bsdf.lambda = p.ggx.lambda(wo);
             bsdf.own = bsdf.seen(wo, mask);
-            bsdf.mean = if has.stretched {
-                stretched::average(tables.stretched, &p.ggx, mask)
+            bsdf.mean = if has.anisotropic {
+                anisotropic::average(tables.anisotropic, &p.ggx, mask)
             } else {
                 albedo::average(tables.mirror, p.roughness, mask)
             };
@@ -109,20 +115,20 @@ impl<F: Float> Bsdf<F> {
 
     /// The mirror lobe from a direction on either side.
     #[inline(always)]
-    fn seen(&self, w: Vector<F>, mask: F::Mask) -> Seen<F> {
+    fn seen(&self, w: Vector<F>, mask: F::Mask) -> DirectionalAlbedo<F> {
         let cosines = if self.has.film {
             albedo::cosines(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
         } else {
             [F::zero(); 2]
         };
-        Seen { albedo: self.albedo(w, mask), cosines }
+        DirectionalAlbedo { albedo: self.albedo(w, mask), cosines }
     }
 
     /// The albedo of one bounce.
     #[inline(always)]
     fn albedo(&self, w: Vector<F>, mask: F::Mask) -> Albedo<F> {
-        if self.has.stretched {
-            return stretched::directional(self.tables.stretched, w, &self.p.ggx, mask);
+        if self.has.anisotropic {
+            return anisotropic::directional(self.tables.anisotropic, w, &self.p.ggx, mask);
         }
         albedo::directional(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
     }

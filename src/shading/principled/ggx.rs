@@ -36,11 +36,11 @@ impl<F: Float> Ggx<F> {
     /// with density G₁ D (w·h) / w.z (Dupuy and Benyoub 2023, by spherical caps).
     #[inline(always)]
     pub fn sample(&self, w: Vector<F>, u: (F, F)) -> Vector<F> {
-        let stretched = Vector::new(w.x * self.x, w.y * self.y, w.z).normalize();
+        let anisotropic = Vector::new(w.x * self.x, w.y * self.y, w.z).normalize();
         let (sin, cos) = sin_cos_turns(u.0);
-        let z = (F::one() - u.1) * (F::one() + stretched.z) - stretched.z;
+        let z = (F::one() - u.1) * (F::one() + anisotropic.z) - anisotropic.z;
         let radius = (F::one() - z * z).max(F::zero()).sqrt();
-        let cap = Vector::new(radius * cos, radius * sin, z) + stretched;
+        let cap = Vector::new(radius * cos, radius * sin, z) + anisotropic;
         let h = Vector::new(cap.x * self.x, cap.y * self.y, cap.z.max(F::zero()));
         let square = h.dot(h);
         let long = square.gt(F::splat(1e-30));

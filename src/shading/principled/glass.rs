@@ -23,7 +23,7 @@ const SAMPLES: u32 = 512;
 const STEPS: usize = 200;
 
 /// By side, ratio of indices, roughness and cosine.
-pub struct Table {
+pub struct GlassTable {
     /// Columns of [`Divided::kept`] and [`Divided::reflected`].
     kept: Vec<f32>,
     reflected: Vec<f32>,
@@ -33,10 +33,10 @@ pub struct Table {
     smooth_means: Vec<f32>,
 }
 
-impl Table {
+impl GlassTable {
     /// Without entries.
-    pub(super) const EMPTY: Table =
-        Table { kept: Vec::new(), reflected: Vec::new(), means: Vec::new(), smooth_means: Vec::new() };
+    pub(super) const EMPTY: GlassTable =
+        GlassTable { kept: Vec::new(), reflected: Vec::new(), means: Vec::new(), smooth_means: Vec::new() };
 
     /// Takes a tenth of a second.
     pub(super) fn new() -> Self {
@@ -224,17 +224,17 @@ impl<F: Float> Cosine<F> {
 /// The division of light from a direction: the mean of G₂/G₁ over visible normals and both ways that light can take
 /// from each.
 pub(super) fn integrate(isa: Isa, w: Vector<f32>, ggx: Ggx<f32>, eta: f32, points: &Points) -> Divided<f32> {
-    dispatch(isa, Integral { w, ggx, eta, points })
+    dispatch(isa, GlassIntegral { w, ggx, eta, points })
 }
 
-struct Integral<'a> {
+struct GlassIntegral<'a> {
     w: Vector<f32>,
     ggx: Ggx<f32>,
     eta: f32,
     points: &'a Points,
 }
 
-impl Kernel for Integral<'_> {
+impl Kernel for GlassIntegral<'_> {
     type Output = Divided<f32>;
     #[inline(always)]
     fn run<L: Lanes>(self) -> Divided<f32> {
@@ -242,7 +242,7 @@ impl Kernel for Integral<'_> {
     }
 }
 
-impl Integral<'_> {
+impl GlassIntegral<'_> {
     #[inline(always)]
     fn sum<F: Float>(&self) -> Divided<f32> {
         let w = Vector::new(F::splat(self.w.x), F::splat(self.w.y), F::splat(self.w.z));

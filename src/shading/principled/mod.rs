@@ -1,19 +1,19 @@
 //! The lobes of physically based surfaces: their parameters at a shading point.
 
 pub mod albedo;
-pub mod basis;
+pub mod anisotropic;
+pub mod anisotropic_glass;
 mod body;
 pub mod bsdf;
 mod coat;
 pub mod dispersion;
-pub mod draw;
 pub mod ggx;
 pub mod glass;
 pub mod parameters;
 pub mod reflectance;
+pub mod sample;
+pub mod shading_frame;
 pub mod sheen;
-pub mod stretched;
-pub mod stretched_glass;
 #[cfg(test)]
 mod sweep;
 pub mod tables;
@@ -24,13 +24,13 @@ pub mod thin_film;
 use std::f32::consts::LOG2_E;
 
 use super::ShadingPoint;
-use super::sampled::{color, scalar, texel};
+use super::texture_lookup::{color, scalar, texel};
 use crate::math::elementary::exp2;
 use crate::math::{Color, NONE};
 use crate::simd::Float;
 use dispersion::Spectrum;
 use ggx::Ggx;
-use parameters::{Coat, Has, Outside, Parameters, Sheen};
+use parameters::{Coat, LobeFlags, Outside, Parameters, SheenParams};
 use thin_film::ThinFilm;
 
 /// Narrower than this the distribution is a spike that floats cannot hold.
@@ -41,7 +41,7 @@ const COAT_IOR: f32 = 1.5;
 impl<F: Float> ShadingPoint<'_, F> {
     /// The parameters of the lobes that there are.
     #[inline(always)]
-    pub fn parameters(&self, has: Has, outside: &Outside<F>) -> Parameters<F> {
+    pub fn parameters(&self, has: LobeFlags, outside: &Outside<F>) -> Parameters<F> {
         let (m, textures) = (self.material, self.tables.textures);
         let (one, zero) = (F::one(), F::zero());
         let base = self.base_color();
@@ -68,7 +68,7 @@ impl<F: Float> ShadingPoint<'_, F> {
                 f0: self.coat_f0(outside),
                 f90: Color::splat(m.coat_f90.into()),
             },
-            sheen: Sheen { color: Color::black(), roughness: zero },
+            sheen: SheenParams { color: Color::black(), roughness: zero },
             film: ThinFilm { weight: zero, thickness: zero, ior: one },
         };
         if has.specular || has.transmission {
@@ -115,13 +115,13 @@ impl<F: Float> ShadingPoint<'_, F> {
 
     /// Which lobes its material has.
     #[inline(always)]
-    pub fn has(&self) -> Has {
+    pub fn has(&self) -> LobeFlags {
         let m = self.material;
         let transmission = !m.transmission.is_zero();
-        Has {
+        LobeFlags {
             diffuse: !m.transmission.is_one() && !(m.metallic.is_one()),
             specular: m.has_mirror(),
-            stretched: m.is_stretched(),
+            anisotropic: m.is_anisotropic(),
             metallic: !m.metallic.is_zero(),
             constant_fresnel: m.constant_fresnel,
             transmission,

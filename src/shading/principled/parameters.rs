@@ -1,8 +1,8 @@
 //! What the lobes of a surface are made from.
 
-use super::basis::Basis;
 use super::dispersion::Spectrum;
 use super::ggx::Ggx;
+use super::shading_frame::ShadingFrame;
 use super::thin_film::ThinFilm;
 use crate::math::{Color, Vector};
 use crate::scene::Material;
@@ -11,13 +11,13 @@ use crate::simd::Float;
 
 /// Which lobes a material has at all: the same for all lanes, so that what it lacks costs nothing.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Has {
+pub struct LobeFlags {
     /// Lambert's.
     pub diffuse: bool,
     /// A rough or smooth mirror.
     pub specular: bool,
     /// Stretched in one direction.
-    pub stretched: bool,
+    pub anisotropic: bool,
     /// Partly metal.
     pub metallic: bool,
     /// Reflectance does not depend on the angle.
@@ -38,12 +38,12 @@ pub struct Has {
     pub film: bool,
 }
 
-impl Has {
+impl LobeFlags {
     /// Lambert's lobe and nothing else.
-    pub const MATTE: Has = Has {
+    pub const MATTE: LobeFlags = LobeFlags {
         diffuse: true,
         specular: false,
-        stretched: false,
+        anisotropic: false,
         metallic: false,
         constant_fresnel: false,
         transmission: false,
@@ -58,7 +58,7 @@ impl Has {
     /// Whether it is [`Has::MATTE`]: what the mirror lobe is like does not matter where there is none.
     #[inline(always)]
     pub fn is_matte(&self) -> bool {
-        let Has { diffuse, specular, transmission, back, coat, sheen, film, .. } = *self;
+        let LobeFlags { diffuse, specular, transmission, back, coat, sheen, film, .. } = *self;
         diffuse && !(specular || transmission || back || coat || sheen || film)
     }
 }
@@ -71,7 +71,7 @@ pub struct Coat<F: Float> {
     /// Perceptual roughness.
     pub roughness: F,
     /// Its own frame.
-    pub frame: Basis<F>,
+    pub frame: ShadingFrame<F>,
     /// Reflectance straight on.
     pub f0: Color<F>,
     /// At grazing angles.
@@ -80,7 +80,7 @@ pub struct Coat<F: Float> {
 
 /// What is known of fibres.
 #[derive(Clone, Copy)]
-pub struct Sheen<F: Float> {
+pub struct SheenParams<F: Float> {
     /// Their colour.
     pub color: Color<F>,
     /// Perceptual roughness.
@@ -141,7 +141,7 @@ impl<F: Float> Outside<F> {
 #[derive(Clone, Copy)]
 pub struct Parameters<F: Float> {
     /// About the shading normal, on the viewer's side.
-    pub frame: Basis<F>,
+    pub frame: ShadingFrame<F>,
     /// On the viewer's side.
     pub geometric_normal: Vector<F>,
     /// Albedo of diffuse light, before what lies above takes its part.
@@ -171,7 +171,7 @@ pub struct Parameters<F: Float> {
     /// The clear layer above it.
     pub coat: Coat<F>,
     /// Fibres above it.
-    pub sheen: Sheen<F>,
+    pub sheen: SheenParams<F>,
     /// The film on its mirror lobe.
     pub film: ThinFilm<F>,
 }

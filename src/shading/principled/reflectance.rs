@@ -51,7 +51,7 @@ impl<F: Float> Reflectance<F> {
 
 /// How microfacets are seen from a direction.
 #[derive(Clone, Copy)]
-pub(super) struct Seen<F: Float> {
+pub(super) struct DirectionalAlbedo<F: Float> {
     /// Albedo of single reflections, if all light is reflected.
     pub albedo: Albedo<F>,
     /// Cosines that stand for all under which they reflect; of no meaning without a film.
@@ -282,7 +282,7 @@ impl<F: Float> Bsdf<F> {
     /// What the mirror lobe of what is no metal, with all its bounces, leaves to what lies below it,
     /// for a direction of that albedo.
     #[inline(always)]
-    pub(super) fn left_by(&self, seen: &Seen<F>) -> Color<F> {
+    pub(super) fn left_by(&self, seen: &DirectionalAlbedo<F>) -> Color<F> {
         let own = &seen.albedo;
         if self.has.film || self.has.constant_fresnel {
             let once = self.singly(own, &seen.cosines).dielectric;

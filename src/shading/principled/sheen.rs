@@ -38,19 +38,19 @@ pub(super) fn table() -> Vec<f32> {
             // Closer together at grazing angles, where the lobe is.
             let node = c as f32 / (COSINES - 1) as f32;
             let (cos_o, roughness) = ((node * node).max(1e-3), r as f32 / (ROUGHNESSES - 1) as f32);
-            table.push(dispatch(isa, Integral { cos_o, roughness }));
+            table.push(dispatch(isa, SheenIntegral { cos_o, roughness }));
         }
     }
     table
 }
 
 /// ∫ D V cos dω over the hemisphere.
-struct Integral {
+struct SheenIntegral {
     cos_o: f32,
     roughness: f32,
 }
 
-impl Kernel for Integral {
+impl Kernel for SheenIntegral {
     type Output = f32;
     #[inline(always)]
     fn run<L: Lanes>(self) -> f32 {
@@ -58,7 +58,7 @@ impl Kernel for Integral {
     }
 }
 
-impl Integral {
+impl SheenIntegral {
     #[inline(always)]
     fn sum<F: Float>(&self) -> f32 {
         const RINGS: usize = 96;

@@ -4,9 +4,9 @@
 use std::num::Wrapping;
 
 use super::bsdf::Bsdf;
-use super::parameters::{Has, Parameters, Sheen};
+use super::parameters::{LobeFlags, Parameters, SheenParams};
 use super::tables::LobeTables;
-use super::tests::{covered, glass, grey, opaque, stretched, towards};
+use super::tests::{anisotropic, covered, glass, grey, opaque, towards};
 use crate::math::Vector;
 use crate::sampling::hash::{combine, to_unit};
 
@@ -42,7 +42,7 @@ impl Chance {
 
 /// A surface that reflects or transmits all light that reaches it.
 struct White {
-    has: Has,
+    has: LobeFlags,
     p: Parameters<f32>,
     description: String,
 }
@@ -84,7 +84,7 @@ impl White {
             (p.back, p.diffuse) = (p.diffuse * part, p.diffuse * (1.0 - part));
         }
         if chance.happens(0.3) {
-            (has, p) = stretched((has, p), chance.unit());
+            (has, p) = anisotropic((has, p), chance.unit());
         }
         if chance.happens(0.3) {
             let (thickness, ior) = (chance.between(0.0, 1500.0), chance.between(1.0, 2.5));
@@ -97,7 +97,7 @@ impl White {
         }
         if chance.happens(0.2) {
             has.sheen = true;
-            p.sheen = Sheen { color: grey(chance.part()), roughness: chance.unit() };
+            p.sheen = SheenParams { color: grey(chance.part()), roughness: chance.unit() };
         }
         let description = format!(
             "roughness {roughness:.3} ior {ior:.2} metallic {:.2} through {:.2} back {:.2} eta {:.3} \
@@ -137,7 +137,7 @@ impl White {
 
 /// What the layers of a surface may lose or add on average over all directions, beyond what chance does.
 fn allowed(white: &White) -> f64 {
-    let Has { film, stretched, solid, diffuse, back, sheen, .. } = white.has;
+    let LobeFlags { film, anisotropic, solid, diffuse, back, sheen, .. } = white.has;
     match (film, solid && (diffuse || back)) {
         // Smooth fibres shine only at grazing angles: 4 σ of few samples does not tell how far off they are.
         (false, false) if sheen => 0.01,
@@ -145,7 +145,7 @@ fn allowed(white: &White) -> f64 {
         // The table of the fraction that bodies reflect is a little less sharp than reality near the critical angle.
         (false, true) => 0.01,
         // Two angles stand for all at which microfacets are seen; for stretched ones those of round ones.
-        (true, false) if stretched => 0.025,
+        (true, false) if anisotropic => 0.025,
         (true, false) => 0.015,
         (true, true) => 0.035,
     }

@@ -3,51 +3,52 @@
 
 use std::sync::OnceLock;
 
-use super::{albedo, glass, sheen, stretched, stretched_glass};
+use super::{albedo, anisotropic, anisotropic_glass, glass, sheen};
 use crate::scene::Material;
 
 /// Tables of lobes. Those that no material needs are empty.
 #[derive(Clone, Copy)]
 pub struct LobeTables {
     /// Of rough mirrors.
-    pub mirror: &'static albedo::Table,
+    pub mirror: &'static albedo::AlbedoTable,
     /// Of those whose microfacets are stretched.
-    pub(super) stretched: &'static stretched::Table,
+    pub(super) anisotropic: &'static anisotropic::AnisotropicTable,
     /// Of rough glass.
-    pub(super) glass: &'static glass::Table,
+    pub(super) glass: &'static glass::GlassTable,
     /// The table of rough glass whose microfacets are stretched.
-    pub(super) stretched_glass: &'static stretched_glass::Table,
+    pub(super) anisotropic_glass: &'static anisotropic_glass::AnisotropicGlassTable,
     /// Of fibres.
     pub(super) sheen: &'static [f32],
 }
 
-static MIRROR: OnceLock<albedo::Table> = OnceLock::new();
-static STRETCHED: OnceLock<stretched::Table> = OnceLock::new();
-static GLASS: OnceLock<glass::Table> = OnceLock::new();
-static STRETCHED_GLASS: OnceLock<stretched_glass::Table> = OnceLock::new();
+static MIRROR: OnceLock<albedo::AlbedoTable> = OnceLock::new();
+static ANISOTROPIC: OnceLock<anisotropic::AnisotropicTable> = OnceLock::new();
+static GLASS: OnceLock<glass::GlassTable> = OnceLock::new();
+static ANISOTROPIC_GLASS: OnceLock<anisotropic_glass::AnisotropicGlassTable> = OnceLock::new();
 static SHEEN: OnceLock<Vec<f32>> = OnceLock::new();
-static NO_MIRROR: albedo::Table = albedo::Table::EMPTY;
-static NO_GLASS: glass::Table = glass::Table::EMPTY;
-static NOT_STRETCHED: stretched::Table = stretched::Table::EMPTY;
-static NO_STRETCHED_GLASS: stretched_glass::Table = stretched_glass::Table::EMPTY;
+static NO_MIRROR: albedo::AlbedoTable = albedo::AlbedoTable::EMPTY;
+static NO_GLASS: glass::GlassTable = glass::GlassTable::EMPTY;
+static NOT_STRETCHED: anisotropic::AnisotropicTable = anisotropic::AnisotropicTable::EMPTY;
+static NO_STRETCHED_GLASS: anisotropic_glass::AnisotropicGlassTable =
+    anisotropic_glass::AnisotropicGlassTable::EMPTY;
 
 impl LobeTables {
     /// None.
     pub const NONE: LobeTables = LobeTables {
         mirror: &NO_MIRROR,
-        stretched: &NOT_STRETCHED,
+        anisotropic: &NOT_STRETCHED,
         glass: &NO_GLASS,
-        stretched_glass: &NO_STRETCHED_GLASS,
+        anisotropic_glass: &NO_STRETCHED_GLASS,
         sheen: &[],
     };
 
     /// All.
     pub fn all() -> Self {
         Self {
-            mirror: MIRROR.get_or_init(albedo::Table::new),
-            stretched: STRETCHED.get_or_init(stretched::Table::new),
-            glass: GLASS.get_or_init(glass::Table::new),
-            stretched_glass: STRETCHED_GLASS.get_or_init(stretched_glass::Table::new),
+            mirror: MIRROR.get_or_init(albedo::AlbedoTable::new),
+            anisotropic: ANISOTROPIC.get_or_init(anisotropic::AnisotropicTable::new),
+            glass: GLASS.get_or_init(glass::GlassTable::new),
+            anisotropic_glass: ANISOTROPIC_GLASS.get_or_init(anisotropic_glass::AnisotropicGlassTable::new),
             sheen: SHEEN.get_or_init(sheen::table),
         }
     }
@@ -56,45 +57,48 @@ impl LobeTables {
     pub fn of(materials: &[Material]) -> Self {
         let any = |needs: fn(&Material) -> bool| materials.iter().any(needs);
         let mirror = any(|m| m.has_mirror() || !m.coat.is_zero());
-        let stretched = any(Material::is_stretched);
+        let anisotropic = any(Material::is_anisotropic);
         let glass = any(|m| {
             let plain = m.roughness.is_zero() && m.transmission.is_one() && m.diffuse_transmission.is_zero();
-            m.refracts() && (!plain || m.is_stretched())
+            m.refracts() && (!plain || m.is_anisotropic())
         });
-        let stretched_glass = any(|m| m.refracts() && m.is_stretched());
+        let anisotropic_glass = any(|m| m.refracts() && m.is_anisotropic());
         let sheen = any(|m| !m.sheen_color.is_black());
         std::thread::scope(|scope| {
             // If no thread can be started, the table is made below.
             let aside = || std::thread::Builder::new();
-            if stretched {
-                let _ = aside().spawn_scoped(scope, || STRETCHED.get_or_init(stretched::Table::new));
+            if anisotropic {
+                let _ = aside()
+                    .spawn_scoped(scope, || ANISOTROPIC.get_or_init(anisotropic::AnisotropicTable::new));
             }
             if glass {
-                let _ = aside().spawn_scoped(scope, || GLASS.get_or_init(glass::Table::new));
+                let _ = aside().spawn_scoped(scope, || GLASS.get_or_init(glass::GlassTable::new));
             }
-            if stretched_glass {
-                let _ =
-                    aside().spawn_scoped(scope, || STRETCHED_GLASS.get_or_init(stretched_glass::Table::new));
+            if anisotropic_glass {
+                let _ = aside().spawn_scoped(scope, || {
+                    ANISOTROPIC_GLASS.get_or_init(anisotropic_glass::AnisotropicGlassTable::new)
+                });
             }
             if sheen {
                 let _ = aside().spawn_scoped(scope, || SHEEN.get_or_init(sheen::table));
             }
             if mirror {
-                MIRROR.get_or_init(albedo::Table::new);
+                MIRROR.get_or_init(albedo::AlbedoTable::new);
             }
         });
         let mut tables = Self::NONE;
         if mirror {
-            tables.mirror = MIRROR.get_or_init(albedo::Table::new);
+            tables.mirror = MIRROR.get_or_init(albedo::AlbedoTable::new);
         }
-        if stretched {
-            tables.stretched = STRETCHED.get_or_init(stretched::Table::new);
+        if anisotropic {
+            tables.anisotropic = ANISOTROPIC.get_or_init(anisotropic::AnisotropicTable::new);
         }
         if glass {
-            tables.glass = GLASS.get_or_init(glass::Table::new);
+            tables.glass = GLASS.get_or_init(glass::GlassTable::new);
         }
-        if stretched_glass {
-            tables.stretched_glass = STRETCHED_GLASS.get_or_init(stretched_glass::Table::new);
+        if anisotropic_glass {
+            tables.anisotropic_glass =
+                ANISOTROPIC_GLASS.get_or_init(anisotropic_glass::AnisotropicGlassTable::new);
         }
         if sheen {
             tables.sheen = SHEEN.get_or_init(sheen::table);

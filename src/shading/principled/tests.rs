@@ -1,10 +1,10 @@
 //! Energy, densities and reciprocity of the lobes.
 
-use super::basis::Basis;
 use super::bsdf::Bsdf;
 use super::dispersion::Spectrum;
 use super::ggx::Ggx;
-use super::parameters::{Coat, Has, Parameters, Sheen};
+use super::parameters::{Coat, LobeFlags, Parameters, SheenParams};
+use super::shading_frame::ShadingFrame;
 use super::tables::LobeTables;
 use super::thin_film::ThinFilm;
 use crate::math::{Color, Rgb, Vector};
@@ -27,9 +27,9 @@ pub(super) fn towards(cos: f32, turns: f32) -> Vector<f32> {
 }
 
 /// An opaque surface of base colour `base`, of ior 1.5.
-pub(super) fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Parameters<f32>) {
+pub(super) fn opaque(base: f32, metallic: f32, roughness: f32) -> (LobeFlags, Parameters<f32>) {
     let up = vector(0.0, 0.0, 1.0);
-    let frame = Basis::about(up);
+    let frame = ShadingFrame::about(up);
     let alpha = (roughness * roughness).max(1e-4);
     let parameters = Parameters {
         frame,
@@ -47,43 +47,51 @@ pub(super) fn opaque(base: f32, metallic: f32, roughness: f32) -> (Has, Paramete
         inside: false,
         spectrum: Spectrum::none(),
         coat: Coat { weight: 0.0, roughness: 0.0, frame, f0: grey(0.04), f90: grey(1.0) },
-        sheen: Sheen { color: grey(0.0), roughness: 0.5 },
+        sheen: SheenParams { color: grey(0.0), roughness: 0.5 },
         film: ThinFilm { weight: 0.0, thickness: 0.0, ior: 1.0 },
     };
-    (Has { diffuse: metallic < 1.0, metallic: metallic > 0.0, specular: true, ..Has::default() }, parameters)
+    (
+        LobeFlags {
+            diffuse: metallic < 1.0,
+            metallic: metallic > 0.0,
+            specular: true,
+            ..LobeFlags::default()
+        },
+        parameters,
+    )
 }
 
 /// Glass of ior 1.5 seen from outside (or inside).
-pub(super) fn glass(roughness: f32, inside: bool) -> (Has, Parameters<f32>) {
+pub(super) fn glass(roughness: f32, inside: bool) -> (LobeFlags, Parameters<f32>) {
     let (_, mut parameters) = opaque(1.0, 0.0, roughness);
     parameters.through = grey(1.0);
     parameters.diffuse = grey(0.0);
     parameters.eta = if inside { 1.5 } else { 1.0 / 1.5 };
     parameters.inside = inside;
-    (Has { specular: true, transmission: true, solid: true, ..Has::default() }, parameters)
+    (LobeFlags { specular: true, transmission: true, solid: true, ..LobeFlags::default() }, parameters)
 }
 
 /// The same under a film.
 pub(super) fn covered(
-    (mut has, mut p): (Has, Parameters<f32>),
+    (mut has, mut p): (LobeFlags, Parameters<f32>),
     thickness: f32,
     ior: f32,
-) -> (Has, Parameters<f32>) {
+) -> (LobeFlags, Parameters<f32>) {
     has.film = true;
     p.film = ThinFilm { weight: 1.0, thickness, ior };
     (has, p)
 }
 
 /// The mean of the weights of sampled directions: the part of light that comes back.
-fn albedo(has: Has, p: Parameters<f32>, cos: f32) -> f32 {
+fn albedo(has: LobeFlags, p: Parameters<f32>, cos: f32) -> f32 {
     colored_albedo(has, p, cos, 1 << 15)[0]
 }
 
-fn colored_albedo(has: Has, p: Parameters<f32>, cos: f32, count: u32) -> [f32; 3] {
+fn colored_albedo(has: LobeFlags, p: Parameters<f32>, cos: f32, count: u32) -> [f32; 3] {
     albedo_towards(has, p, towards(cos, 0.1), count)
 }
 
-fn albedo_towards(has: Has, p: Parameters<f32>, wo: Vector<f32>, count: u32) -> [f32; 3] {
+fn albedo_towards(has: LobeFlags, p: Parameters<f32>, wo: Vector<f32>, count: u32) -> [f32; 3] {
     let bsdf = Bsdf::new(has, p, LobeTables::all(), wo, true);
     let mut sum = [0.0f64; 3];
     for i in 0..count {
@@ -115,8 +123,11 @@ fn a_white_furnace_stays_white() {
 }
 
 /// The same with stretched microfacets.
-pub(super) fn stretched((mut has, mut p): (Has, Parameters<f32>), strength: f32) -> (Has, Parameters<f32>) {
-    has.stretched = true;
+pub(super) fn anisotropic(
+    (mut has, mut p): (LobeFlags, Parameters<f32>),
+    strength: f32,
+) -> (LobeFlags, Parameters<f32>) {
+    has.anisotropic = true;
     p.ggx.x = p.ggx.y + (1.0 - p.ggx.y) * strength * strength;
     p.roughness = (p.ggx.x * p.ggx.y).sqrt().sqrt();
     (has, p)
@@ -130,7 +141,7 @@ fn brushed_surfaces_lose_nothing() {
                 let (mut sum, mut count) = (0.0, 0.0);
                 for cos in [0.1, 0.3, 0.55, 0.8, 1.0f32] {
                     for turn in [0.0, 0.1, 0.2, 0.25] {
-                        let (has, p) = stretched(opaque(1.0, metallic, roughness), strength);
+                        let (has, p) = anisotropic(opaque(1.0, metallic, roughness), strength);
                         let [found, ..] = albedo_towards(has, p, towards(cos, turn), 1 << 13);
                         let what = format!("{metallic} {roughness} {strength} {cos} {turn}");
                         let most = if cos < 0.2 { 0.02 } else { 0.006 };
@@ -165,7 +176,7 @@ fn sheen_adds_no_light() {
         for cos in [0.1, 0.5, 1.0] {
             let (mut has, mut p) = opaque(1.0, 0.0, 0.5);
             has.sheen = true;
-            p.sheen = Sheen { color: grey(1.0), roughness };
+            p.sheen = SheenParams { color: grey(1.0), roughness };
             let found = albedo(has, p, cos);
             assert!((0.93..1.03).contains(&found), "roughness {roughness} cos {cos}: {found}");
         }
@@ -306,7 +317,7 @@ const RINGS: usize = 16;
 const SECTORS: usize = 16;
 
 /// Pearson's χ² of sampled directions against the integral of the density over cells.
-fn chi_square(has: Has, p: Parameters<f32>, cos: f32) -> (f64, usize) {
+fn chi_square(has: LobeFlags, p: Parameters<f32>, cos: f32) -> (f64, usize) {
     let bsdf = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true);
     let mut counts = vec![0u32; RINGS * SECTORS];
     let total = 200_000u32;
@@ -357,7 +368,7 @@ fn integral(bsdf: &Bsdf<f32>, ring: usize, sector: usize) -> f64 {
 
 #[test]
 fn directions_are_drawn_with_the_density_that_is_said() {
-    let mut all: Vec<(String, (Has, Parameters<f32>))> = Vec::new();
+    let mut all: Vec<(String, (LobeFlags, Parameters<f32>))> = Vec::new();
     for roughness in [0.3, 0.6, 1.0] {
         for metallic in [0.0, 1.0] {
             all.push((

@@ -212,7 +212,7 @@ fn render(
     let [width, height] = world.settings.size;
     // Its sums, and the picture that is made of them.
     let bytes = u64::from(width) * u64::from(height) * (size_of::<PixelSum>() + size_of::<Rgb>()) as u64;
-    memory::claim(format_args!("an image of {width}x{height}"), bytes)
+    memory::reserve(format_args!("an image of {width}x{height}"), bytes)
         .map_err(|shortage| shortage.to_string())?;
     let mut session = Session::new(compiled, &world.settings, options);
     let threads = change.threads.unwrap_or(1) as usize;

@@ -14,7 +14,7 @@ use crate::integrator::{RenderSetup, Schedule};
 use crate::math::Hit;
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
-use crate::scene::emitters::EmitterOf;
+use crate::scene::emitters::EmitterSource;
 use crate::world::{Transport, World};
 pub use recipe::Recipe;
 
@@ -216,11 +216,11 @@ impl GivenNames {
     /// The name of an emitter under the path transport.
     fn emitter(&self, scene: &CompiledScene, emitter: u32) -> String {
         match scene.emitters.source(emitter) {
-            EmitterOf::Light(light) => self.light(light),
-            EmitterOf::Surface(primitive, instance) => {
+            EmitterSource::Light(light) => self.light(light),
+            EmitterSource::Surface(primitive, instance) => {
                 self.entity(scene.geometry.entity_of(primitive, instance))
             }
-            EmitterOf::Environment => "the environment".into(),
+            EmitterSource::Environment => "the environment".into(),
         }
     }
 }

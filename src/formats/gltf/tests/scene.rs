@@ -3,7 +3,7 @@
 use super::*;
 use crate::formats::extent::Extent;
 use crate::math::{DVec3, Rgb, Vec3};
-use crate::world::{Camera, Falloff, Light, Name, Parent, Placed, Shape, Transform, World};
+use crate::world::{Camera, Falloff, FromModel, Light, Name, Parent, Shape, Transform, World};
 
 fn place(read: Read) -> World {
     let mut world = World { assets: read.assets, ..World::default() };
@@ -33,7 +33,7 @@ fn nodes_become_entities_that_share_meshes() {
     assert_eq!([name(0), name(1), name(2)], [Some("root".into()), Some("root (2)".into()), None]);
     for child in &order[1..] {
         assert_eq!(*world.entities.get::<&Parent>(*child).unwrap(), Parent(order[0]));
-        assert!(world.entities.get::<&Placed>(*child).is_ok());
+        assert!(world.entities.get::<&FromModel>(*child).is_ok());
         assert!(matches!(*world.entities.get::<&Shape>(*child).unwrap(), Shape::Mesh(id) if id.0 == 0));
     }
     let Transform::Trs { rotation, scale, .. } = *world.entities.get::<&Transform>(order[1]).unwrap() else {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::{Comparison, Filter, Key, Kind, Query, is_like};
 use crate::formats::ron::{Part, Portrait, portrait};
-use crate::world::{Camera, Light, MaterialId, Model, Parent, Placed, Shape, Transform, World};
+use crate::world::{Camera, FromModel, Light, MaterialId, Model, Parent, Shape, Transform, World};
 
 /// What a query selects.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,7 +159,7 @@ impl Kind {
             Kind::Material => has(entities.get::<&MaterialId>(entity).is_ok()),
             Kind::Transform => has(entities.get::<&Transform>(entity).is_ok()),
             Kind::Model => has(entities.get::<&Model>(entity).is_ok()),
-            Kind::Placed => has(entities.get::<&Placed>(entity).is_ok()),
+            Kind::Placed => has(entities.get::<&FromModel>(entity).is_ok()),
             Kind::Form(name) => forms(world, entity).contains(&Some(name)),
         }
     }

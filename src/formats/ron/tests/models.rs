@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Fake, grey, read};
 use crate::formats::ron::{parse, write};
-use crate::world::{Light, MaterialId, Model, Name, Overrides, Parent, Placed, Shape, World};
+use crate::world::{FromModel, Light, MaterialId, Model, Name, Overrides, Parent, Shape, World};
 
 const SCENE: &str = r#"(entities: [
     (name: "room", gltf: "../models/room.glb", transform: (translate: (0, 1, 0))),
@@ -50,7 +50,8 @@ fn it_is_saved_as_a_reference() {
 #[test]
 fn what_stands_under_one_of_its_nodes_cannot_be_saved() {
     let mut world = read(SCENE).unwrap();
-    let inside = world.in_order().into_iter().find(|entity| world.entities.get::<&Placed>(*entity).is_ok());
+    let inside =
+        world.in_order().into_iter().find(|entity| world.entities.get::<&FromModel>(*entity).is_ok());
     world.entities.spawn((Name("mine".into()), Parent(inside.unwrap()), MaterialId::DEFAULT));
     let error = write(&world, Path::new("scenes/test.ron")).unwrap_err().to_string();
     assert!(error.contains("mine: its parent is inside a glTF file"), "{error}");
@@ -183,7 +184,8 @@ fn overrides_of_nothing_are_refused() {
 #[test]
 fn what_has_been_changed_in_it_cannot_be_saved() {
     let mut world = read(SCENE).unwrap();
-    let inside = world.in_order().into_iter().find(|entity| world.entities.get::<&Placed>(*entity).is_ok());
+    let inside =
+        world.in_order().into_iter().find(|entity| world.entities.get::<&FromModel>(*entity).is_ok());
     world.entities.insert_one(inside.unwrap(), MaterialId::DEFAULT).unwrap();
     let error = write(&world, Path::new("scenes/test.ron")).unwrap_err().to_string();
     assert!(error.contains("it came with a glTF file and has been changed"), "{error}");

@@ -24,7 +24,7 @@ use crate::files;
 use crate::math::Vec3;
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Camera, Light, MaterialId, Model, Name, Overrides, Parent, Placed, Shape, Transform, WithoutCaustics,
+    Camera, FromModel, Light, MaterialId, Model, Name, Overrides, Parent, Shape, Transform, WithoutCaustics,
     World,
 };
 
@@ -156,7 +156,7 @@ type Written<T = String> = Result<T, String>;
 fn text(world: &World, scene_path: &Path) -> Written {
     let mut order = world.in_order();
     // What came with a glTF file will come with it again, so it must not have been changed.
-    let placed = |entity: hecs::Entity| world.entities.get::<&Placed>(entity).ok().map(|placed| placed.0);
+    let placed = |entity: hecs::Entity| world.entities.get::<&FromModel>(entity).ok().map(|placed| placed.0);
     if let Some(changed) = order.iter().find(|e| placed(**e).is_some_and(|was| was != world.fingerprint(**e)))
     {
         let name = world.name_of(*changed);
@@ -204,7 +204,7 @@ fn one_entity(
         keys.push(format!("name: {}", quote(name)?));
     }
     if let Ok(parent) = world.entities.get::<&Parent>(entity) {
-        if world.entities.get::<&Placed>(parent.0).is_ok() {
+        if world.entities.get::<&FromModel>(parent.0).is_ok() {
             return Err(within("its parent is inside a glTF file, where a scene cannot refer to".to_owned()));
         }
         let name = names.get(&parent.0).ok_or_else(|| within("its parent does not exist".to_owned()))?;

@@ -53,7 +53,7 @@ fn by_path(world: &World) -> Vec<&'static str> {
     note("the samples of area lights", areas.iter().any(|(samples, _)| *samples > 1));
     note("the pattern of area lights", areas.iter().any(|(_, pattern)| *pattern != Pattern::default()));
     let glass = world.assets.materials.iter().filter_map(|named| match &named.material {
-        Material::BlinnPhong(m) if m.ior.is_some() && super::materials::veil(m).is_none() => Some(m),
+        Material::BlinnPhong(m) if m.ior.is_some() && super::materials::from_dissolve(m).is_none() => Some(m),
         _ => None,
     });
     let glass: Vec<_> = glass.collect();
@@ -65,10 +65,10 @@ fn by_path(world: &World) -> Vec<&'static str> {
     names
 }
 
-type Says = fn(&Principled) -> bool;
+type IsUsed = fn(&Principled) -> bool;
 
 /// What physically based surfaces have that [`super::classic`] leaves out, and which of them say so.
-const OF_SURFACES: [(&str, Says); 9] = [
+const OF_SURFACES: [(&str, IsUsed); 9] = [
     ("normal maps", |m| m.normal.is_some()),
     ("bump maps", |m| m.bump.is_some()),
     ("clearcoat", |m| is_there(m.clearcoat)),

@@ -13,7 +13,7 @@ use crate::math::Vec4;
 
 /// All that is kept. Clones share it.
 #[derive(Clone, Debug, Default)]
-pub struct Kept {
+pub struct AssetCache {
     /// Pictures, by what their files hold.
     pub images: Store<Arc<Image>>,
     /// Meshes: by the content of their file if they have one of their own, else by their own content.
@@ -27,16 +27,16 @@ pub struct Kept {
 #[derive(Clone, Debug)]
 pub struct Store<T>(Option<Arc<Mutex<Entries<T>>>>);
 
-type Entries<T> = HashMap<u128, Entry<T>>;
+type Entries<T> = HashMap<u128, CacheEntry<T>>;
 
 /// A value, and whether it was asked for since the last time that unused ones were forgotten.
 #[derive(Debug)]
-struct Entry<T> {
+struct CacheEntry<T> {
     value: T,
     is_used: bool,
 }
 
-impl Kept {
+impl AssetCache {
     /// Forgets what was not asked for since the last call. Called whenever a scene has been read, so that what a frame
     /// or an edit has in common with the one before it is kept, and nothing else.
     pub fn forget_unused(&self) {
@@ -46,8 +46,8 @@ impl Kept {
     }
 
     /// One that keeps what it is given.
-    pub fn keeping() -> Kept {
-        Kept { images: Store::keeping(), meshes: Store::keeping(), tangents: Store::keeping() }
+    pub fn keeping() -> AssetCache {
+        AssetCache { images: Store::keeping(), meshes: Store::keeping(), tangents: Store::keeping() }
     }
 }
 
@@ -72,7 +72,11 @@ impl<T: Clone> Store<T> {
     }
 
     /// The value for a key, made the first time. Errors are not kept: they name their files and are found again.
-    pub fn known<E>(&self, key: impl FnOnce() -> u128, make: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    pub fn get_or_insert<E>(
+        &self,
+        key: impl FnOnce() -> u128,
+        make: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
         let Some(store) = &self.0 else { return make() };
         let key = key();
         if let Some(found) = lock(store).get_mut(&key) {
@@ -80,7 +84,7 @@ impl<T: Clone> Store<T> {
             return Ok(found.value.clone());
         }
         let value = make()?;
-        lock(store).insert(key, Entry { value: value.clone(), is_used: true });
+        lock(store).insert(key, CacheEntry { value: value.clone(), is_used: true });
         Ok(value)
     }
 
@@ -92,7 +96,7 @@ impl<T: Clone> Store<T> {
         decode: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
         let key = || xxh3_128(bytes) ^ xxh3_128(path.as_os_str().as_encoded_bytes()).rotate_left(1);
-        self.known(key, decode)
+        self.get_or_insert(key, decode)
     }
 }
 
@@ -100,7 +104,7 @@ impl<T> Store<Arc<T>> {
     /// The value that is the same as this one, if there is one already.
     pub fn same(&self, value: T, hash: impl FnOnce(&T) -> u128) -> Arc<T> {
         let value = Arc::new(value);
-        let made: Result<_, Infallible> = self.known(|| hash(&value), || Ok(value.clone()));
+        let made: Result<_, Infallible> = self.get_or_insert(|| hash(&value), || Ok(value.clone()));
         made.unwrap_or_else(|never| match never {})
     }
 }
@@ -131,16 +135,16 @@ mod tests {
     /// Frames of a morph each have a mesh of their own.
     #[test]
     fn what_the_last_reading_did_not_use_is_forgotten() {
-        let kept = Kept::keeping();
+        let kept = AssetCache::keeping();
         let count = || kept.tangents.0.as_ref().map_or(0, |store| lock(store).len());
         for frame in 1..100 {
             for key in [0, frame] {
-                let made = kept.tangents.known(|| key, || Ok::<_, Infallible>(vec![None; 3]));
+                let made = kept.tangents.get_or_insert(|| key, || Ok::<_, Infallible>(vec![None; 3]));
                 assert!(made.is_ok());
             }
             kept.forget_unused();
             assert_eq!(count(), 2, "that of all frames, and that of frame {frame}");
         }
-        assert!(kept.tangents.known(|| 0, || Err("made again")).is_ok());
+        assert!(kept.tangents.get_or_insert(|| 0, || Err("made again")).is_ok());
     }
 }

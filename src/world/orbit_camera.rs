@@ -5,7 +5,7 @@ use crate::math::{DMat3, DQuat, DVec3, Vec3};
 
 /// Where a camera stands, what it turns about, and through what it looks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rig {
+pub struct OrbitCamera {
     /// In world space.
     place: DVec3,
     /// Its axes: to the right, up, backward.
@@ -30,14 +30,14 @@ pub struct Pose {
 /// How near to straight up or down it may turn, in radians.
 const STEEPEST: f64 = 0.01;
 
-impl Rig {
+impl OrbitCamera {
     /// A camera at a place, with unit vectors to the right, up and forward, which turns about what is `depth_m`
     /// ahead of it.
-    pub fn new(place: DVec3, [right, up, forward]: [DVec3; 3], camera: Camera, depth_m: f64) -> Rig {
+    pub fn new(place: DVec3, [right, up, forward]: [DVec3; 3], camera: Camera, depth_m: f64) -> OrbitCamera {
         // Mirror images have no pose.
         let right = if right.cross(forward).dot(up) < 0.0 { -right } else { right };
         let axes = DMat3::from_cols(right, up, -forward);
-        Rig { place, axes, pivot: place + forward * depth_m, camera }
+        OrbitCamera { place, axes, pivot: place + forward * depth_m, camera }
     }
 
     /// The way it looks.
@@ -190,10 +190,10 @@ mod tests {
     use super::*;
 
     /// Ten metres before the origin, looking along −Z.
-    fn rig() -> Rig {
+    fn rig() -> OrbitCamera {
         let vertical_fov = 2.0 * libm::atan(0.5) as f32;
         let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z];
-        Rig::new(DVec3::new(0.0, 0.0, 10.0), axes, Camera::Pinhole { vertical_fov }, 10.0)
+        OrbitCamera::new(DVec3::new(0.0, 0.0, 10.0), axes, Camera::Pinhole { vertical_fov }, 10.0)
     }
 
     #[test]
@@ -268,7 +268,7 @@ mod tests {
         let mut rig = rig();
         rig.focus(Vec3::new(1.0, 1.0, 3.0));
         rig.set_lens(0.1);
-        let focus = |rig: &Rig| match rig.camera {
+        let focus = |rig: &OrbitCamera| match rig.camera {
             Camera::ThinLens { focus_distance_m, .. } => Some(focus_distance_m),
             _ => None,
         };

@@ -1,11 +1,11 @@
 //! What Whitted's transport needs to know about a surface: the classic parameters after texture lookups.
 
-use super::blinn_phong::BlinnPhong;
-use super::boundary::Between;
-use super::details::vertex_color;
+use super::blinn_phong::BlinnPhongParams;
+use super::boundary::BodyPair;
 use super::emitter::lane;
 use super::point::ShadingPoint;
 use super::surface::{HitLanes, Surface};
+use super::texture_coordinates::vertex_color;
 use crate::math::{Color, Vector};
 use crate::scene::CompiledScene;
 use crate::simd::{Float, Int, Mask};
@@ -14,7 +14,7 @@ use crate::simd::{Float, Int, Mask};
 #[derive(Clone, Copy)]
 pub struct Shaded<F: Float> {
     /// How it reflects light.
-    pub model: BlinnPhong<F>,
+    pub model: BlinnPhongParams<F>,
     /// Weight of the mirror image.
     pub kr: Color<F>,
     /// Weight of what is seen through.
@@ -22,7 +22,7 @@ pub struct Shaded<F: Float> {
     /// Index of refraction, 0 where light does not enter.
     pub ior: F,
     /// The bodies that it lies between.
-    pub between: Between<F>,
+    pub between: BodyPair<F>,
     /// Radiance given off to the viewer.
     pub emission: Color<F>,
     /// Unit normal for shading, with what a normal map does to it, on the viewer's side.
@@ -43,14 +43,14 @@ impl<F: Float> Shaded<F> {
     ) -> Self {
         let (zero, black) = (F::zero(), Color::black());
         let nothing = F::Mask::from_bits(0);
-        let model = BlinnPhong { diffuse: black, specular: black, shininess: zero, phong: nothing };
+        let model = BlinnPhongParams { diffuse: black, specular: black, shininess: zero, phong: nothing };
         let (normal, mut todo) = (surface.normal, mask);
         let mut shaded = Self {
             model,
             kr: black,
             kt: black,
             ior: zero,
-            between: Between::nothing(),
+            between: BodyPair::nothing(),
             emission: black,
             normal,
         };
@@ -70,7 +70,7 @@ impl<F: Float> Shaded<F> {
         let (material, classic) = (point.material, &point.material.classic);
         let emission = if material.unlit { point.base_color() } else { point.emission() };
         Self {
-            model: BlinnPhong {
+            model: BlinnPhongParams {
                 diffuse: point.color(&classic.diffuse) * vertex_color(point.surface),
                 specular: point.color(&classic.specular),
                 shininess: F::splat(classic.shininess),
@@ -79,7 +79,7 @@ impl<F: Float> Shaded<F> {
             kr: point.color(&classic.kr),
             kt: Color::splat(classic.kt.into()),
             ior: F::splat(classic.ior),
-            between: Between::of(material),
+            between: BodyPair::of(material),
             emission,
             // Without a map they stay what they are, even where they look away from the viewer.
             normal: if material.normal.is_some() || material.bump.is_some() {
@@ -94,7 +94,7 @@ impl<F: Float> Shaded<F> {
     fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
         let (yes_phong, no_phong) = (yes.model.phong & mask, no.model.phong & !mask);
         Self {
-            model: BlinnPhong {
+            model: BlinnPhongParams {
                 diffuse: Color::select(mask, yes.model.diffuse, no.model.diffuse),
                 specular: Color::select(mask, yes.model.specular, no.model.specular),
                 shininess: F::select(mask, yes.model.shininess, no.model.shininess),
@@ -103,7 +103,7 @@ impl<F: Float> Shaded<F> {
             kr: Color::select(mask, yes.kr, no.kr),
             kt: Color::select(mask, yes.kt, no.kt),
             ior: F::select(mask, yes.ior, no.ior),
-            between: Between::select(mask, yes.between, no.between),
+            between: BodyPair::select(mask, yes.between, no.between),
             emission: Color::select(mask, yes.emission, no.emission),
             normal: Vector::select(mask, yes.normal, no.normal),
         }
@@ -114,7 +114,7 @@ impl<F: Float> Shaded<F> {
     pub fn without(self, mask: F::Mask) -> Self {
         let (zero, black) = (F::zero(), Color::black());
         let nothing = F::Mask::from_bits(0);
-        let model = BlinnPhong { diffuse: black, specular: black, shininess: zero, phong: nothing };
+        let model = BlinnPhongParams { diffuse: black, specular: black, shininess: zero, phong: nothing };
         Self::select(mask, Self { model, kr: black, kt: black, ior: zero, emission: black, ..self }, self)
     }
 

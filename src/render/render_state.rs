@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use crate::film::{Allocation, Film, Moments, Region, SampleRanges, Unit};
+use crate::film::{Allocation, Film, FilmScale, Moments, Region, SampleRanges};
 
 /// Samples of a film and which ones they are: all that is needed to go on with a rendering.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gathered {
+pub struct RenderState {
     /// The sums.
     pub film: Film,
     /// Squares of the samples, where variance is wanted.
@@ -14,7 +14,7 @@ pub struct Gathered {
     /// Samples that every pixel has.
     pub samples: SampleRanges,
     /// Those of a pass that is under way.
-    pub pass: Option<Pass>,
+    pub pass: Option<RenderPass>,
     /// How many rays the first samples of each block took, if blocks get as many samples as they are worth: see
     /// `render::adaptive`.
     pub rays: Option<Vec<u64>>,
@@ -25,7 +25,7 @@ pub struct Gathered {
 
 /// Samples that some tiles have already and others have not.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pass {
+pub struct RenderPass {
     /// The samples that tiles have.
     pub samples: Range<u32>,
     /// Where its samples end: those behind come next, for the same blocks.
@@ -38,22 +38,22 @@ pub struct Pass {
     pub blocks: Option<Vec<bool>>,
 }
 
-impl Pass {
+impl RenderPass {
     /// A pass of which no tile is done.
-    pub fn new(samples: Range<u32>, tile: u32, region: Region) -> Pass {
+    pub fn new(samples: Range<u32>, tile: u32, region: Region) -> RenderPass {
         let done = vec![false; super::tiles(region, tile).len()];
-        Pass { until: samples.end, samples, tile, done, blocks: None }
+        RenderPass { until: samples.end, samples, tile, done, blocks: None }
     }
 
     /// Its first samples, at most so many; the others come next.
-    pub(super) fn begin(self, most: u32) -> Pass {
+    pub(super) fn begin(self, most: u32) -> RenderPass {
         let end = self.samples.start.saturating_add(most).min(self.samples.end);
-        Pass { samples: self.samples.start..end, ..self }
+        RenderPass { samples: self.samples.start..end, ..self }
     }
 
     /// Its next samples, if there are any.
-    pub(super) fn next(&self, most: u32) -> Option<Pass> {
-        let rest = Pass {
+    pub(super) fn next(&self, most: u32) -> Option<RenderPass> {
+        let rest = RenderPass {
             samples: self.samples.end..self.until,
             done: vec![false; self.done.len()],
             ..self.clone()
@@ -77,10 +77,10 @@ impl Pass {
     }
 }
 
-impl Gathered {
+impl RenderState {
     /// No samples.
-    pub fn nothing(region: Region, unit: Unit, variance: bool) -> Gathered {
-        Gathered {
+    pub fn nothing(region: Region, unit: FilmScale, variance: bool) -> RenderState {
+        RenderState {
             film: Film::new(region, unit),
             moments: variance.then(|| Moments::new(region)),
             samples: SampleRanges::default(),
@@ -91,7 +91,7 @@ impl Gathered {
     }
 
     /// Adds what was gathered elsewhere for the same pixels, of other samples.
-    pub fn merge(&mut self, other: &Gathered) {
+    pub fn merge(&mut self, other: &RenderState) {
         self.film.merge(&other.film);
         if let (Some(moments), Some(more)) = (&mut self.moments, &other.moments) {
             moments.merge(more);

@@ -4,9 +4,9 @@
 use std::f32::consts::PI;
 
 use super::footprint::{Footprint, on_surface};
-use super::principled::basis::Basis;
-use super::sampled::Coordinates;
-use super::surface::{HitLanes, Surface, corners, rows, turn, unit_or};
+use super::principled::shading_frame::ShadingFrame;
+use super::surface::{HitLanes, Surface, corners, normalize_or, rows, transform_normal};
+use super::texture_lookup::Coordinates;
 use crate::bvh::SPHERE;
 use crate::math::{Color, NONE, Vector};
 use crate::scene::Geometry;
@@ -181,7 +181,7 @@ fn round_gradients<F: Float>(
     if placed.any() {
         let (there, back) =
             (rows(geometry, hit.instance, 0, placed), rows(geometry, hit.instance, 3, placed));
-        normal = Vector::select(placed, turn(&there, normal), normal);
+        normal = Vector::select(placed, transform_normal(&there, normal), normal);
         gradients[0] = Vector::select(placed, back.apply_transposed(axes[0]), axes[0]);
         gradients[1] = Vector::select(placed, back.apply_transposed(axes[1]), axes[1]);
         gradients[2] = Vector::select(placed, back.apply_transposed(axes[2]), axes[2]);
@@ -248,8 +248,8 @@ pub fn tangent_frame<F: Float>(
     hit: &HitLanes<F>,
     surface: &Surface<F>,
     mask: F::Mask,
-) -> Basis<F> {
-    let plain = Basis::about(surface.normal);
+) -> ShadingFrame<F> {
+    let plain = ShadingFrame::about(surface.normal);
     let triangle = HitCorners::new(geometry, hit, mask);
     let none = F::Int::splat(NONE);
     let base = F::Int::gather(&geometry.parts.tangents, triangle.part, triangle.is_triangle);
@@ -282,11 +282,15 @@ pub fn tangent_frame<F: Float>(
         x = Vector::select(round, pole.cross(outward) * side, x);
         sign = F::select(round, side, sign);
     }
-    let x = unit_or(x - outward * outward.dot(x), plain.x);
+    let x = normalize_or(x - outward * outward.dot(x), plain.x);
     let known = given | derived | round;
     let part_sign = F::gather(&geometry.parts.sign, triangle.part, triangle.is_triangle);
     let y = outward.cross(x) * (sign * F::select(triangle.is_triangle, part_sign, F::one()));
-    Basis { x: Vector::select(known, x, plain.x), y: Vector::select(known, y, plain.y), z: surface.normal }
+    ShadingFrame {
+        x: Vector::select(known, x, plain.x),
+        y: Vector::select(known, y, plain.y),
+        z: surface.normal,
+    }
 }
 
 /// A sphere's +Y as a normal in the world, and −1 where it is mirrored. Growing u goes around it.
@@ -300,7 +304,7 @@ fn pole<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, round: F::Mask) -> (Ve
     let mut side = F::select(x.cross(pole).dot(z).lt(F::zero()), -F::one(), F::one());
     let placed = round & !hit.instance.eq(F::Int::splat(NONE));
     if placed.any() {
-        pole = Vector::select(placed, turn(&rows(geometry, hit.instance, 3, placed), pole), pole);
+        pole = Vector::select(placed, transform_normal(&rows(geometry, hit.instance, 3, placed), pole), pole);
         side = F::select(placed, side * F::gather(&geometry.instance_signs, hit.instance, placed), side);
     }
     (pole, side)
@@ -414,7 +418,7 @@ mod tests {
     }
 
     #[track_caller]
-    fn axes(frame: &Basis<f32>, expected: [[f32; 3]; 3]) {
+    fn axes(frame: &ShadingFrame<f32>, expected: [[f32; 3]; 3]) {
         near(frame.x, expected[0]);
         near(frame.y, expected[1]);
         near(frame.z, expected[2]);
@@ -428,7 +432,7 @@ mod tests {
         axis.map(|c| 0.0 - c)
     }
 
-    fn frame(geometry: &Geometry, inside: bool) -> Basis<f32> {
+    fn frame(geometry: &Geometry, inside: bool) -> ShadingFrame<f32> {
         tangent_frame(geometry, &middle(NONE), &seen(inside), true)
     }
 

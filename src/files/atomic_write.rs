@@ -36,24 +36,24 @@ pub fn write_whole<E: std::fmt::Display>(
 pub fn begin<E: std::fmt::Display>(
     path: &Path,
     write: impl FnOnce(Writer<'_>) -> Result<(), E>,
-) -> Result<Written, SaveError> {
+) -> Result<UnnamedFile, SaveError> {
     let place = place_of(path)?;
     let temporary = temporary_beside(path, &place)?;
     write(BufWriter::new(temporary.as_file())).map_err(|reason| SaveError::new(path, reason))?;
-    Ok(Written { path: path.to_owned(), place, temporary })
+    Ok(UnnamedFile { path: path.to_owned(), place, temporary })
 }
 
 /// A file that is written but does not have its name yet. If it is dropped, it is gone.
-pub struct Written {
+pub struct UnnamedFile {
     path: PathBuf,
     place: PathBuf,
     temporary: NamedTempFile,
 }
 
-impl Written {
+impl UnnamedFile {
     /// The second half of [`write_whole`]: waits until the file is on disk, and gives it its name.
     pub fn finish(self) -> Result<(), SaveError> {
-        let Written { path, place, temporary } = self;
+        let UnnamedFile { path, place, temporary } = self;
         let failed = |error: std::io::Error| SaveError::new(&path, error);
         if let Ok(older) = std::fs::metadata(&place) {
             temporary.as_file().set_permissions(older.permissions()).map_err(failed)?;

@@ -5,7 +5,7 @@ use crate::simd::Float;
 
 /// Orthonormal axes.
 #[derive(Clone, Copy)]
-pub struct Basis<F: Float> {
+pub struct ShadingFrame<F: Float> {
     /// Along the surface.
     pub x: Vector<F>,
     /// Along the surface, perpendicular to x.
@@ -14,7 +14,7 @@ pub struct Basis<F: Float> {
     pub z: Vector<F>,
 }
 
-impl<F: Float> Basis<F> {
+impl<F: Float> ShadingFrame<F> {
     /// Any frame about a unit normal (Duff and others 2017).
     #[inline(always)]
     pub fn about(z: Vector<F>) -> Self {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::emitters::Surfaces;
+use super::emitters::EmittingSurfaces;
 use crate::bvh::SPHERE;
 use crate::math::{NONE, Rgb, Vec2};
 use crate::scene::textures::SampledTexture;
@@ -14,23 +14,23 @@ const FINEST: usize = 512;
 const ROWS: usize = 8;
 
 /// The textures of all materials that shine by one.
-pub(super) struct Glows<'a> {
-    surfaces: &'a Surfaces<'a>,
-    sums: HashMap<u32, GlowSums>,
+pub(super) struct EmissionAverages<'a> {
+    surfaces: &'a EmittingSurfaces<'a>,
+    sums: HashMap<u32, EmissionSums>,
 }
 
-impl<'a> Glows<'a> {
-    pub(super) fn new(surfaces: &'a Surfaces<'a>) -> Self {
+impl<'a> EmissionAverages<'a> {
+    pub(super) fn new(surfaces: &'a EmittingSurfaces<'a>) -> Self {
         Self { surfaces, sums: HashMap::new() }
     }
 
     /// The mean luminance of a material's emission on a primitive, relative to its factor. Zero only if all of it is
     /// black: what shines only a little must have a chance, too.
     pub(super) fn mean(&mut self, material: u32, primitive: u32) -> f32 {
-        let Surfaces { geometry, materials, textures, .. } = *self.surfaces;
+        let EmittingSurfaces { geometry, materials, textures, .. } = *self.surfaces;
         let texture = materials[material as usize].emission.texture;
         let sampled = &textures.sampled[texture as usize];
-        let sums = self.sums.entry(texture).or_insert_with(|| GlowSums::new(textures, sampled));
+        let sums = self.sums.entry(texture).or_insert_with(|| EmissionSums::new(textures, sampled));
         let mean = match corners(geometry, sampled, primitive) {
             Some(corners) => sums.triangle(corners),
             None => sums.within(Vec2::ZERO, Vec2::new(sums.columns as f32, sums.rows as f32)),
@@ -64,7 +64,7 @@ fn corners(geometry: &Geometry, sampled: &SampledTexture, primitive: u32) -> Opt
 }
 
 /// Sums of an image's luminance over all rectangles of cells from its corner (Crow 1984).
-struct GlowSums {
+struct EmissionSums {
     columns: usize,
     rows: usize,
     wrap: [u32; 2],
@@ -72,7 +72,7 @@ struct GlowSums {
     sums: Vec<f64>,
 }
 
-impl GlowSums {
+impl EmissionSums {
     fn new(textures: &Textures, sampled: &SampledTexture) -> Self {
         let level = sampled.first_level as usize;
         let (width, height) = (textures.levels.width[level] as usize, textures.levels.height[level] as usize);
@@ -183,12 +183,12 @@ mod tests {
     use super::*;
 
     /// One bright texel in the corner of 64 × 64, cells of one texel each.
-    fn corner() -> GlowSums {
+    fn corner() -> EmissionSums {
         let (columns, rows) = (64, 64);
         let mut sums = vec![1.0; (columns + 1) * (rows + 1)];
         sums[..=columns].fill(0.0);
         (0..=rows).for_each(|y| sums[y * (columns + 1)] = 0.0);
-        GlowSums { columns, rows, wrap: [0; 2], sums }
+        EmissionSums { columns, rows, wrap: [0; 2], sums }
     }
 
     #[test]
@@ -217,7 +217,7 @@ mod tests {
         let sums =
             (0..(columns + 1) * (rows + 1)).map(|at| (at % (columns + 1) * (at / (columns + 1))) as f64);
         for wrap in [0, 1, 2] {
-            let glow = GlowSums { columns, rows, wrap: [wrap; 2], sums: sums.clone().collect() };
+            let glow = EmissionSums { columns, rows, wrap: [wrap; 2], sums: sums.clone().collect() };
             for at in [Vec2::ZERO, Vec2::splat(0.9), Vec2::new(-3.2, 7.7), Vec2::splat(1e9)] {
                 let mean = glow.triangle([at, at + Vec2::new(0.3, 0.1), at + Vec2::new(0.1, 0.4)]);
                 assert!((mean - 1.0).abs() < 1e-4, "{mean} {wrap} {at}");

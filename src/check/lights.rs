@@ -1,8 +1,8 @@
 //! Whether light reaches what is seen, and if not, why.
 
-use super::probes::{Met, Tracer, directions};
+use super::probes::{Met, ProbeTracer, directions};
 use super::{Checked, Finding};
-use crate::compile::{NO_LIGHT, shines};
+use crate::compile::{NO_LIGHT, emits};
 use crate::error::words;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::material::Coverage;
@@ -20,7 +20,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let seen = probes.seen().next().is_some();
     let is_dark = seen && probes.dark() > 0.9;
     let around = !scene.environment.is_black();
-    if !shines(scene) && (settings.transport == Transport::Whitted || !around) {
+    if !emits(scene) && (settings.transport == Transport::Whitted || !around) {
         if is_dark && around {
             findings.push(Finding::new(
                 None,
@@ -43,7 +43,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         ));
     }
     let Ok(placed) = transforms::to_world(world, &world.in_order()) else { return };
-    let mut tracer = Tracer::to_lights(scene);
+    let mut tracer = ProbeTracer::to_lights(scene);
     let mut query = world.entities.query::<(hecs::Entity, &Light)>();
     let mut lamps: Vec<_> = query.iter().collect();
     lamps.sort_by_key(|(entity, _)| entity.id());
@@ -55,7 +55,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
             findings.push(Finding::new(Some(&name), what, "give it more than 0, or leave it out"));
             continue;
         }
-        let Some(lamp) = Lamp::new(light, matrix) else { continue };
+        let Some(lamp) = PlacedLight::new(light, matrix) else { continue };
         findings.extend(
             lamp.fault(checked, &mut tracer, is_dark)
                 .map(|(what, remedy)| Finding::new(Some(&name), what, remedy)),
@@ -84,7 +84,7 @@ fn nothing_of(light: &Light) -> &'static str {
 }
 
 /// A lamp that has a place.
-struct Lamp {
+struct PlacedLight {
     place: Vec3,
     /// The direction of −Z.
     axis: Vec3,
@@ -92,8 +92,8 @@ struct Lamp {
     cos_limit: f32,
 }
 
-impl Lamp {
-    fn new(light: &Light, matrix: &DAffine3) -> Option<Lamp> {
+impl PlacedLight {
+    fn new(light: &Light, matrix: &DAffine3) -> Option<PlacedLight> {
         let cos_limit = match light {
             Light::Point { .. } | Light::Photometric { .. } => -1.0,
             Light::Spot { outer_angle, .. } => libm::cos(f64::from(*outer_angle)) as f32,
@@ -101,7 +101,7 @@ impl Lamp {
             Light::Directional { .. } | Light::Environment { .. } | Light::Sky { .. } => return None,
         };
         let axis = matrix.transform_vector3(-glam::DVec3::Z).normalize().as_vec3();
-        Some(Lamp { place: matrix.translation.as_vec3(), axis, cos_limit })
+        Some(PlacedLight { place: matrix.translation.as_vec3(), axis, cos_limit })
     }
 
     /// Whether it shines into a direction.
@@ -110,7 +110,7 @@ impl Lamp {
     }
 
     /// Why it is useless, and what to do about it.
-    fn fault(&self, checked: &Checked, tracer: &mut Tracer, is_dark: bool) -> Option<(String, String)> {
+    fn fault(&self, checked: &Checked, tracer: &mut ProbeTracer, is_dark: bool) -> Option<(String, String)> {
         if self.reaches_anything(checked, tracer) {
             return None;
         }
@@ -176,7 +176,7 @@ impl Lamp {
     }
 
     /// Whether a ray from it reaches the visible side of some place.
-    fn reaches_anything(&self, checked: &Checked, tracer: &mut Tracer) -> bool {
+    fn reaches_anything(&self, checked: &Checked, tracer: &mut ProbeTracer) -> bool {
         checked.probes.seen().any(|(features, place)| {
             // Averages of near and far places are places where nothing is.
             const UNMIXED: f32 = 0.95;
@@ -198,7 +198,7 @@ impl Lamp {
 }
 
 /// Whether an entity is all that the camera sees about it.
-fn is_around_the_camera(checked: &Checked, tracer: &mut Tracer, entity: u32) -> bool {
+fn is_around_the_camera(checked: &Checked, tracer: &mut ProbeTracer, entity: u32) -> bool {
     let eye = checked.scene.camera.origin;
     let met: Vec<_> = directions(16).map(|way| tracer.first(eye, way, f32::INFINITY)).collect();
     met.iter().filter(|met| met.is_some_and(|met| met.entity == entity)).count() >= 8

@@ -1,9 +1,9 @@
 //! Rough glass whose microfacets are stretched: [`super::glass`] with the dimensions of [`super::stretched`].
 
 use super::albedo::{Points, between};
+use super::anisotropic::{azimuth, direction, place};
 use super::ggx::Ggx;
 use super::glass::{Cosine, Divided, between_ratios, integrate, ratio, sides};
-use super::stretched::{azimuth, direction, place};
 use crate::math::Vector;
 use crate::math::elementary::sin_cos_turns;
 use crate::simd::{Float, Int, Isa, Outlined};
@@ -20,15 +20,16 @@ const COSINES: usize = 17;
 const SAMPLES: u32 = 256;
 
 /// By side, ratio of indices, roughness, strength, azimuth and cosine: both numbers of a [`Divided`].
-pub struct Table {
+pub struct AnisotropicGlassTable {
     entries: Vec<f32>,
     /// Means over the hemisphere of what is not reflected, by side, ratio, roughness and strength.
     means: Vec<f32>,
 }
 
-impl Table {
+impl AnisotropicGlassTable {
     /// Without entries.
-    pub(super) const EMPTY: Table = Table { entries: Vec::new(), means: Vec::new() };
+    pub(super) const EMPTY: AnisotropicGlassTable =
+        AnisotropicGlassTable { entries: Vec::new(), means: Vec::new() };
 
     /// Takes a tenth of a second.
     pub(super) fn new() -> Self {
@@ -80,7 +81,7 @@ impl Table {
     /// The division of light from a direction in the frame; `eta` is the viewer's side over the other.
     #[inline(always)]
     pub fn directional<F: Float>(&self, w: Vector<F>, ggx: &Ggx<F>, eta: F, mask: F::Mask) -> Divided<F> {
-        F::outlined(LookUp { table: self, w, ggx: *ggx, eta, mask })
+        F::outlined(GlassLookUp { table: self, w, ggx: *ggx, eta, mask })
     }
 
     /// The mean over the hemisphere of what is not reflected, weighted by the cosine.
@@ -109,15 +110,15 @@ fn weight<F: Float>(upper: F, up: u32) -> F {
     if up == 1 { upper } else { F::one() - upper }
 }
 
-struct LookUp<'a, F: Float> {
-    table: &'a Table,
+struct GlassLookUp<'a, F: Float> {
+    table: &'a AnisotropicGlassTable,
     w: Vector<F>,
     ggx: Ggx<F>,
     eta: F,
     mask: F::Mask,
 }
 
-impl<F: Float> Outlined for LookUp<'_, F> {
+impl<F: Float> Outlined for GlassLookUp<'_, F> {
     type Output = Divided<F>;
     #[inline(always)]
     fn run(self) -> Divided<F> {
@@ -147,7 +148,7 @@ impl<F: Float> Outlined for LookUp<'_, F> {
 #[cfg(test)]
 mod tests {
     use super::super::tables::LobeTables;
-    use super::super::{albedo, stretched};
+    use super::super::{albedo, anisotropic};
     use super::*;
 
     #[test]
@@ -166,8 +167,8 @@ mod tests {
             let w = direction(c.max(0.01), (a * std::f32::consts::FRAC_PI_2).cos());
             let exact = integrate(Isa::detect(), w, ggx, eta, &points);
             let whole = exact.kept * albedo::integrate(Isa::detect(), w, ggx, &points).0.whole();
-            let own = stretched::directional(tables.stretched, w, &ggx, true).whole();
-            let found = tables.stretched_glass.directional(w, &ggx, eta, true);
+            let own = anisotropic::directional(tables.anisotropic, w, &ggx, true).whole();
+            let found = tables.anisotropic_glass.directional(w, &ggx, eta, true);
             let off =
                 [f64::from(found.gain(own) * whole - 1.0), f64::from(found.reflected - exact.reflected)];
             for k in 0..2 {

@@ -31,9 +31,9 @@ fn around(world: &World) -> Option<String> {
     })
 }
 
-type Says = fn(&Principled) -> bool;
+type IsIneffective = fn(&Principled) -> bool;
 
-const OF_MATERIALS: [(&str, Says); 6] = [
+const OF_MATERIALS: [(&str, IsIneffective); 6] = [
     ("metals let no light through (metallic: 0 makes it glass)", |m| {
         m.metallic.factor >= 1.0 && m.metallic.texture.is_none() && lets_through(m)
     }),
@@ -77,7 +77,7 @@ fn enters(m: &Principled) -> bool {
 }
 
 /// Some of the materials of which that holds.
-fn names(world: &World, says: Says) -> Vec<String> {
+fn names(world: &World, says: IsIneffective) -> Vec<String> {
     let materials = (0u32..).zip(&world.assets.materials);
     let found = materials.filter(|(_, named)| match &named.material {
         Material::Principled(material) => says(material),
