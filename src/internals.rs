@@ -15,7 +15,7 @@ pub mod check {
 #[doc(hidden)]
 #[cfg(feature = "cli")]
 pub mod cli {
-    pub use crate::cli::{carry_out, main, understands};
+    pub use crate::cli::{main, run, understands};
 }
 #[doc(hidden)]
 #[cfg(feature = "render")]

@@ -73,7 +73,7 @@ pub(super) fn line_to_local<F: Float>(
     (from, along)
 }
 
-/// Factors for near and for far planes from a component's reciprocal, see [`SplitCandidates`].
+/// Factors for near and for far planes from a component's reciprocal, see [`RaySlabs`].
 #[inline(always)]
 pub(super) fn slab_scales<F: Float>(reciprocal: F) -> (F, F) {
     (reciprocal * F::splat(PADDING - 1.0), reciprocal * F::splat(-1.0 - PADDING))

@@ -58,7 +58,7 @@ pub struct Crossing {
     pub front: bool,
 }
 
-/// Says of primitives that are [`Sidedness::AcceptedRange`] whether they are there.
+/// Says of primitives that are [`Sidedness::Filtered`] whether they are there.
 pub trait HitPredicate: Sync {
     /// Whether the ray of that number meets something there. The same question has the same answer,
     /// however often and in whatever order it is asked.

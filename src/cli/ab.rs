@@ -48,7 +48,7 @@ pub struct Ab {
 }
 
 /// A rendering and what it was of.
-struct Side {
+struct ComparedSide {
     film: Film,
     settings: Settings,
     /// The files that were read for it.
@@ -86,7 +86,8 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     let [width, height] = a.settings.size;
     let bytes = u64::from(width) * u64::from(height) * BYTES;
     let _claim = memory::reserve(format_args!("the difference of images of {width}x{height}"), bytes)?;
-    let difference = Difference::new(&a.film, &b.film).ok_or_else(|| Failure::command_line(FEW_SAMPLES))?;
+    let difference =
+        ImageDifference::new(&a.film, &b.film).ok_or_else(|| Failure::command_line(FEW_SAMPLES))?;
     for output in ["a", "b", "diff"].map(&path) {
         let mut read = [&a, &b].into_iter().flat_map(|side| side.sources.all().into_keys());
         if read.any(|read| are_same(&read, &output)) {
@@ -103,16 +104,16 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     }
     let shown = difference.picture();
     write(&path("diff"), a.settings.size, &shown, DisplayTransform::new(Tonemap::Clamp, 0.0, &shown))?;
-    let Difference { mean, error, significant, .. } = difference;
+    let ImageDifference { mean, error, significant, .. } = difference;
     if arguments.json {
         let files = ["a", "b", "diff"].map(|end| output::path_json(&path(end)));
         let facts =
             json!({"images": files, "mean": mean, "standard_error": error, "significant": significant});
-        output::say(&format!("{facts}\n"), false)?;
+        output::print_text(&format!("{facts}\n"), false)?;
     } else {
         let before = radiances[0].iter().map(|light| f64::from(light.luminance())).sum::<f64>();
         let part = 100.0 * mean / (before / radiances[0].len().max(1) as f64).max(1e-30);
-        output::say(
+        output::print_text(
             &format!(
                 "images      {}, {}, {}\nB - A       {mean:+.6} in the mean, {part:+.2} % of A, standard error {error:.6}\n\
                  significant {:.1} % of the image differ by more than three standard errors\n",
@@ -127,7 +128,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
+fn render(arguments: &Ab, options: &LoadOptions) -> Result<ComparedSide, Failure> {
     let mut world = crate::formats::load_with(&arguments.scene, options)?;
     arguments.picture.apply(&mut world);
     let scene = crate::compile::compile(&world, arguments.picture.camera.as_deref())
@@ -139,7 +140,7 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<Side, Failure> {
     while !session.is_done() {
         session.advance(16);
     }
-    Ok(Side { film: session.into_film(), settings, sources: world.assets.files.clone() })
+    Ok(ComparedSide { film: session.into_film(), settings, sources: world.assets.files.clone() })
 }
 
 fn write(
@@ -156,7 +157,7 @@ fn write(
 
 /// B minus A. Both have the same random numbers, so that most of their noise is the same, too; the difference between
 /// even and odd samples tells how much of it is left.
-struct Difference {
+struct ImageDifference {
     /// Luminance of each pixel's difference in standard errors; neighbours are taken together.
     scores: Vec<f64>,
     /// Mean difference.
@@ -173,9 +174,9 @@ const BYTES: u64 = 64;
 /// How many pixels on either side are taken together: a single pixel says little about its own noise.
 const BESIDE: usize = 2;
 
-impl Difference {
+impl ImageDifference {
     /// None before every pixel has some even and some odd samples.
-    fn new(a: &Film, b: &Film) -> Option<Difference> {
+    fn new(a: &Film, b: &Film) -> Option<ImageDifference> {
         let (a_halves, b_halves) = a.halves().zip(b.halves())?;
         let pixel = |(a, b): ([Rgb; 2], [Rgb; 2])| {
             let [even, odd] =
@@ -188,7 +189,7 @@ impl Difference {
     }
 
     /// Of differences with their variances, row by row.
-    fn of(pixels: &[(f64, f64)], width: usize) -> Difference {
+    fn of(pixels: &[(f64, f64)], width: usize) -> ImageDifference {
         let count = pixels.len().max(1) as f64;
         let mean = pixels.iter().map(|(difference, _)| difference).sum::<f64>() / count;
         let error = pixels.iter().map(|(_, variance)| variance).sum::<f64>().sqrt() / count;
@@ -208,7 +209,7 @@ impl Difference {
             }
         }
         let significant = scores.iter().filter(|score| score.abs() > 3.0).count() as f64 / count;
-        Difference { scores, mean, error, significant }
+        ImageDifference { scores, mean, error, significant }
     }
 
     /// Scores as colours: black for nothing, brighter up to ten standard errors.
@@ -227,11 +228,11 @@ mod tests {
         let noise = |i: usize| [1.0, -1.0, 0.5, -0.5][i % 4];
         let pixel = |i: usize| (noise(i) + if i % 20 >= 10 { 3.0 } else { 0.0 }, 1.0);
         let pixels: Vec<_> = (0..400).map(pixel).collect();
-        let Difference { scores, mean, significant, error, .. } = Difference::of(&pixels, 20);
+        let ImageDifference { scores, mean, significant, error, .. } = ImageDifference::of(&pixels, 20);
         assert!((mean - 1.5).abs() < 1e-9 && (error - 0.05).abs() < 1e-9);
         assert!((0.4..0.65).contains(&significant), "{significant}");
         assert!(scores[0].abs() < 3.0 && scores[19] > 3.0);
-        let same = Difference::of(&[(0.0, 0.0); 9], 3);
+        let same = ImageDifference::of(&[(0.0, 0.0); 9], 3);
         assert_eq!((same.significant, same.mean), (0.0, 0.0));
     }
 }

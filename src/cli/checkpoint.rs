@@ -10,7 +10,7 @@ use super::saving::Saved;
 use super::{Failure, output, record};
 use crate::error::{LoadError, SaveError};
 use crate::files::atomic_write::UnnamedFile;
-use crate::formats::film_file::{self, FilmFile, Header};
+use crate::formats::film_file::{self, FilmFile, FilmHeader};
 use crate::render::RenderState;
 use crate::world::FileDigest;
 
@@ -20,7 +20,7 @@ pub struct Checkpoint {
     /// Whether the file was asked for and stays.
     is_wanted: bool,
     every: Duration,
-    header: Header,
+    header: FilmHeader,
     begun: Instant,
     saving: Mutex<Saving>,
 }
@@ -39,7 +39,7 @@ const SHARE: u32 = 10;
 
 impl Checkpoint {
     /// The first save is after `every`. The header says everything except what is in the film.
-    pub fn new(path: PathBuf, is_wanted: bool, every: Duration, header: Header) -> Checkpoint {
+    pub fn new(path: PathBuf, is_wanted: bool, every: Duration, header: FilmHeader) -> Checkpoint {
         let begun = Instant::now();
         let saving = Mutex::new(Saving { next: begun + every, writer: None, saved: false });
         Checkpoint { path, is_wanted, every, header, begun, saving }
@@ -87,7 +87,7 @@ impl Checkpoint {
     /// rendering was interrupted or has taken long.
     pub fn save_end(
         &self,
-        header: &Header,
+        header: &FilmHeader,
         gathered: &RenderState,
         [has_more, is_interrupted]: [bool; 2],
         saved: &mut Saved,
@@ -99,7 +99,7 @@ impl Checkpoint {
         } else if has_more && (is_interrupted || saving.saved || self.begun.elapsed() >= self.every) {
             saved.film(&self.path, save(&self.path, header, gathered));
             if saved.film.is_some() {
-                output::tell(format_args!("to go on: {}", record::resume_own(&self.path, header)));
+                output::note(format_args!("to go on: {}", record::resume_own(&self.path, header)));
             }
         }
     }
@@ -120,11 +120,11 @@ fn finished_elsewhere(written: UnnamedFile) -> Option<JoinHandle<Result<(), Save
 }
 
 fn tell(error: &SaveError) {
-    output::tell(format_args!("warning: {error} (the rendering goes on, and an older checkpoint is kept)"));
+    output::note(format_args!("warning: {error} (the rendering goes on, and an older checkpoint is kept)"));
 }
 
 /// True if a file holds samples of this rendering.
-fn is_ours(path: &Path, header: &Header) -> bool {
+fn is_ours(path: &Path, header: &FilmHeader) -> bool {
     film_file::load_header(path).is_ok_and(|found| found.difference_of_job(header).is_none())
 }
 
@@ -133,7 +133,7 @@ pub const EXTENSION: &str = "checkpoint.film";
 
 /// Where such a film goes: to another name if the file holds hours of another rendering that could still be continued,
 /// or something else. The name depends on what is rendered, so that the same command finds it again.
-pub fn free(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
+pub fn free(path: PathBuf, header: &FilmHeader, quiet: bool) -> PathBuf {
     // (Links are refused when they are to be written.)
     if !path.exists() || path.is_symlink() {
         return path;
@@ -151,7 +151,7 @@ pub fn free(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
     let other = path.with_extension("").with_extension(format!("checkpoint-{hash:08x}.film"));
     if !quiet {
         let other = other.display();
-        output::tell(format_args!(
+        output::note(format_args!(
             "note: {name} is {what} ({to_do}): this rendering is saved to {other} meanwhile"
         ));
     }
@@ -160,7 +160,7 @@ pub fn free(path: PathBuf, header: &Header, quiet: bool) -> PathBuf {
 
 /// The film that an interrupted rendering of the same samples has left there. Errors: there is too little memory for
 /// it.
-pub fn left_behind(path: &Path, header: &Header) -> Result<Option<FilmFile>, Failure> {
+pub fn left_behind(path: &Path, header: &FilmHeader) -> Result<Option<FilmFile>, Failure> {
     if !path.is_file() || !is_ours(path, header) {
         return Ok(None);
     }

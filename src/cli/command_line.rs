@@ -6,12 +6,12 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::args::{Words, parse_place};
-use crate::formats::film_file::Header;
+use crate::formats::film_file::FilmHeader;
 use crate::study::explain::Recipe;
 
 /// Words as they are meant: `--samples` with a plain number is what other programs call samples per pixel, and two
 /// places in one word are two words.
-pub fn understood(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+pub fn normalize_args(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let is_number = |word: &OsStr| !word.is_empty() && word.as_encoded_bytes().iter().all(u8::is_ascii_digit);
     let mut words = words.into_iter().peekable();
     let mut meant = Vec::new();
@@ -44,8 +44,8 @@ fn places(words: &mut Peekable<impl Iterator<Item = OsString>>) -> Vec<OsString>
 }
 
 /// The words behind the program's name, as [`recorded`].
-pub fn typed() -> Vec<String> {
-    let words = understood(std::env::args_os().skip(1));
+pub fn recorded_args() -> Vec<String> {
+    let words = normalize_args(std::env::args_os().skip(1));
     recorded(words.into_iter().map(|word| word.to_string_lossy().into_owned()).collect())
 }
 
@@ -81,7 +81,7 @@ pub fn quoted(word: &str) -> String {
 }
 
 /// The command that renders another part, next to the one at `path`.
-pub fn of_shard(header: &Header, path: &Path, [index, count]: [u32; 2]) -> String {
+pub fn of_shard(header: &FilmHeader, path: &Path, [index, count]: [u32; 2]) -> String {
     let own = header.shard.map_or(0, |[index, _]| index);
     let name = path.to_string_lossy();
     let file = other_number(&name, own, index).unwrap_or_else(|| format!("part-{index}-of-{count}.film"));
@@ -89,7 +89,7 @@ pub fn of_shard(header: &Header, path: &Path, [index, count]: [u32; 2]) -> Strin
 }
 
 /// What renders some samples, beside what is at `path`.
-pub fn of_samples(header: &Header, path: &Path, samples: Range<u32>) -> String {
+pub fn of_samples(header: &FilmHeader, path: &Path, samples: Range<u32>) -> String {
     let Range { start, end } = samples;
     let file = path.with_file_name(format!("samples-{start}-{end}.film"));
     line(header, &["--samples", &format!("{start}..{end}")], &file.to_string_lossy())
@@ -115,7 +115,7 @@ pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
 
 /// The words behind the program's name that render what a film is of, but for those that say which part of it, when to
 /// stop, and where it goes.
-pub fn of_whole(header: &Header) -> Vec<String> {
+pub fn of_whole(header: &FilmHeader) -> Vec<String> {
     const OTHERS: [&str; 10] = [
         "--until",
         "--max-time",
@@ -147,7 +147,7 @@ pub fn of_whole(header: &Header) -> Vec<String> {
 }
 
 /// The command that renders another part of the samples.
-fn line(header: &Header, part: &[&str], file: &str) -> String {
+fn line(header: &FilmHeader, part: &[&str], file: &str) -> String {
     let mut words = vec!["rayfront".to_owned()];
     words.extend(of_whole(header));
     words.extend(part.iter().map(|word| (*word).to_owned()));
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn options_have_other_names() {
-        let understood = |words: &[&str]| understood(words.iter().map(OsString::from));
+        let understood = |words: &[&str]| normalize_args(words.iter().map(OsString::from));
         assert_eq!(understood(&["a.ron", "--samples", "64"]), ["a.ron", "--spp", "64"]);
         assert_eq!(understood(&["--samples=64"]), ["--spp=64"]);
         assert_eq!(

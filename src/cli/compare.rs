@@ -78,7 +78,7 @@ pub(super) fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
     let [one, other] = [&arguments.image, &arguments.reference];
     if is_linear(one) != is_linear(other) {
         let (toned, linear) = if is_linear(other) { (one, other) } else { (other, one) };
-        output::tell(format_args!(
+        output::note(format_args!(
             "note: {} holds what a screen shows, and {} radiance: two files of one kind compare better",
             toned.display(),
             linear.display()

@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &Diff) -> Result<ExitCode, Failure> {
         Ok(portrait(&world, path))
     };
     let lines = differences(&read(&arguments.a)?, &read(&arguments.b)?);
-    output::say(&lines.iter().map(|line| format!("{line}\n")).collect::<String>(), false)?;
+    output::print_text(&lines.iter().map(|line| format!("{line}\n")).collect::<String>(), false)?;
     Ok(if lines.is_empty() { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 

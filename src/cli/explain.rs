@@ -14,7 +14,7 @@ use crate::integrator::bounces::LobeKind;
 use crate::integrator::observe::Components;
 use crate::integrator::path_event::PathEvent;
 use crate::math::NONE;
-use crate::study::explain::{self, Followed, GivenNames, Life, LightRay, Shares, Step};
+use crate::study::explain::{self, ExplainedLightRay, Followed, GivenNames, Life, Shares, Step};
 use crate::world::Adaptive;
 
 /// `rayfront explain`.
@@ -209,8 +209,8 @@ fn share(share: f32) -> String {
     if share == 1.0 { String::new() } else { format!(", weighted by {share:.5}") }
 }
 
-fn light_line(lit: &LightRay, only_one: bool) -> String {
-    let LightRay { light, which, distance, contribution, arrived, blocked, .. } = lit;
+fn light_line(lit: &ExplainedLightRay, only_one: bool) -> String {
+    let ExplainedLightRay { light, which, distance, contribution, arrived, blocked, .. } = lit;
     let sample = if only_one { String::new() } else { format!(" sample {which}") };
     let brings = if *blocked {
         format!("blocked, would bring {}", triple(*contribution))

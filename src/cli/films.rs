@@ -5,12 +5,16 @@ use std::path::Path;
 use super::Failure;
 use crate::error::SaveError;
 use crate::film::SampleRanges;
-use crate::formats::film_file::{self, Begun, FilmFile, Header};
+use crate::formats::film_file::{self, Begun, FilmFile, FilmHeader};
 use crate::render::{RenderPass, RenderState, adaptive};
 
 /// The film that is at a path already, if any: it must be of the same samples. Another's is not replaced unless that is
 /// wanted.
-pub fn there_already(path: &Path, header: &Header, overwrite: bool) -> Result<Option<FilmFile>, Failure> {
+pub fn load_existing_film(
+    path: &Path,
+    header: &FilmHeader,
+    overwrite: bool,
+) -> Result<Option<FilmFile>, Failure> {
     if overwrite || !path.exists() {
         return Ok(None);
     }
@@ -55,7 +59,7 @@ pub fn gathered_of(file: FilmFile) -> Option<RenderState> {
 }
 
 /// Records in a header what is in the film.
-pub fn describe(header: &mut Header, gathered: &RenderState) {
+pub fn describe(header: &mut FilmHeader, gathered: &RenderState) {
     header.set_film(&gathered.film, gathered.moments.as_ref());
     header.set_ranges(&gathered.samples);
     header.rays.clone_from(&gathered.rays);
@@ -75,12 +79,12 @@ fn numbers(flags: &[bool]) -> Vec<u32> {
 }
 
 /// Saves a film. The header must say what is in it: see [`describe`].
-pub fn save(path: &Path, header: &Header, gathered: &RenderState) -> Result<(), SaveError> {
+pub fn save(path: &Path, header: &FilmHeader, gathered: &RenderState) -> Result<(), SaveError> {
     film_file::save(path, header, &gathered.film, gathered.moments.as_ref())
 }
 
 /// Writes a film to standard output. The header must describe it.
-pub(super) fn write_to_stdout(header: &Header, gathered: &RenderState) -> Result<(), Failure> {
+pub(super) fn write_to_stdout(header: &FilmHeader, gathered: &RenderState) -> Result<(), Failure> {
     film_file::write(&mut std::io::stdout().lock(), header, &gathered.film, gathered.moments.as_ref())
         .map_err(Failure::stdout("the film"))
 }

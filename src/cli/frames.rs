@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::job_args::Outputs;
 use super::{Failure, shard};
-use crate::formats::film_file::View;
+use crate::formats::film_file::RenderedView;
 
 /// Which moments are rendered.
 #[derive(Args, Debug)]
@@ -24,7 +24,7 @@ pub struct FrameOptions {
     #[arg(long, value_name = "PART", value_parser = parse_shutter)]
     pub shutter: Option<f32>,
     /// Number of moments within that time at which the scene is rendered, each with its part of the samples
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=i64::from(View::MOST_MOMENTS)))]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=i64::from(RenderedView::MOST_MOMENTS)))]
     pub moments: u32,
 }
 

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::{Failure, args, output};
 use crate::error::in_one_line;
 use crate::film::Region;
-use crate::formats::gltf::{Contents, contents};
+use crate::formats::gltf::{ModelSummary, contents};
 use crate::integrator::RenderSetup;
 use crate::integrator::photons::NoPhotons;
 use crate::math::{Rgb, Vec3};
@@ -116,7 +116,7 @@ fn models(world: &World) -> Result<Vec<Value>, Failure> {
     };
     let files = world.assets.files.all().into_keys().filter(is_model);
     let models = files.map(|path| {
-        let Contents { scenes, variants, animations } = contents(&path)?;
+        let ModelSummary { scenes, variants, animations } = contents(&path)?;
         let animations: Vec<Value> =
             animations.into_iter().map(|(name, end)| json!({"name": name, "seconds": end})).collect();
         Ok(json!({"file": output::path_json(&path), "scenes": scenes, "variants": variants, "animations": animations}))

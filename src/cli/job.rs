@@ -10,16 +10,16 @@ use super::checkpoint::{self, Checkpoint};
 use super::films::{describe, gathered_of, save, write_to_stdout};
 use super::interrupt::{self, Interrupt};
 use super::job_args::{CheckpointEvery, OutputOptions, Outputs, StopOptions, WorkOptions};
-use super::loading::{Compiled, Reuse, compiled, prove};
-use super::onlookers::Onlookers;
-use super::output::{self, Picture};
+use super::live_views::LiveViews;
+use super::loading::{LoadSession, LoadedScene, check_against_full_compile, compiled};
+use super::output::{self, OutputImage};
 use super::report::{Phases, RenderReport};
 use super::saving::Saved;
 use super::stop::{StopRules, pass_end};
-use super::{Failure, aov, command_line, usage};
+use super::{Failure, aov, command_line, process_times};
 use crate::check::{self, Finding};
 use crate::film::Region;
-use crate::formats::film_file::{self, FilmFile, Header, Note, PROGRAM, View};
+use crate::formats::film_file::{self, FilmFile, FilmHeader, Note, PROGRAM, RenderedView};
 use crate::formats::is_usual;
 use crate::formats::picture::supported;
 use crate::integrator::{RenderSetup, Stop};
@@ -30,7 +30,7 @@ use crate::world::{Adaptive, Aov, Settings, SourceFiles, World};
 /// A scene that is ready to be rendered.
 pub struct Job {
     /// What its film will say of itself.
-    pub header: Header,
+    pub header: FilmHeader,
     /// The scene with the settings.
     pub setup: Arc<RenderSetup>,
     /// Names of entities, if they are needed.
@@ -42,24 +42,29 @@ pub struct Job {
     /// How long it has taken so far.
     pub phases: Phases,
     /// What other moments of it have in common with this one.
-    reuse: Reuse,
+    reuse: LoadSession,
     /// Which moment the frame is of, where the shutter is open for some time.
     moment: u32,
 }
 
 impl Job {
     /// Reads a scene and prepares it. `change` makes the changes that were asked for elsewhere.
-    pub fn load(path: &Path, view: View, quiet: bool, change: impl Fn(&mut World)) -> Result<Job, Failure> {
-        let mut reuse = Reuse::new(view.moments() > 1);
+    pub fn load(
+        path: &Path,
+        view: RenderedView,
+        quiet: bool,
+        change: impl Fn(&mut World),
+    ) -> Result<Job, Failure> {
+        let mut reuse = LoadSession::new(view.moments() > 1);
         Self::load_frame(path, view, quiet, &mut reuse, change)
     }
 
     /// The same for one of several frames, which tells the next one what it can use.
     pub fn load_frame(
         path: &Path,
-        view: View,
+        view: RenderedView,
         quiet: bool,
-        reuse: &mut Reuse,
+        reuse: &mut LoadSession,
         change: impl Fn(&mut World),
     ) -> Result<Job, Failure> {
         let sources = SourceFiles::with(reuse.kept.clone());
@@ -69,18 +74,18 @@ impl Job {
         let mut tell = |line: &str| {
             if told.insert(line.to_owned()) {
                 let kind = if is_usual(line) { "note" } else { "warning" };
-                output::tell(format_args!("{kind}: {line}"));
+                output::note(format_args!("{kind}: {line}"));
             }
         };
         let tell: Option<&mut dyn FnMut(&str)> = if quiet { None } else { Some(&mut tell) };
         let found = compiled(path, &view.at(0), reuse, &sources, tell, &change);
         reuse.told = told;
-        let Compiled { compiled, setup, findings, settings, authored, source, names, phases } = found?;
+        let LoadedScene { compiled, setup, findings, settings, authored, source, names, phases } = found?;
         reuse.kept.forget_unused();
         if reuse.paranoid && reuse.before.is_some() {
-            prove(path, &view.at(0), &compiled, &change)?;
+            check_against_full_compile(path, &view.at(0), &compiled, &change)?;
             if !quiet {
-                output::tell("--paranoid: the same as compiled by itself");
+                output::note("--paranoid: the same as compiled by itself");
             }
         }
         let findings: Vec<String> = findings.iter().map(Finding::to_string).collect();
@@ -92,7 +97,7 @@ impl Job {
         if reuse.several {
             reuse.before = Some(compiled);
         }
-        let header = Header {
+        let header = FilmHeader {
             program: PROGRAM.into(),
             scene: source,
             view,
@@ -109,7 +114,7 @@ impl Job {
             shard: None,
             film_hash: String::new(),
             moments_hash: None,
-            note: Note { command: command_line::typed(), ..Note::default() },
+            note: Note { command: command_line::recorded_args(), ..Note::default() },
         };
         Ok(Job { header, setup, names, authored, findings, phases, reuse: reuse.clone(), moment: 0 })
     }
@@ -140,7 +145,7 @@ impl Job {
         if moment == self.moment {
             return Ok(());
         }
-        let Header { scene, view, settings, .. } = &self.header;
+        let FilmHeader { scene, view, settings, .. } = &self.header;
         let sources = SourceFiles::with(self.reuse.kept.clone());
         let found = compiled(&scene.path, &view.at(moment), &self.reuse, &sources, None, |world| {
             world.settings = settings.clone()
@@ -176,7 +181,7 @@ impl Job {
 
     /// Ready to go on with what was gathered before; `None` if this job cannot have gathered it.
     pub fn going_on(&self, work: &WorkOptions, gathered: RenderState) -> Option<Session> {
-        let Header { wanted: [start, end], region, settings, .. } = &self.header;
+        let FilmHeader { wanted: [start, end], region, settings, .. } = &self.header;
         let options = self.options(work, *region);
         let session = Session::going_on(self.setup.clone(), settings.samples, options, gathered);
         session.map(|session| session.with_samples(*start..*end))
@@ -202,7 +207,7 @@ impl Job {
     /// A session like that for a part of the image.
     pub fn session_of(&self, work: &WorkOptions, region: Region) -> Session {
         let options = self.options(work, region);
-        let Header { wanted: [start, end], allocation, region: whole, settings, .. } = &self.header;
+        let FilmHeader { wanted: [start, end], allocation, region: whole, settings, .. } = &self.header;
         let allocation = allocation
             .as_ref()
             .and_then(|allocation| adaptive::allocation_of_part(allocation, *whole, region));
@@ -213,7 +218,7 @@ impl Job {
 }
 
 /// What to do with a job.
-pub struct Wanted<'a> {
+pub struct RunRequest<'a> {
     /// Files.
     pub outputs: Outputs,
     /// What they are like.
@@ -223,12 +228,12 @@ pub struct Wanted<'a> {
     /// How to work.
     pub work: &'a WorkOptions,
     /// Where the image is shown meanwhile.
-    pub onlookers: &'a Onlookers,
+    pub onlookers: &'a LiveViews,
     /// Files whose change ends it: nothing is written then.
     pub watched: Option<&'a SourceFiles>,
 }
 
-impl Wanted<'_> {
+impl RunRequest<'_> {
     /// Where films are saved meanwhile, whether that is a file to be kept, and how often.
     fn checkpoint(&self) -> Option<(PathBuf, bool, Duration)> {
         const USUAL: Duration = Duration::from_secs(60);
@@ -247,7 +252,7 @@ impl Wanted<'_> {
 }
 
 /// Renders the rest of a job and writes its outputs. `found` is a film to continue.
-pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Result<u8, Failure> {
+pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Result<u8, Failure> {
     let outputs = &wanted.outputs;
     let images = aov::with_file(&outputs.images, &job.header.settings.aov);
     images.iter().try_for_each(|path| supported(path))?;
@@ -256,7 +261,7 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
     }
     outputs.film.iter().try_for_each(|path| film_file::writable(path))?;
     let all = Outputs { images: images.clone(), ..outputs.clone() };
-    output::are_apart(&all, wanted.output.denoise, &job.header.scene)?;
+    output::check_output_conflicts(&all, wanted.output.denoise, &job.header.scene)?;
     let (schedule, wave) = (wanted.work.schedule.into(), wanted.work.wave as usize);
     let to_openexr = images.iter().any(|path| aov::holds(path));
     let (region, denoises) = (job.header.region, wanted.output.denoise);
@@ -281,10 +286,10 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         Some(film) => go_on_with(&mut job, film, wanted.work)?,
         None => job.session(wanted.work),
     };
-    job.header.note.hosts.extend(usage::host().filter(|host| !job.header.note.hosts.contains(host)));
+    job.header.note.hosts.extend(process_times::host().filter(|host| !job.header.note.hosts.contains(host)));
 
     let start = Instant::now();
-    let cpu = usage::cpu_seconds();
+    let cpu = process_times::cpu_seconds();
     let before = job.header.note.seconds;
     let checkpoint = checkpoint_to
         .map(|(path, is_wanted, every)| Checkpoint::new(path, is_wanted, every, job.header.clone()));
@@ -307,13 +312,13 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
         session.replace_setup(job.setup.clone());
     }
     job.phases.render = start.elapsed();
-    job.phases.render_cpu = usage::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
+    job.phases.render_cpu = process_times::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     job.header.note.seconds = before + job.phases.render.as_secs_f64();
     job.header.note.stopped_by = stopped_by;
     describe(&mut job.header, session.gathered());
     session.free_workers();
     if let Some(fault) = output::uneven_blur(&job.header).filter(|_| !images.is_empty()) {
-        output::tell(format_args!("warning: {fault}"));
+        output::note(format_args!("warning: {fault}"));
         job.findings.push(fault);
     }
 
@@ -340,13 +345,13 @@ pub fn carry_out(mut job: Job, wanted: &Wanted, found: Option<FilmFile>) -> Resu
 /// Writes the images and says what was done.
 fn finish(
     job: Job,
-    wanted: &Wanted,
+    wanted: &RunRequest,
     session: &Session,
     images: &[PathBuf],
     mut saved: Saved,
 ) -> Result<(), Failure> {
     if session.leaves_photons_out() && !wanted.work.quiet {
-        output::tell(format_args!(
+        output::note(format_args!(
             "note: photons would show as single dots here, so caustics are left to chance: --caustics 1 brings them"
         ));
     }
@@ -355,10 +360,10 @@ fn finish(
     let denoised = if wanted.output.denoise { session.denoised() } else { None };
     phases.denoise = start.elapsed();
     if wanted.output.denoise && denoised.is_none() {
-        output::tell("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
+        output::note("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
     }
     let start = Instant::now();
-    let picture = Picture::new(&header, session.film(), wanted.output.bits);
+    let picture = OutputImage::new(&header, session.film(), wanted.output.bits);
     let channels = if images.is_empty() { Vec::new() } else { session.channels(&header.settings.aov) };
     let manifest = aov::manifest(&channels, &names, session.scene());
     picture.write(images, &channels, manifest, &mut saved);
@@ -372,7 +377,7 @@ fn finish(
     let denoised = clean.as_ref().map(|(denoised, paths)| (*denoised, &paths[..]));
     if !wanted.work.quiet && session.is_done() {
         for fault in faults((&header, &authored), session, &picture, !findings.is_empty()) {
-            output::tell(format_args!("warning: {fault}"));
+            output::note(format_args!("warning: {fault}"));
             findings.push(fault);
         }
     }
@@ -391,15 +396,15 @@ fn finish(
         (false, false) => report.text(),
         (false, true) => String::new(),
     };
-    saved.report(output::say(&text, wanted.outputs.takes_stdout()));
+    saved.report(output::print_text(&text, wanted.outputs.takes_stdout()));
     saved.end(&header, session.gathered())
 }
 
 /// What is probably not as intended in a finished image. `told`: findings about its scene have been reported.
 fn faults(
-    (header, authored): (&Header, &Settings),
+    (header, authored): (&FilmHeader, &Settings),
     session: &Session,
-    picture: &Picture,
+    picture: &OutputImage,
     told: bool,
 ) -> Vec<String> {
     let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
@@ -437,7 +442,7 @@ fn go_on_with(job: &mut Job, film: FilmFile, work: &WorkOptions) -> Result<Sessi
     if !work.quiet && !session.is_done() {
         let more = if begun { ", and of some tiles more" } else { "" };
         let total = header.wanted[1] - header.wanted[0];
-        output::tell(format_args!("going on with {count} of {total} samples{more}"));
+        output::note(format_args!("going on with {count} of {total} samples{more}"));
     }
     header.note.hosts = note.hosts;
     header.note.seconds = note.seconds;
@@ -449,11 +454,11 @@ fn go_on_with(job: &mut Job, film: FilmFile, work: &WorkOptions) -> Result<Sessi
 fn passes(
     job: &mut Job,
     session: &mut Session,
-    wanted: &Wanted,
+    wanted: &RunRequest,
     checkpoint: Option<&Checkpoint>,
     interrupt: &Interrupt,
 ) -> Result<(u8, Option<String>), Failure> {
-    let looking = wanted.onlookers.look_at(session, &job.header.settings, wanted.work.quiet);
+    let looking = wanted.onlookers.attach(session, &job.header.settings, wanted.work.quiet);
     let rules = StopRules::new(wanted.stop, session);
     let stop = Stop::at(interrupt.flag()).with_deadline(rules.deadline());
     let mut stopped_by = None;
@@ -483,17 +488,17 @@ fn passes(
     if interrupt.exit_code() == 0 && stopped_by.is_none() {
         stopped_by = rules.overdue(session);
         if stopped_by.is_some() && session.samples_done().0 == 0 {
-            output::tell(
+            output::note(
                 "warning: --max-time: one sample of each pixel takes longer: pixels that have none are black",
             );
         }
     }
     if interrupt.exit_code() != 0 && wanted.watched.is_none() && !wanted.work.quiet {
         let (done, all) = session.samples_done();
-        output::tell(format_args!("interrupted after {done} of {all} samples: what there is has been saved"));
+        output::note(format_args!("interrupted after {done} of {all} samples: what there is has been saved"));
     }
     if let Some(missed) = rules.missed(session).filter(|_| !wanted.work.quiet) {
-        output::tell(missed);
+        output::note(missed);
     }
     Ok((interrupt.exit_code(), stopped_by))
 }

@@ -9,13 +9,13 @@ use super::Failure;
 use super::report::Phases;
 use crate::check::{self, Finding};
 use crate::compile;
-use crate::formats::film_file::{Source, View};
+use crate::formats::film_file::{RenderedView, Source};
 use crate::integrator::RenderSetup;
 use crate::world::{Aov, AssetCache, Settings, SourceFiles, World};
 
 /// What moments of a scene have in common, and need not read and build again.
 #[derive(Clone, Default)]
-pub struct Reuse {
+pub struct LoadSession {
     /// What its files were decoded to.
     pub kept: AssetCache,
     /// There is more than one moment.
@@ -32,21 +32,21 @@ pub struct Reuse {
     pub told: BTreeSet<String>,
 }
 
-impl Reuse {
+impl LoadSession {
     /// For a scene of one moment, or of several.
-    pub fn new(several: bool) -> Reuse {
+    pub fn new(several: bool) -> LoadSession {
         let kept = if several { AssetCache::keeping() } else { AssetCache::default() };
-        Reuse { kept, several, ..Reuse::default() }
+        LoadSession { kept, several, ..LoadSession::default() }
     }
 
     /// For a scene that is written while it is rendered.
-    pub fn watching(paranoid: bool) -> Reuse {
-        Reuse { paranoid, ..Reuse::new(true) }
+    pub fn watching(paranoid: bool) -> LoadSession {
+        LoadSession { paranoid, ..LoadSession::new(true) }
     }
 }
 
 /// A scene's file at one moment, compiled.
-pub struct Compiled {
+pub struct LoadedScene {
     /// The scene, and what it was made of.
     pub compiled: Arc<compile::MemoizedScene>,
     /// As it is rendered.
@@ -69,12 +69,12 @@ pub struct Compiled {
 /// each warning before anything is rendered, and also what is probably not as intended.
 pub fn compiled(
     path: &Path,
-    view: &View,
-    reuse: &Reuse,
+    view: &RenderedView,
+    reuse: &LoadSession,
     sources: &SourceFiles,
     mut tell: Option<&mut dyn FnMut(&str)>,
     change: impl FnOnce(&mut World),
-) -> Result<Compiled, Failure> {
+) -> Result<LoadedScene, Failure> {
     let mut phases = Phases::default();
     let start = Instant::now();
     let mut world = crate::formats::load_again(path, &view.load_options(), sources)?;
@@ -100,13 +100,13 @@ pub fn compiled(
         findings.iter().for_each(|finding| tell(&finding.to_string()));
     }
     let settings = settings.clone();
-    Ok(Compiled { compiled, setup, findings, settings, authored, source, names, phases })
+    Ok(LoadedScene { compiled, setup, findings, settings, authored, source, names, phases })
 }
 
 /// Compares a scene that shares something with one before it with what its files say without that.
-pub fn prove(
+pub fn check_against_full_compile(
     path: &Path,
-    view: &View,
+    view: &RenderedView,
     compiled: &compile::MemoizedScene,
     change: impl FnOnce(&mut World),
 ) -> Result<(), Failure> {

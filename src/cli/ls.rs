@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use super::args::ModelOptions;
 use super::{Failure, output};
-use crate::formats::ron::Part;
-use crate::formats::ron::query::{Query, list, nothing_meant};
+use crate::formats::ron::WrittenPart;
+use crate::formats::ron::query::{Query, list, no_match};
 
 /// `rayfront ls`.
 #[derive(Args, Debug)]
@@ -32,25 +32,25 @@ pub(super) fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
     let query = query.map_err(|error| Failure::command_line(error.to_string()))?;
     let found = list(&world, query.as_ref(), &arguments.scene);
     if let Some(query) = query.filter(|_| found.is_empty() && !arguments.json) {
-        output::tell(nothing_meant(&world, &query));
+        output::note(no_match(&world, &query));
     }
     if arguments.json {
-        let one = |(name, keys): &Part| {
+        let one = |(name, keys): &WrittenPart| {
             let keys: serde_json::Map<String, Value> =
                 keys.iter().map(|(key, value)| ((*key).to_owned(), json!(value))).collect();
             json!({"name": name, "keys": keys})
         };
         let all: Vec<Value> = found.iter().map(one).collect();
-        output::say(
+        output::print_text(
             &format!("{}\n", json!({"scene": output::path_json(&arguments.scene), "found": all})),
             false,
         )?;
     } else {
-        let line = |(name, keys): &Part| {
+        let line = |(name, keys): &WrittenPart| {
             let keys: Vec<_> = keys.iter().map(|(key, value)| format!("{key}: {value}")).collect();
             format!("{name:?}  {}\n", keys.join(", "))
         };
-        output::say(&found.iter().map(line).collect::<String>(), false)?;
+        output::print_text(&found.iter().map(line).collect::<String>(), false)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -8,16 +8,16 @@ use clap::Args;
 use serde_json::json;
 
 use super::audit::{self, Audited};
-use super::films::{describe, gathered_of, save, there_already, write_to_stdout};
+use super::films::{describe, gathered_of, load_existing_film, save, write_to_stdout};
 use super::job::Job;
 use super::job_args::{OutputOptions, Outputs, WorkOptions};
-use super::output::{self, Picture};
+use super::output::{self, OutputImage};
 use super::record::{self, scene_of};
 use super::resume::load_again;
 use super::saving::Saved;
 use super::{Failure, aov, command_line};
 use crate::film::SampleRanges;
-use crate::formats::film_file::{self, FilmFile, Header};
+use crate::formats::film_file::{self, FilmFile, FilmHeader};
 use crate::formats::picture::supported;
 use crate::render::{MemoryEstimate, RenderState, on_threads};
 use crate::world::Adaptive;
@@ -56,12 +56,12 @@ pub(super) fn run(arguments: &Merge) -> Result<ExitCode, Failure> {
 
 /// What has been merged so far.
 struct Merged {
-    header: Header,
+    header: FilmHeader,
     gathered: RenderState,
     /// The scene, where it is needed.
     job: Option<Job>,
     /// Which film has which samples, also those of which only some pixels have them.
-    parts: Vec<(PathBuf, SampleRanges, Header)>,
+    parts: Vec<(PathBuf, SampleRanges, FilmHeader)>,
     audited: Vec<Audited>,
 }
 
@@ -101,7 +101,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
         if arguments.current {
             return Err(Failure::file(format!("{changed}: render the parts again (--overwrite)")));
         }
-        output::tell(format_args!("warning: {changed}: this is the scene as it was"));
+        output::note(format_args!("warning: {changed}: this is the scene as it was"));
     }
     describe(&mut merged.header, &merged.gathered);
     let whole = 0..merged.header.total();
@@ -134,7 +134,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
                 "{path} is one of the films to merge: name another with -o"
             )));
         }
-        there_already(path, &merged.header, arguments.output.overwrite)?;
+        load_existing_film(path, &merged.header, arguments.output.overwrite)?;
     }
     if let Some(path) = &outputs.film {
         saved.film(path, save(path, &merged.header, &merged.gathered));
@@ -220,7 +220,7 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
                 && !arguments.output.output.is_empty()
             {
                 let (path, first) = (path.display(), merged.parts[0].0.display());
-                output::tell(format_args!("warning: {path}: {what}, as in {first}, which counts"));
+                output::note(format_args!("warning: {path}: {what}, as in {first}, which counts"));
             }
             merged.gathered.merge(&gathered);
             let (note, more) = (&mut merged.header.note, &header.note);
@@ -242,7 +242,7 @@ fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
     let total = merged.header.total();
     let mut lines =
         vec![format!("samples {missing} of {total} are missing (--partial makes the image of the others):")];
-    let unfinished = |(_, _, header): &&(PathBuf, SampleRanges, Header)| {
+    let unfinished = |(_, _, header): &&(PathBuf, SampleRanges, FilmHeader)| {
         header.ranges().is_none_or(|has| has.missing(header.wanted[0]..header.wanted[1]).count() > 0)
     };
     let mut missing = missing.clone();
@@ -305,9 +305,9 @@ fn write_images(
         Err(gathered) => (None, gathered),
     };
     if let Some(fault) = output::uneven_blur(&header).filter(|_| !images.is_empty()) {
-        output::tell(format_args!("warning: {fault}"));
+        output::note(format_args!("warning: {fault}"));
     }
-    let picture = Picture::new(&header, &gathered.film, arguments.output.bits);
+    let picture = OutputImage::new(&header, &gathered.film, arguments.output.bits);
     let (channels, manifest) = match (&session, &job) {
         (Some(session), Some(job)) if !images.is_empty() => {
             let channels = session.channels(&header.settings.aov);
@@ -321,7 +321,7 @@ fn write_images(
     if arguments.output.denoise {
         match session.and_then(|session| session.denoised()) {
             Some(denoised) => written.extend(picture.write_denoised(&outputs.images, &denoised, &mut saved)),
-            None => output::tell("warning: nothing is denoised: that takes two samples of each pixel"),
+            None => output::note("warning: nothing is denoised: that takes two samples of each pixel"),
         }
     }
     let films: Vec<_> = parts.iter().map(|(path, _, _)| output::path_json(path)).collect();
@@ -358,7 +358,7 @@ fn write_images(
         }
         text + &format!("film      {}\n", header.film_hash)
     };
-    saved.report(output::say(&text, outputs.to_stdout));
+    saved.report(output::print_text(&text, outputs.to_stdout));
     saved.end_of_merge(&header, gathered, &arguments.films)?;
     Ok(0)
 }

@@ -21,14 +21,15 @@ mod info;
 mod interrupt;
 mod job;
 mod job_args;
+mod live_views;
 mod loading;
 mod ls;
 mod manual;
 mod merge;
-mod onlookers;
 mod output;
 mod pilot;
 mod plan;
+mod process_times;
 mod profile;
 mod profile_report;
 mod progress;
@@ -42,7 +43,6 @@ mod shard;
 mod stop;
 mod study;
 mod trace;
-mod usage;
 mod verify;
 mod view;
 
@@ -63,7 +63,7 @@ const STACK: usize = 8 << 20;
 pub fn main() -> ExitCode {
     with_one_arena();
     interrupt::guard();
-    let run = || carry_out(std::env::args_os());
+    let run = || run(std::env::args_os());
     // The stack that the system gives a process can be too small (`ulimit -s`).
     match std::thread::Builder::new().name("main".into()).stack_size(STACK).spawn(run) {
         Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
@@ -90,10 +90,10 @@ fn with_one_arena() {
 }
 
 /// Does what words say, the first of which is the program's name.
-pub fn carry_out(words: impl Iterator<Item = OsString>) -> ExitCode {
-    let words = command_line::understood(words);
+pub fn run(words: impl Iterator<Item = OsString>) -> ExitCode {
+    let words = command_line::normalize_args(words);
     let outcome = match Arguments::try_parse_from(&words) {
-        Ok(arguments) => run(arguments),
+        Ok(arguments) => dispatch(arguments),
         Err(error) => answer(&error, words.get(1)),
     };
     outcome.unwrap_or_else(|failure| failure.tell())
@@ -102,11 +102,11 @@ pub fn carry_out(words: impl Iterator<Item = OsString>) -> ExitCode {
 /// Whether words, the first of which is the program's name, are a valid command line. Everything shown in the guides
 /// must be.
 pub fn understands(words: &[String]) -> Result<(), String> {
-    let words = command_line::understood(words.iter().map(OsString::from));
+    let words = command_line::normalize_args(words.iter().map(OsString::from));
     Arguments::try_parse_from(&words).map(drop).map_err(|error| error.to_string())
 }
 
-fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+fn dispatch(arguments: Arguments) -> Result<ExitCode, Failure> {
     arguments.limits.set();
     check_environment()?;
     crate::files::links::follow_only(arguments.typed_outputs());

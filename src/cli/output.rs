@@ -14,7 +14,7 @@ use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, FilmChannel};
 use crate::formats::DENOISED;
-use crate::formats::film_file::{Header, Note, Source};
+use crate::formats::film_file::{FilmHeader, Note, Source};
 use crate::formats::picture::{Output, PngBits, is_saved, save, video};
 use crate::math::Rgb;
 use crate::world::Adaptive;
@@ -45,8 +45,8 @@ const WITHOUT_TRACE: [&str; 19] = [
 ];
 
 /// A film as files show it.
-pub struct Picture<'a> {
-    header: &'a Header,
+pub struct OutputImage<'a> {
+    header: &'a FilmHeader,
     film: &'a Film,
     radiance: Vec<Rgb>,
     bits: PngBits,
@@ -54,13 +54,13 @@ pub struct Picture<'a> {
     pub exposure_ev: f32,
 }
 
-impl<'a> Picture<'a> {
+impl<'a> OutputImage<'a> {
     /// As the header's settings say.
-    pub fn new(header: &'a Header, film: &'a Film, bits: u8) -> Picture<'a> {
+    pub fn new(header: &'a FilmHeader, film: &'a Film, bits: u8) -> OutputImage<'a> {
         let radiance = film.radiance();
         let exposure_ev = exposure_ev(&header.settings, &radiance);
         let bits = if bits == 16 { PngBits::Sixteen } else { PngBits::Eight };
-        Picture { header, film, radiance, bits, exposure_ev }
+        OutputImage { header, film, radiance, bits, exposure_ev }
     }
 
     /// Row by row.
@@ -160,7 +160,7 @@ impl<'a> Picture<'a> {
         // Nobody needs to know whose machine it was, and the same image must be the same file.
         let command = without_trace(&self.header.note.command);
         let note = Note { command, stopped_by: self.header.note.stopped_by.clone(), ..Note::default() };
-        let record = serde_json::to_string(&Header { note, ..self.header.clone() });
+        let record = serde_json::to_string(&FilmHeader { note, ..self.header.clone() });
         entries.extend(record.ok().map(|record| entry(RECORD, aov::ascii(&record))));
         entries
     }
@@ -175,17 +175,17 @@ fn without_trace(command: &[String]) -> Vec<String> {
 
 /// This command as it is recorded in the images that it writes.
 pub fn command_of_images() -> Vec<String> {
-    without_trace(&command_line::typed())
+    without_trace(&command_line::recorded_args())
 }
 
 /// Finds out whether images are what a command would render.
 #[derive(Default)]
-pub struct Compared {
+pub struct ExistingImages {
     /// By the hashes of the files that scenes were read from: the one that has changed since.
     changed: HashMap<String, Option<PathBuf>>,
 }
 
-impl Compared {
+impl ExistingImages {
     /// How an image says that it was made otherwise than by this command, with so many samples and at that time, in words
     /// that follow "it was rendered". (About an image that says nothing, nothing is known.)
     pub fn difference(
@@ -214,7 +214,7 @@ impl Compared {
 
 /// Whether an image says that its rendering was interrupted: it does not have all samples, and no rule stopped it.
 pub fn lacks_samples(image: &Path) -> bool {
-    let unfinished = |header: Header| {
+    let unfinished = |header: FilmHeader| {
         let all = [[0, header.settings.samples]];
         let lacks = header.settings.adaptive == Adaptive::Off && header.samples != all;
         (header.begun.is_some() || lacks) && header.note.stopped_by.is_none()
@@ -230,7 +230,7 @@ pub fn samples_of(image: &Path) -> Option<String> {
 }
 
 /// Checks that outputs replace neither each other nor what the scene is read from.
-pub fn are_apart(outputs: &Outputs, denoises: bool, scene: &Source) -> Result<(), Failure> {
+pub fn check_output_conflicts(outputs: &Outputs, denoises: bool, scene: &Source) -> Result<(), Failure> {
     let denoised = outputs.images.iter().filter(|_| denoises).map(|image| denoised_name(image));
     let all: Vec<PathBuf> =
         outputs.images.iter().cloned().chain(denoised).chain(outputs.film.clone()).collect();
@@ -258,7 +258,7 @@ pub fn denoised_name(image: &Path) -> PathBuf {
 }
 
 /// What is wrong with the blur of motion, if some of the moments that it is made of have no samples.
-pub fn uneven_blur(header: &Header) -> Option<String> {
+pub fn uneven_blur(header: &FilmHeader) -> Option<String> {
     let (moments, total) = (header.view.moments(), header.settings.samples);
     let there = header.view.moments_among(&header.samples, total);
     let all = header.view.moments_among(&[[0, total]], total);
@@ -268,7 +268,7 @@ pub fn uneven_blur(header: &Header) -> Option<String> {
 }
 
 /// Samples that all pixels have, and how many there were to be.
-pub fn samples(header: &Header) -> String {
+pub fn samples(header: &FilmHeader) -> String {
     if let Some(allocation) = &header.allocation {
         let least = allocation.samples().iter().min().copied().unwrap_or(0);
         let (most, asked) = (allocation.most(), header.settings.samples);
@@ -290,7 +290,7 @@ pub fn samples(header: &Header) -> String {
 }
 
 /// What to type for the samples that a film has.
-pub fn again(header: &Header) -> String {
+pub fn again(header: &FilmHeader) -> String {
     match (&header.samples[..], header.settings.samples) {
         ([[0, end]], total)
             if *end < total && header.settings.adaptive == Adaptive::Off && header.begun.is_none() =>
@@ -303,7 +303,7 @@ pub fn again(header: &Header) -> String {
 }
 
 /// Prints what was done: on standard output, unless a film went there.
-pub fn say(text: &str, is_taken: bool) -> Result<(), Failure> {
+pub fn print_text(text: &str, is_taken: bool) -> Result<(), Failure> {
     if !is_taken {
         return print(text);
     }
@@ -318,7 +318,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// Prints a line on standard error. If that fails, nothing stops because of it.
-pub fn tell(line: impl std::fmt::Display) {
+pub fn note(line: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "{}", in_one_line(&line.to_string()));
 }
 

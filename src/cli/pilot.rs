@@ -9,11 +9,11 @@ use super::args::Render;
 use super::films::{describe, save};
 use super::interrupt::Interrupt;
 use super::job::Job;
-use super::loading::Reuse;
+use super::loading::LoadSession;
 use super::stop::deadline;
 use super::{Failure, output};
 use crate::film::{self, Allocation};
-use crate::formats::film_file::{self, Header, View};
+use crate::formats::film_file::{self, FilmHeader, RenderedView};
 use crate::integrator::Stop;
 use crate::render::{MemoryEstimate, Options, Session, adaptive};
 use crate::world::World;
@@ -45,7 +45,7 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
         describe(&mut header, session.gathered());
         save(path, &header, session.gathered())?;
         if arguments.part.pilot_only && !arguments.work.quiet {
-            output::say(
+            output::print_text(
                 &format!("pilot     {}: {} samples\n", path.display(), output::samples(&header)),
                 false,
             )?;
@@ -61,9 +61,9 @@ const EXPOSING: (u32, u32) = (192, 16);
 /// frame chooses. So frames do not flicker, and processes that share them agree. None, too, if it was interrupted.
 pub fn exposure_ev(
     scene: &Path,
-    view: View,
+    view: RenderedView,
     arguments: &Render,
-    reuse: &mut Reuse,
+    reuse: &mut LoadSession,
 ) -> Result<Option<f32>, Failure> {
     let change = |world: &mut World| arguments.apply(world);
     let job = Job::load_frame(scene, view, arguments.work.quiet, reuse, change)?;
@@ -94,7 +94,7 @@ fn load(job: &Job, path: &Path) -> Result<Allocation, Failure> {
         Failure::file(format!("{}: {reason}: remove it, or choose another --pilot", path.display()))
     };
     let (whole, part) = (header.region, job.header.region);
-    let same = Header { region: part, ..header.clone() };
+    let same = FilmHeader { region: part, ..header.clone() };
     if let Some(what) = same.difference(&job.header) {
         return Err(wrong(format!("it is {what}")));
     }

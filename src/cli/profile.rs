@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::profile_report::ProfileReport;
-use super::{Failure, args, output, usage};
+use super::{Failure, args, output, process_times};
 use crate::integrator::{RenderSetup, Schedule, Stop};
 use crate::render::{Session, Span, on_threads};
 use crate::simd::Isa;
@@ -17,7 +17,7 @@ use crate::study::profile::{self, ProfilePlan, counters, flow};
 
 /// `rayfront profile`.
 #[derive(Args, Debug)]
-pub struct Profile {
+pub struct ProfileArguments {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
     /// Size of the image in pixels; it is rendered a dozen times
@@ -57,8 +57,8 @@ pub struct Profile {
     pub model: args::ModelOptions,
 }
 
-pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
-    let Profile { scene, model, size, spp, light, camera, .. } = arguments;
+pub(super) fn run(arguments: &ProfileArguments) -> Result<ExitCode, Failure> {
+    let ProfileArguments { scene, model, size, spp, light, camera, .. } = arguments;
     let setup = super::setup((scene, model), (*size, *spp), light, camera.as_deref())?;
     let plan = ProfilePlan {
         samples: arguments.spp,
@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Profile) -> Result<ExitCode, Failure> {
         threads: arguments.threads,
         wave: arguments.wave as usize,
         isa: arguments.simd.unwrap_or(Isa::detect()),
-        cpu_seconds: usage::process_cpu_seconds,
+        cpu_seconds: process_times::process_cpu_seconds,
     };
     let bar = ProgressBar::new(u64::from(arguments.runs) + 4);
     if let Ok(style) = ProgressStyle::with_template("measuring {bar:32} {pos} of {len}  {eta} left") {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::profile::Profile;
+use super::profile::ProfileArguments;
 use crate::bvh::counters::Visits;
 use crate::film::PixelSum;
 use crate::integrator::photons::NoPhotons;
@@ -21,7 +21,7 @@ type TableColumn = (&'static str, fn(&Bounce) -> u64);
 
 /// All that was found.
 pub(super) struct ProfileReport<'a> {
-    pub arguments: &'a Profile,
+    pub arguments: &'a ProfileArguments,
     pub plan: &'a ProfilePlan,
     pub setup: &'a RenderSetup,
     pub times: &'a [Timed; 2],

@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use super::output::tell;
+use super::output::note;
 use crate::render::{Progress, Session};
 
 /// How often a line is printed if there is no terminal.
@@ -120,7 +120,7 @@ impl Meter {
         if let Some(form) = self.manner.form {
             self.tell_program(form, &facts);
         } else if self.bar.is_hidden() {
-            tell(format_args!("rendering: {}", facts.line()));
+            note(format_args!("rendering: {}", facts.line()));
         } else {
             let columns = usize::from(console::Term::stderr().size().1);
             self.bar.set_message(facts.fitting(columns));
@@ -144,7 +144,7 @@ impl Meter {
     fn tell_program(&self, form: ProgressForm, facts: &Facts) {
         let percent = facts.percent_of_all(self.manner.turn);
         if self.told.swap(percent, Ordering::Relaxed) != percent {
-            tell(facts.for_programs(form, percent));
+            note(facts.for_programs(form, percent));
         }
     }
 

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use super::Failure;
 use super::command_line::{not_an_option, quoted, shell_line};
 use crate::error::in_one_line;
-use crate::formats::Surroundings;
-use crate::formats::film_file::Header;
+use crate::formats::EnvironmentPreset;
+use crate::formats::film_file::FilmHeader;
 use crate::world::source_files::is_within;
 
 /// Where the scene of a record is: at a place that was typed, else where the record says, else beside the record.
-pub fn scene_of(header: &Header, record: &Path, typed: Option<&PathBuf>) -> Result<PathBuf, Failure> {
+pub fn scene_of(header: &FilmHeader, record: &Path, typed: Option<&PathBuf>) -> Result<PathBuf, Failure> {
     let (named, shown) = (&header.scene.path, record.display());
-    if let Some(Surroundings::Picture(picture)) = &header.view.surroundings
+    if let Some(EnvironmentPreset::Picture(picture)) = &header.view.surroundings
         && !is_within(record, picture)
     {
         let picture = in_one_line(&picture.to_string_lossy());
@@ -49,7 +49,7 @@ pub fn may_be_written(image: &Path, record: &Path) -> Result<(), Failure> {
 
 /// The command that continues a film that this program has just saved: it names all images again if some are not in
 /// the film's folder.
-pub fn resume_own(film: &Path, header: &Header) -> String {
+pub fn resume_own(film: &Path, header: &FilmHeader) -> String {
     let outputs = &header.note.outputs;
     let mut command = resume(film, header);
     if outputs.iter().any(|image| may_be_written(image, film).is_err()) {
@@ -61,9 +61,9 @@ pub fn resume_own(film: &Path, header: &Header) -> String {
 }
 
 /// The command that continues a film, whoever made it.
-pub fn resume(film: &Path, header: &Header) -> String {
+pub fn resume(film: &Path, header: &FilmHeader) -> String {
     let mut words = vec!["rayfront".to_owned(), "resume".to_owned(), not_an_option(film)];
-    if let Some(Surroundings::Picture(picture)) = &header.view.surroundings
+    if let Some(EnvironmentPreset::Picture(picture)) = &header.view.surroundings
         && !is_within(film, picture)
     {
         words.push("--allow-outside".to_owned());

@@ -4,18 +4,18 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::args::Render;
-use super::films::there_already;
+use super::films::load_existing_film;
 use super::frames::{self, Frames};
 use super::interrupt::Interrupt;
-use super::job::{Job, Wanted, carry_out};
+use super::job::{Job, RunRequest, execute};
 use super::job_args::{Outputs, Video};
-use super::loading::Reuse;
-use super::onlookers::Onlookers;
-use super::output::{Compared, default_image};
+use super::live_views::LiveViews;
+use super::loading::LoadSession;
+use super::output::{ExistingImages, default_image};
 use super::{Failure, hints, output, pilot};
 use crate::error::in_one_line;
 use crate::files::are_same;
-use crate::formats::film_file::{FilmFile, View};
+use crate::formats::film_file::{FilmFile, RenderedView};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
 use crate::view::watched::{LOOK, Watched};
@@ -37,12 +37,12 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
         let pilot = in_one_line(&pilot.to_string_lossy());
         return Err(Failure::command_line(format!("{pilot} is the pilot: name another -o")));
     }
-    let onlookers = Onlookers::new(&arguments.look, scene)?;
+    let onlookers = LiveViews::new(&arguments.look, scene)?;
     // Everything, loading too, runs on the threads that were asked for.
     let code = on_threads(arguments.work.threads, || match &arguments.frames.frames {
         None if arguments.watch.watch => watch(arguments, scene, &outputs, &onlookers),
         None => {
-            let mut reuse = Reuse::new(arguments.frames.shutter.is_some());
+            let mut reuse = LoadSession::new(arguments.frames.shutter.is_some());
             render(arguments, scene, outputs, shard, arguments.model.time, &mut reuse, &onlookers)
         }
         Some(frames) => all_frames(arguments, scene, &outputs, shard, frames, &onlookers),
@@ -51,16 +51,16 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
 }
 
 /// Renders again whenever a file has changed, until it is told to end.
-fn watch(arguments: &Render, scene: &Path, outputs: &Outputs, onlookers: &Onlookers) -> Result<u8, Failure> {
+fn watch(arguments: &Render, scene: &Path, outputs: &Outputs, onlookers: &LiveViews) -> Result<u8, Failure> {
     let interrupt = Interrupt::watch();
-    let mut reuse = Reuse::watching(arguments.watch.paranoid);
+    let mut reuse = LoadSession::watching(arguments.watch.paranoid);
     loop {
         let time_s = arguments.model.time;
         let rendered = render(arguments, scene, outputs.clone(), None, time_s, &mut reuse, onlookers);
         match rendered {
             Err(failure) if failure.is_closed_pipe() => return Err(failure),
             // What is broken now is about to be mended.
-            Err(failure) => output::tell(format_args!("error: {failure}")),
+            Err(failure) => output::note(format_args!("error: {failure}")),
             Ok(code) if code != 0 => return Ok(code),
             Ok(_) => {}
         }
@@ -81,7 +81,7 @@ fn all_frames(
     outputs: &Outputs,
     shard: Option<[u32; 2]>,
     frames: &Frames,
-    onlookers: &Onlookers,
+    onlookers: &LiveViews,
 ) -> Result<u8, Failure> {
     let several = frames.numbers().count() > 1;
     let first = frames.numbers().next();
@@ -89,11 +89,11 @@ fn all_frames(
     // A part of the samples is no picture yet.
     let shows = outputs.to_stdout && shard.is_none() && arguments.part.samples.is_none();
     let mut video = shows.then(|| Video { rate: frames::rate(arguments.frames.fps), begins: true });
-    let mut reuse = Reuse::new(several || arguments.frames.shutter.is_some());
+    let mut reuse = LoadSession::new(several || arguments.frames.shutter.is_some());
     let command = output::command_of_images();
     let mut is_exposed = !several;
     let time_of = |frame: u32| frame as f32 / arguments.frames.fps;
-    let (mut compared, samples) = (Compared::default(), arguments.picture.spp);
+    let (mut compared, samples) = (ExistingImages::default(), arguments.picture.spp);
     let count = frames.numbers().count();
     for (turn, frame) in frames.numbers().enumerate() {
         onlookers.set_turn(turn, count);
@@ -107,19 +107,19 @@ fn all_frames(
         let lacks_samples = |image: &PathBuf| is_empty(image) || wants_all && output::lacks_samples(image);
         if are_there && !arguments.output.overwrite && outputs.images.iter().any(lacks_samples) {
             if !arguments.work.quiet {
-                output::tell(format_args!("frame {frame} is unfinished: it is rendered again"));
+                output::note(format_args!("frame {frame} is unfinished: it is rendered again"));
             }
         } else if are_there && !arguments.output.overwrite {
             let mut difference =
                 |image: &PathBuf| compared.difference(image, &command, samples, time_of(frame), scene);
             if let Some(how) = outputs.images.iter().find_map(&mut difference) {
-                output::tell(format_args!(
+                output::note(format_args!(
                     "warning: frame {frame} was rendered {how} and is kept (--overwrite renders it again)"
                 ));
             } else if !arguments.work.quiet {
                 let samples = outputs.images.iter().find_map(|image| output::samples_of(image));
                 let samples = samples.map_or_else(String::new, |samples| format!(", with {samples} samples"));
-                output::tell(format_args!("frame {frame} is there{samples} (--overwrite renders it again)"));
+                output::note(format_args!("frame {frame} is there{samples} (--overwrite renders it again)"));
             }
             continue;
         }
@@ -127,7 +127,7 @@ fn all_frames(
             let view = view(arguments, Some(time_of(first)));
             reuse.exposure_ev = pilot::exposure_ev(scene, view, arguments, &mut reuse)?;
             if let Some(ev) = reuse.exposure_ev.filter(|_| !arguments.work.quiet) {
-                output::tell(format_args!(
+                output::note(format_args!(
                     "exposure of all frames: {ev} EV, by frame {first} (--exposure {ev})"
                 ));
             }
@@ -171,8 +171,8 @@ fn render(
     outputs: Outputs,
     shard: Option<[u32; 2]>,
     time_s: Option<f32>,
-    reuse: &mut Reuse,
-    onlookers: &Onlookers,
+    reuse: &mut LoadSession,
+    onlookers: &LiveViews,
 ) -> Result<u8, Failure> {
     let quiet = arguments.work.quiet;
     let exposure_ev = reuse.exposure_ev;
@@ -197,7 +197,7 @@ fn render(
     if let Some([index, count]) = shard {
         let part = job.header.part(index, count);
         if part.is_empty() && job.header.allocation.is_some() {
-            output::say(&format!("part {index} of {count} has no samples: nothing to do\n"), true)?;
+            output::print_text(&format!("part {index} of {count} has no samples: nothing to do\n"), true)?;
             return Ok(0);
         }
         if part.is_empty() {
@@ -222,7 +222,7 @@ fn render(
         )));
     }
     let overwrites = arguments.output.overwrite || arguments.watch.watch;
-    let found = outputs.film.as_deref().map(|film| there_already(film, &job.header, overwrites));
+    let found = outputs.film.as_deref().map(|film| load_existing_film(film, &job.header, overwrites));
     let found = found.transpose()?.flatten();
     let is_whole =
         |film: &FilmFile| film.header.begun.is_none() && film.header.samples == [job.header.wanted];
@@ -230,20 +230,20 @@ fn render(
     if film_alone && found.as_ref().is_some_and(is_whole) {
         if !arguments.work.quiet {
             let film = outputs.film.as_deref().unwrap_or(path).display();
-            output::say(&format!("{film} is there and whole: nothing to do\n"), false)?;
+            output::print_text(&format!("{film} is there and whole: nothing to do\n"), false)?;
         }
         return Ok(0);
     }
     let Render { output, stop, work, .. } = arguments;
     let sources = reuse.sources.clone();
     let watched = arguments.watch.watch.then_some(&sources);
-    let wanted = Wanted { outputs, output, stop, work, onlookers, watched };
-    carry_out(job, &wanted, found)
+    let wanted = RunRequest { outputs, output, stop, work, onlookers, watched };
+    execute(job, &wanted, found)
 }
 
 /// Which view of the scene is rendered, at a moment.
-pub(super) fn view(arguments: &Render, time_s: Option<f32>) -> View {
-    View {
+pub(super) fn view(arguments: &Render, time_s: Option<f32>) -> RenderedView {
+    RenderedView {
         camera: arguments.picture.camera.clone(),
         time_s,
         shutter_s: arguments.frames.shutter.map(|part| part / arguments.frames.fps),

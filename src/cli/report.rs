@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use super::{aov, output, usage};
+use super::{aov, output, process_times};
 use crate::denoise::Denoised;
-use crate::formats::film_file::Header;
+use crate::formats::film_file::FilmHeader;
 use crate::integrator::{Schedule, Stage};
 use crate::render::Session;
 
@@ -53,7 +53,7 @@ pub struct RenderReport<'a> {
     /// What is probably not as intended, as it was reported.
     pub findings: &'a [String],
     /// What its film says about itself.
-    pub header: &'a Header,
+    pub header: &'a FilmHeader,
     /// Images that were written.
     pub outputs: &'a [PathBuf],
     /// A film that was written.
@@ -246,7 +246,7 @@ impl RenderReport<'_> {
             "mrays_per_s": self.mrays_per_second(),
             "seconds": seconds,
             "render_cpu_seconds": p.render_cpu,
-            "process_cpu_seconds": usage::cpu_seconds(),
+            "process_cpu_seconds": process_times::cpu_seconds(),
             "stage_seconds_of_all_threads": stages,
             "memory_bytes": memory,
             "mean": self.mean(),

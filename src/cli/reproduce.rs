@@ -10,12 +10,12 @@ use serde_json::json;
 use super::films::gathered_of;
 use super::job::Job;
 use super::job_args::WorkOptions;
-use super::output::{self, Picture, RECORD};
+use super::output::{self, OutputImage, RECORD};
 use super::resume::load_again;
 use super::{Failure, Fault};
 use crate::film::{Film, SampleRanges};
 use crate::formats::DENOISED;
-use crate::formats::film_file::{self, Begun, FilmFile, Header};
+use crate::formats::film_file::{self, Begun, FilmFile, FilmHeader};
 use crate::formats::picture::load_text;
 use crate::integrator::Stop;
 use crate::render::{MemoryEstimate, RenderState, Session, on_threads};
@@ -57,7 +57,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     // An image may have been changed since, and still say the same of itself.
     let shows_it = !is_same_film
         || film.is_some()
-        || Picture::new(&header, session.film(), 8).is_in(path, cleaned.as_ref())?;
+        || OutputImage::new(&header, session.film(), 8).is_in(path, cleaned.as_ref())?;
     let identical = is_same_film && clean == denoised && shows_it;
     let places = film.as_ref().map(|film| differing(film, session.film()));
     if arguments.work.json {
@@ -92,17 +92,17 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
 }
 
 /// What an image says about its film.
-pub(super) fn record(path: &Path) -> Result<Header, Failure> {
+pub(super) fn record(path: &Path) -> Result<FilmHeader, Failure> {
     let wrong = |reason: &str| Failure::file(format!("{}: {reason}", path.display()));
     let text = load_text(path, RECORD)?;
     let text = text.ok_or_else(|| {
         wrong("it does not say how it was rendered: rayfront has not written it, or its metadata was removed")
     })?;
-    Header::parse(text.as_bytes()).map_err(|reason| wrong(&format!("its record {reason}")))
+    FilmHeader::parse(text.as_bytes()).map_err(|reason| wrong(&format!("its record {reason}")))
 }
 
 /// Renders the samples of a film again; none if it names impossible ones.
-fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session> {
+fn render(job: &mut Job, header: &FilmHeader, work: &WorkOptions) -> Option<Session> {
     let mut session = job.session(work);
     let most = |session: &Session| {
         session.film().pixels().iter().map(|pixel| pixel.count[0] + pixel.count[1]).max().unwrap_or(0)
@@ -129,7 +129,7 @@ fn render(job: &mut Job, header: &Header, work: &WorkOptions) -> Option<Session>
     let count = crate::render::tiles(region, begun.tile.max(1)).len() as u32;
     let reached: HashSet<u32> = begun.tiles.iter().copied().collect();
     let others = (0..count).filter(|tile| !reached.contains(tile)).collect();
-    let rest = Header { begun: Some(Begun { tiles: others, ..begun.clone() }), ..header.clone() };
+    let rest = FilmHeader { begun: Some(Begun { tiles: others, ..begun.clone() }), ..header.clone() };
     let RenderState { film, moments, .. } = session.into_gathered();
     let gathered = gathered_of(FilmFile { header: rest, film, moments })?;
     let samples: SampleRanges = gathered.samples.clone();

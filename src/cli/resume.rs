@@ -7,13 +7,13 @@ use clap::Args;
 
 use super::Failure;
 use super::checkpoint::is_checkpoint;
-use super::films::there_already;
-use super::job::{Job, Wanted, carry_out};
+use super::films::load_existing_film;
+use super::job::{Job, RunRequest, execute};
 use super::job_args::{LookOptions, OutputOptions, Outputs, StopOptions, WorkOptions};
-use super::onlookers::Onlookers;
+use super::live_views::LiveViews;
 use super::record::{may_be_written, scene_of};
 use super::reproduce::record;
-use crate::formats::film_file::{self, FilmFile, Header};
+use crate::formats::film_file::{self, FilmFile, FilmHeader};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
 
@@ -69,12 +69,12 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
         extend(&mut job, &film, spp)?;
     }
     if let Some(film) = outputs.film.as_ref().filter(|film| !crate::files::are_same(film, &arguments.film)) {
-        there_already(film, &job.header, arguments.output.overwrite)?;
+        load_existing_film(film, &job.header, arguments.output.overwrite)?;
     }
     let name = arguments.film.file_name().unwrap_or_default().to_string_lossy();
     let is_checkpoint = outputs.film.as_ref() == Some(&arguments.film) && is_checkpoint(&name);
-    let onlookers = Onlookers::new(&arguments.look, &film.header.scene.path)?;
-    let wanted = Wanted {
+    let onlookers = LiveViews::new(&arguments.look, &film.header.scene.path)?;
+    let wanted = RunRequest {
         outputs,
         output: &arguments.output,
         stop: &arguments.stop,
@@ -82,8 +82,8 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
         onlookers: &onlookers,
         watched: None,
     };
-    let code = carry_out(job, &wanted, Some(film))?;
-    let is_whole = |header: Header| header.begun.is_none() && header.note.stopped_by.is_none();
+    let code = execute(job, &wanted, Some(film))?;
+    let is_whole = |header: FilmHeader| header.begun.is_none() && header.note.stopped_by.is_none();
     let is_whole = code == 0 && film_file::load_header(&arguments.film).is_ok_and(is_whole);
     if is_checkpoint && is_whole && !wanted.outputs.images.is_empty() {
         // Nobody asked for it. If it stays it does no harm.
@@ -94,7 +94,7 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
 
 /// Whether an image that only a film names does not exist yet, or is of the same scene: whoever made the film must
 /// not decide which of our pictures are lost.
-fn may_be_replaced(image: &Path, header: &Header) -> Result<(), Failure> {
+fn may_be_replaced(image: &Path, header: &FilmHeader) -> Result<(), Failure> {
     let is_of_it = || record(image).is_ok_and(|found| found.scene.hash == header.scene.hash);
     if image.symlink_metadata().is_err() || is_of_it() {
         return Ok(());
@@ -116,7 +116,7 @@ pub(super) fn load(path: &std::path::Path) -> Result<FilmFile, Failure> {
 
 /// The scene of a film, which must be unchanged.
 pub(super) fn load_again(
-    header: &Header,
+    header: &FilmHeader,
     scene_file: Option<&PathBuf>,
     film_path: &std::path::Path,
     quiet: bool,

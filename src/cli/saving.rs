@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::films::save;
 use super::{Failure, command_line};
-use crate::formats::film_file::Header;
+use crate::formats::film_file::FilmHeader;
 use crate::render::RenderState;
 
 /// What has been written, and what could not be.
@@ -55,7 +55,7 @@ impl Saved {
     }
 
     /// Reports what could not be written. If nothing holds what was rendered, that is saved wherever there is room.
-    pub fn end(self, header: &Header, gathered: &RenderState) -> Result<(), Failure> {
+    pub fn end(self, header: &FilmHeader, gathered: &RenderState) -> Result<(), Failure> {
         if self.failures.is_empty() {
             return Ok(());
         }
@@ -78,7 +78,7 @@ impl Saved {
     /// The same for what was made of other films.
     pub fn end_of_merge(
         self,
-        header: &Header,
+        header: &FilmHeader,
         gathered: &RenderState,
         films: &[PathBuf],
     ) -> Result<(), Failure> {
@@ -92,7 +92,7 @@ impl Saved {
 }
 
 /// Saves a film that was not asked for wherever there is room.
-fn rescue(header: &Header, gathered: &RenderState) -> Result<PathBuf, ()> {
+fn rescue(header: &FilmHeader, gathered: &RenderState) -> Result<PathBuf, ()> {
     let asked = header.note.outputs.first().map(PathBuf::as_path);
     let beside = asked.and_then(Path::parent).map(Path::to_owned);
     let asked = asked.or(Some(&header.scene.path));

@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::Interrupt;
-use super::{Failure, output, usage};
+use super::{Failure, output, process_times};
 use crate::files::links::make_folder;
 use crate::integrator::Stop;
 use crate::study::experiment::Run;
@@ -15,7 +15,7 @@ use crate::study::experiment::short::shorten;
 
 /// `rayfront study`.
 #[derive(Args, Debug)]
-pub struct Study {
+pub struct StudyArguments {
     /// The experiments (.ron)
     pub file: PathBuf,
     /// Do a sixteenth of the work: few repetitions, the cheap part of x, coarser references
@@ -32,7 +32,7 @@ pub struct Study {
     pub quiet: bool,
 }
 
-pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
+pub(super) fn run(arguments: &StudyArguments) -> Result<ExitCode, Failure> {
     let mut study = crate::formats::study::load(&arguments.file)?;
     let mut name = arguments.file.file_stem().unwrap_or("study".as_ref()).to_owned();
     if arguments.short {
@@ -43,7 +43,7 @@ pub(super) fn run(arguments: &Study) -> Result<ExitCode, Failure> {
     let folder = arguments.file.parent().unwrap_or(Path::new(""));
     let interrupt = Interrupt::watch();
     let stop = Stop::at(interrupt.flag());
-    let run = Run { study: &study, folder, out: &out, cpu: usage::process_cpu_seconds, stop };
+    let run = Run { study: &study, folder, out: &out, cpu: process_times::process_cpu_seconds, stop };
     let jobs = run.jobs()?;
 
     let bar = if arguments.quiet { ProgressBar::hidden() } else { ProgressBar::new(jobs.len() as u64) };

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::args::Trace;
-use super::{Failure, output, usage};
+use super::{Failure, output, process_times};
 use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
 use crate::files::are_same;
 use crate::files::atomic_write::writable;
@@ -142,7 +142,7 @@ impl Time {
 }
 
 /// Rays and where their answers go: the work that a thread takes at a time.
-type Job<'a> = (Rays<'a>, Places<'a>);
+type TraceJob<'a> = (Rays<'a>, Places<'a>);
 
 enum Places<'a> {
     Hits(HitsMut<'a>),
@@ -152,7 +152,7 @@ enum Places<'a> {
 impl TraceQuery<'_> {
     /// Traces all rays once. Threads take chunks in turn, so that none waits for another.
     fn trace(&self, rays: &RayBatch, answers: &mut Answers) -> Time {
-        let jobs: Vec<Job> = rays.chunks(CHUNK).zip(answers.places()).collect();
+        let jobs: Vec<TraceJob> = rays.chunks(CHUNK).zip(answers.places()).collect();
         let jobs = Mutex::new(jobs.into_iter());
         let start = Instant::now();
         let cpu = std::thread::scope(|scope| {
@@ -169,10 +169,10 @@ impl TraceQuery<'_> {
     }
 
     /// Works until no job is left; returns the thread's CPU seconds.
-    fn work<'a>(&self, jobs: &Mutex<impl Iterator<Item = Job<'a>>>) -> Option<f64> {
+    fn work<'a>(&self, jobs: &Mutex<impl Iterator<Item = TraceJob<'a>>>) -> Option<f64> {
         let stack = self.stacks.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut stack = stack.unwrap_or_else(|| Stack::new(self.bvh));
-        let start = usage::thread_cpu_seconds();
+        let start = process_times::thread_cpu_seconds();
         let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
         while let Some((rays, places)) = next() {
             match places {
@@ -184,7 +184,7 @@ impl TraceQuery<'_> {
                 }
             }
         }
-        let took = start.zip(usage::thread_cpu_seconds()).map(|(before, after)| after - before);
+        let took = start.zip(process_times::thread_cpu_seconds()).map(|(before, after)| after - before);
         self.stacks.lock().unwrap_or_else(PoisonError::into_inner).push(stack);
         took
     }

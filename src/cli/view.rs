@@ -14,11 +14,11 @@ use crate::render::on_threads;
 use crate::view::scene::LiveScene;
 use crate::view::server::Server;
 use crate::view::tev::Tev;
-use crate::view::viewer::{Viewer, Work};
+use crate::view::viewer::{RenderWork, Viewer};
 
 /// `rayfront view`.
 #[derive(Args, Debug)]
-pub struct View {
+pub struct ViewArguments {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
     /// Threads; 0 means one for each core
@@ -41,8 +41,8 @@ pub struct View {
     pub picture: PictureOptions,
 }
 
-pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
-    let View { scene: path, model, picture, threads, port, no_open, tev } = arguments;
+pub(super) fn run(arguments: ViewArguments) -> Result<ExitCode, Failure> {
+    let ViewArguments { scene: path, model, picture, threads, port, no_open, tev } = arguments;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let tev = tev.map(|address| Tev::connect(&address, &name)).transpose()?;
     let camera = picture.camera.clone();
@@ -51,7 +51,7 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
         let change = Box::new(move |world: &mut _| picture.apply(world));
         let scene = LiveScene::load(&path, options, camera, change)?;
         for warning in scene.findings() {
-            output::tell(format_args!("warning: {warning}"));
+            output::note(format_args!("warning: {warning}"));
         }
         let cannot = |error: std::io::Error| {
             Failure::command_line(format!("cannot serve a page: {error}: try another --port"))
@@ -59,16 +59,16 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
         let server = Server::new(port).map_err(cannot)?;
         let address = server.address().map_err(cannot)?;
         output::print(&format!("{address}\n"))?;
-        output::tell("Ctrl-C ends it");
+        output::note("Ctrl-C ends it");
         if !no_open && is_desktop() {
             // Where there is no browser the address has to do.
             let _ = open::that_detached(&address);
         }
-        let viewer = Arc::new(Viewer::new(&scene, Work::default()).with_tev(tev));
+        let viewer = Arc::new(Viewer::new(&scene, RenderWork::default()).with_tev(tev));
         let served = viewer.clone();
         let serve = move || {
             if let Err(error) = server.serve(served.clone(), command_line::of_explain) {
-                output::tell(format_args!("error: the page is no longer served: {error}"));
+                output::note(format_args!("error: the page is no longer served: {error}"));
             }
             served.end();
         };
@@ -83,7 +83,7 @@ pub(super) fn run(arguments: View) -> Result<ExitCode, Failure> {
         let cannot = |error| Failure::limit(format!("cannot start a thread: {error}"));
         std::thread::Builder::new().name("page".into()).spawn(serve).map_err(cannot)?;
         std::thread::Builder::new().name("end".into()).spawn(wait).map_err(cannot)?;
-        viewer.run(scene, Work::default());
+        viewer.run(scene, RenderWork::default());
         Ok(ExitCode::SUCCESS)
     })?
 }

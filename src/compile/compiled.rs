@@ -38,7 +38,7 @@ pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, Com
 }
 
 /// The same after another state of the world was compiled: a system whose inputs are the same as then gets its result
-/// again. Meshes and images are known by their pointers (see [`crate::world::Kept`]).
+/// again. Meshes and images are known by their pointers (see [`crate::world::AssetCache`]).
 ///
 /// All that takes long is a system of its own, a function of its inputs alone: what changes none of these costs
 /// nothing there.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::plane::{BORDER, Plane};
+use super::plane::{BORDER, ImagePlane};
 use crate::math::elementary::exp2;
 use crate::simd::{Float, Isa, Kernel, Lanes, dispatch};
 
@@ -16,18 +16,18 @@ const ROWS: usize = TILE[1] + 2 * super::PATCH;
 /// What is filtered and how.
 pub struct FilterPass<'a> {
     /// Channels of even and of odd samples, three at most.
-    pub halves: [&'a [&'a Plane]; 2],
+    pub halves: [&'a [&'a ImagePlane]; 2],
     /// What is compared to find pixels that look alike: these channels of even and of odd samples.
-    pub compared: [&'a [&'a Plane]; 2],
+    pub compared: [&'a [&'a ImagePlane]; 2],
     /// Variance of one half of these in each channel.
-    pub variance: &'a [&'a Plane],
+    pub variance: &'a [&'a ImagePlane],
     /// In units in which a difference of 1 leaves e⁻¹ of the weight.
-    pub features: &'a [Plane],
+    pub features: &'a [ImagePlane],
     /// Factor on distances between patches, 1 / k².
     pub sharpness: f32,
     /// What is made of them.
     pub candidates: &'a [FilteredImage],
-    /// Radius in pixels of what is averaged: see [`Pass::steps`].
+    /// Radius in pixels of what is averaged: see [`FilterPass::steps`].
     pub radius: usize,
     /// Distance between the pixels that are averaged. They then count less and less towards the radius, which is in
     /// units of it. Without it all count alike, and every other one is left out beyond [`DENSE`].
@@ -82,7 +82,7 @@ impl FilterPass<'_> {
     }
 
     /// Planes `[candidate][half][channel]`; the one after the channels has the sums of weights.
-    pub fn run(&self, isa: Isa) -> Vec<[Vec<Plane>; 2]> {
+    pub fn run(&self, isa: Isa) -> Vec<[Vec<ImagePlane>; 2]> {
         let size = self.halves[0][0].size;
         let across = size[0].div_ceil(TILE[0]);
         let count = across * size[1].div_ceil(TILE[1]);
@@ -98,10 +98,10 @@ impl FilterPass<'_> {
         let channels = self.halves[0].len();
         let plane = |candidate: usize, half: usize, channel: usize| {
             let first = (2 * candidate + half) * (channels + 1);
-            Plane::new(size, |at| value(at, first + 1 + channel) / value(at, first))
+            ImagePlane::new(size, |at| value(at, first + 1 + channel) / value(at, first))
         };
         let weights = |candidate: usize, half: usize| {
-            Plane::new(size, |at| value(at, (2 * candidate + half) * (channels + 1)))
+            ImagePlane::new(size, |at| value(at, (2 * candidate + half) * (channels + 1)))
         };
         let half = |candidate: usize, half: usize| {
             let means = (0..channels).map(|channel| plane(candidate, half, channel));

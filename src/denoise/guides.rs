@@ -1,7 +1,7 @@
 //! What samples hit first as planes that say which pixels belong together.
 
 use super::filter::{FilterPass, FilteredImage};
-use super::plane::{Plane, variance};
+use super::plane::{ImagePlane, variance};
 use crate::film::Features;
 use crate::math::elementary::log2;
 use crate::simd::Isa;
@@ -17,13 +17,14 @@ const PATCH: usize = 2;
 const LEAST: f32 = 1e-6;
 
 /// Albedo, normal, depth and coverage without their noise, in units of [`WIDTH`], and the image's frame.
-pub fn features(isa: Isa, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<Plane> {
+pub fn features(isa: Isa, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<ImagePlane> {
     let mut planes = Vec::with_capacity(9);
     for group in [&[0, 1, 2][..], &[3, 4, 5], &[6, 7]] {
-        let [even, odd] = halves.map(|half| -> Vec<Plane> {
-            group.iter().map(|number| Plane::new(size, |at| feature(&half[at], *number))).collect()
+        let [even, odd] = halves.map(|half| -> Vec<ImagePlane> {
+            group.iter().map(|number| ImagePlane::new(size, |at| feature(&half[at], *number))).collect()
         });
-        let noise: Vec<Plane> = even.iter().zip(&odd).map(|(even, odd)| variance(even, odd, 1)).collect();
+        let noise: Vec<ImagePlane> =
+            even.iter().zip(&odd).map(|(even, odd)| variance(even, odd, 1)).collect();
         let halves = [&even, &odd].map(|half| half.iter().collect::<Vec<_>>());
         let halves = [&halves[0][..], &halves[1][..]];
         let pass = FilterPass {
@@ -44,11 +45,11 @@ pub fn features(isa: Isa, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<Pla
                 let of = |at: usize| {
                     (even.at(at % width, at / width) + odd.at(at % width, at / width)) * (0.5 / WIDTH)
                 };
-                planes.push(Plane::new(size, of));
+                planes.push(ImagePlane::new(size, of));
             }
         }
     }
-    planes.push(Plane::frame(size));
+    planes.push(ImagePlane::frame(size));
     planes
 }
 

@@ -29,7 +29,7 @@ use crate::math::{Rgb, elementary};
 use crate::simd::Isa;
 use filter::{FilterPass, FilteredImage};
 use outliers::Split;
-use plane::Plane;
+use plane::ImagePlane;
 
 /// Pixels to each side that are averaged first. Measured on three scenes at 4 and 32 samples: 10 is up to 1.2 times
 /// worse and up to 1.1 times better.
@@ -65,7 +65,7 @@ const LEAST: f32 = 2e-4;
 /// variances, features and candidates, and their sums.
 pub const BYTES: usize = 4 * (6 + 6 + 6 + 6 + 3 + 9 + 32 + 32);
 
-/// See [`Pass`].
+/// See [`FilterPass`].
 struct FilterSize {
     radius: usize,
     patch: usize,
@@ -115,7 +115,7 @@ pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     let color = [0, 1].map(|half: usize| {
         [0, 1, 2].map(|c: usize| {
             let light = |x: usize, y: usize| halves[half][y * width + x].to_array()[c] / scale;
-            Plane::of(size, |x, y| light(x, y) / texture[half][c].at(x, y))
+            ImagePlane::of(size, |x, y| light(x, y) / texture[half][c].at(x, y))
         })
     });
     let features = guides::features(isa, size, noisy.features);
@@ -152,14 +152,14 @@ fn brightness(halves: &[Vec<Rgb>; 2]) -> f32 {
 /// Both halves of each candidate: `[candidate][half][channel]`, and the sums of weights.
 fn filtered(
     isa: Isa,
-    color: &[[Plane; 3]; 2],
-    features: &[Plane],
+    color: &[[ImagePlane; 3]; 2],
+    features: &[ImagePlane],
     candidates: &[FilteredImage],
     &FilterSize { radius, patch, sharpness }: &FilterSize,
-) -> Vec<[[Plane; 4]; 2]> {
+) -> Vec<[[ImagePlane; 4]; 2]> {
     let looks = [0, 1].map(|half: usize| {
         [0, 1, 2].map(|c: usize| {
-            Plane::of(color[half][c].size, |x, y| {
+            ImagePlane::of(color[half][c].size, |x, y| {
                 elementary::log2(1.0 + color[half][c].at(x, y).max(0.0) / KNEE)
             })
         })
@@ -167,7 +167,7 @@ fn filtered(
     let variance = [0, 1, 2].map(|c| {
         let [near, far] =
             [VARIANCE_RADIUS, FAR_RADIUS].map(|radius| plane::variance(&looks[0][c], &looks[1][c], radius));
-        Plane::of(near.size, |x, y| near.at(x, y).max(FAR_PART * far.at(x, y)))
+        ImagePlane::of(near.size, |x, y| near.at(x, y).max(FAR_PART * far.at(x, y)))
     });
     let [even, odd] = color.each_ref().map(|half| half.each_ref());
     let [even_looks, odd_looks] = looks.each_ref().map(|half| half.each_ref());
@@ -183,7 +183,7 @@ fn filtered(
         patch,
         least: LEAST,
     };
-    let array = |planes: Vec<Plane>| -> [Plane; 4] {
+    let array = |planes: Vec<ImagePlane>| -> [ImagePlane; 4] {
         let mut planes = planes.into_iter();
         std::array::from_fn(|_| planes.next().unwrap_or_default())
     };

@@ -9,7 +9,7 @@
 //! largest scale is left out: nothing is known of where it belongs.
 
 use super::filter::{FilterPass, FilteredImage};
-use super::plane::Plane;
+use super::plane::ImagePlane;
 use crate::simd::Isa;
 
 /// Pixels are outliers if they are brighter than usual by more than this factor.
@@ -40,22 +40,22 @@ pub const REACH: usize = RADIUS * STRIDES[STRIDES.len() - 1];
 /// Both halves of an image without its outliers, and their light.
 pub struct Split {
     /// What is left, `[half][channel]`.
-    pub base: [[Plane; 3]; 2],
+    pub base: [[ImagePlane; 3]; 2],
     /// To be added after filtering, `[half][channel]`.
-    pub spread: [[Plane; 3]; 2],
+    pub spread: [[ImagePlane; 3]; 2],
 }
 
 /// Excess of a half: three channels, and the square of their mean.
-type Excess = [Plane; 4];
+type Excess = [ImagePlane; 4];
 
 /// Takes the outliers out of an image.
-pub fn split(isa: Isa, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split {
+pub fn split(isa: Isa, color: &[[ImagePlane; 3]; 2], features: &[ImagePlane]) -> Split {
     let size = color[0][0].size;
     let shares = shares(color, features);
     let mut excess: [Excess; 2] = [0, 1].map(|half: usize| {
-        let channel = |c: usize| Plane::of(size, |x, y| color[half][c].at(x, y) * shares[half].at(x, y));
+        let channel = |c: usize| ImagePlane::of(size, |x, y| color[half][c].at(x, y) * shares[half].at(x, y));
         let [r, g, b] = [0, 1, 2].map(channel);
-        let square = Plane::of(size, |x, y| {
+        let square = ImagePlane::of(size, |x, y| {
             let mean = (r.at(x, y) + g.at(x, y) + b.at(x, y)) / 3.0;
             mean * mean
         });
@@ -64,17 +64,18 @@ pub fn split(isa: Isa, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split {
     let dense = accepted(&smoothed(isa, &excess, features, [DENSE_RADIUS, 1]), 1.0);
     excess.iter_mut().flatten().for_each(|plane| *plane = without(plane, &dense));
     let base = [0, 1].map(|half: usize| {
-        [0, 1, 2].map(|c: usize| Plane::of(size, |x, y| color[half][c].at(x, y) - excess[half][c].at(x, y)))
+        [0, 1, 2]
+            .map(|c: usize| ImagePlane::of(size, |x, y| color[half][c].at(x, y) - excess[half][c].at(x, y)))
     });
 
-    let mut spread = [0, 1].map(|_| [0, 1, 2].map(|_| Plane::new(size, |_| 0.0)));
+    let mut spread = [0, 1].map(|_| [0, 1, 2].map(|_| ImagePlane::new(size, |_| 0.0)));
     for stride in STRIDES {
         let means = smoothed(isa, &excess, features, [RADIUS, stride]);
         // An outlier that is a mean over the scales before lies in so many pixels of this one.
         let accepted = accepted(&means, (stride * stride) as f32);
         for (half, means) in means.iter().enumerate() {
             for (plane, mean) in spread[half].iter_mut().zip(means) {
-                *plane = Plane::of(size, |x, y| plane.at(x, y) + mean.at(x, y) * accepted.at(x, y));
+                *plane = ImagePlane::of(size, |x, y| plane.at(x, y) + mean.at(x, y) * accepted.at(x, y));
             }
             for (plane, mean) in excess[half].iter_mut().zip(means) {
                 *plane = without(mean, &accepted);
@@ -84,16 +85,16 @@ pub fn split(isa: Isa, color: &[[Plane; 3]; 2], features: &[Plane]) -> Split {
     Split { base, spread }
 }
 
-fn without(plane: &Plane, share: &Plane) -> Plane {
-    Plane::of(plane.size, |x, y| plane.at(x, y) * (1.0 - share.at(x, y)))
+fn without(plane: &ImagePlane, share: &ImagePlane) -> ImagePlane {
+    ImagePlane::of(plane.size, |x, y| plane.at(x, y) * (1.0 - share.at(x, y)))
 }
 
 /// The part of each pixel's light that is excess, of each half.
-fn shares(color: &[[Plane; 3]; 2], features: &[Plane]) -> [Plane; 2] {
+fn shares(color: &[[ImagePlane; 3]; 2], features: &[ImagePlane]) -> [ImagePlane; 2] {
     let size = color[0][0].size;
     let bright = color
         .each_ref()
-        .map(|[r, g, b]| Plane::of(size, |x, y| (r.at(x, y) + g.at(x, y) + b.at(x, y)) / 3.0));
+        .map(|[r, g, b]| ImagePlane::of(size, |x, y| (r.at(x, y) + g.at(x, y) + b.at(x, y)) / 3.0));
     let share = |half: usize, x: usize, y: usize, trusted: bool| {
         let own = bright[half].at(x, y);
         let limit = limit(own, &bright[1 - half], features, [x, y], trusted);
@@ -104,13 +105,13 @@ fn shares(color: &[[Plane; 3]; 2], features: &[Plane]) -> [Plane; 2] {
         let rest = if trusted { limit } else { limit / FACTOR };
         1.0 - rest / own
     };
-    let first = [0, 1].map(|half: usize| Plane::of(size, |x, y| share(half, x, y, true)));
+    let first = [0, 1].map(|half: usize| ImagePlane::of(size, |x, y| share(half, x, y, true)));
     // Where a half has outliers, some of them meet one of the other half in the same pixel.
-    let near = first
-        .each_ref()
-        .map(|share| Plane::of(size, |x, y| f32::from(u8::from(share.at(x, y) > 0.0))).smoothed(MEETING));
+    let near = first.each_ref().map(|share| {
+        ImagePlane::of(size, |x, y| f32::from(u8::from(share.at(x, y) > 0.0))).smoothed(MEETING)
+    });
     [0, 1].map(|half: usize| {
-        Plane::of(size, |x, y| match first[half].at(x, y) {
+        ImagePlane::of(size, |x, y| match first[half].at(x, y) {
             0.0 if near[1 - half].at(x, y) > 0.0 => share(half, x, y, false),
             share => share,
         })
@@ -119,7 +120,7 @@ fn shares(color: &[[Plane; 3]; 2], features: &[Plane]) -> [Plane; 2] {
 
 /// The brightness above which a pixel of one half is an outlier, as the other half sees it. If the same pixel of the
 /// other half is not trusted, two of those around it must confirm it. The result is `own` or more if it is no outlier.
-fn limit(own: f32, other: &Plane, features: &[Plane], [x, y]: [usize; 2], trusted: bool) -> f32 {
+fn limit(own: f32, other: &ImagePlane, features: &[ImagePlane], [x, y]: [usize; 2], trusted: bool) -> f32 {
     let [mut largest, mut second] = [0.0f32; 2];
     for (u, v) in (0..9).filter(|number| *number != 4).map(|number| (x + number % 3, y + number / 3)) {
         let value = other.around(1, u, v);
@@ -132,7 +133,7 @@ fn limit(own: f32, other: &Plane, features: &[Plane], [x, y]: [usize; 2], truste
         return own;
     }
     let unlike = |dx: usize, dy: usize| {
-        let differ = |feature: &Plane| feature.around(WINDOW, x + dx, y + dy) - feature.at(x, y);
+        let differ = |feature: &ImagePlane| feature.around(WINDOW, x + dx, y + dy) - feature.at(x, y);
         features.iter().any(|feature| differ(feature) * differ(feature) >= UNLIKE)
     };
     let (mut like, mut all, mut edge) = (Vec::new(), Vec::new(), false);
@@ -159,9 +160,9 @@ fn limit(own: f32, other: &Plane, features: &[Plane], [x, y]: [usize; 2], truste
 fn smoothed(
     isa: Isa,
     excess: &[Excess; 2],
-    features: &[Plane],
+    features: &[ImagePlane],
     [radius, stride]: [usize; 2],
-) -> [Vec<Plane>; 2] {
+) -> [Vec<ImagePlane>; 2] {
     let [even, odd] = excess.each_ref().map(Excess::each_ref);
     let pass = FilterPass {
         halves: [&even, &odd],
@@ -179,9 +180,9 @@ fn smoothed(
 }
 
 /// The part of the mean excess that both halves agree on: each has enough outliers, and one mean is like the other.
-fn accepted(means: &[Vec<Plane>; 2], area: f32) -> Plane {
+fn accepted(means: &[Vec<ImagePlane>; 2], area: f32) -> ImagePlane {
     let [few, many] = RELIABLE;
-    Plane::of(means[0][0].size, |x, y| {
+    ImagePlane::of(means[0][0].size, |x, y| {
         let [(a, m), (b, n)] = means.each_ref().map(|planes| {
             let at = |number: usize| planes[number].at(x, y);
             let mean = (at(0) + at(1) + at(2)) / 3.0;

@@ -15,14 +15,14 @@ const OUTSIDE: f32 = 1e3;
 
 /// See the module.
 #[derive(Clone, Debug, Default)]
-pub struct Plane {
+pub struct ImagePlane {
     values: Vec<f32>,
     /// Columns and rows without the border.
     pub size: [usize; 2],
     stride: usize,
 }
 
-impl Plane {
+impl ImagePlane {
     /// By the number of each pixel, row by row.
     pub fn new(size: [usize; 2], value: impl Fn(usize) -> f32 + Sync) -> Self {
         let [width, height] = size;
@@ -82,14 +82,14 @@ impl Plane {
         &self.values[y * self.stride + x..]
     }
 
-    /// The values at two places, counted as in [`Plane::from`], and at those `right` to the right of them.
+    /// The values at two places, counted as in [`ImagePlane::from`], and at those `right` to the right of them.
     #[inline(always)]
     pub fn pair<F: Float>(&self, own: [usize; 2], other: [usize; 2], right: usize) -> (F, F) {
         (F::load(self.from(own[0] + right, own[1])), F::load(self.from(other[0] + right, other[1])))
     }
 
     /// Means over the squares of pixels up to `radius` away to each side.
-    pub fn smoothed(&self, radius: usize) -> Plane {
+    pub fn smoothed(&self, radius: usize) -> ImagePlane {
         let [width, height] = self.size;
         let across = 2 * radius + 1;
         let mut rows = vec![0.0; width * (height + 2 * radius)];
@@ -99,7 +99,7 @@ impl Plane {
                 *mean = source[x..x + across].iter().sum::<f32>() / across as f32;
             }
         });
-        Plane::new(self.size, |at| {
+        ImagePlane::new(self.size, |at| {
             let column = (0..across).map(|row| rows[at + row * width]);
             column.sum::<f32>() / across as f32
         })
@@ -107,11 +107,11 @@ impl Plane {
 }
 
 /// The variance of one half of the samples, from the difference of both, averaged over the pixels around.
-pub fn variance(even: &Plane, odd: &Plane, radius: usize) -> Plane {
+pub fn variance(even: &ImagePlane, odd: &ImagePlane, radius: usize) -> ImagePlane {
     let width = even.size[0].max(1);
     let square = |at: usize| {
         let difference = even.at(at % width, at / width) - odd.at(at % width, at / width);
         0.5 * difference * difference
     };
-    Plane::new(even.size, square).smoothed(radius)
+    ImagePlane::new(even.size, square).smoothed(radius)
 }

@@ -1,6 +1,6 @@
 //! Which of several filtered images is nearest to the truth, place by place.
 
-use super::plane::{Plane, variance};
+use super::plane::{ImagePlane, variance};
 
 /// Errors are means over this many pixels to each side.
 const ERROR_RADIUS: usize = 2;
@@ -12,10 +12,10 @@ const ENOUGH: f32 = 4.0;
 
 /// Completes pixels with too few like them, as at silhouettes, from a candidate that takes more pixels for alike: as
 /// much of it as is missing. The last plane of each half has the sums of weights.
-pub fn complete(candidates: &[[[Plane; 4]; 2]], wide: usize) -> Vec<[[Plane; 3]; 2]> {
-    let completed = |own: &[Plane; 4], other: &[Plane; 4]| {
+pub fn complete(candidates: &[[[ImagePlane; 4]; 2]], wide: usize) -> Vec<[[ImagePlane; 3]; 2]> {
+    let completed = |own: &[ImagePlane; 4], other: &[ImagePlane; 4]| {
         [0, 1, 2].map(|channel: usize| {
-            Plane::of(own[3].size, |x, y| {
+            ImagePlane::of(own[3].size, |x, y| {
                 let [weight, more] = [own, other].map(|planes| planes[3].at(x, y));
                 let missing = (ENOUGH - weight).clamp(0.0, (more - weight).max(0.0));
                 let part = if missing > 0.0 { missing / (more - weight) * more } else { 0.0 };
@@ -31,10 +31,10 @@ pub fn complete(candidates: &[[[Plane; 4]; 2]], wide: usize) -> Vec<[[Plane; 3];
 }
 
 /// Of candidates `[half][channel]`, in each place the one that differs least from the half that it was not made of.
-pub fn best(color: &[[Plane; 3]; 2], candidates: Vec<[[Plane; 3]; 2]>) -> [[Plane; 3]; 2] {
+pub fn best(color: &[[ImagePlane; 3]; 2], candidates: Vec<[[ImagePlane; 3]; 2]>) -> [[ImagePlane; 3]; 2] {
     let size = color[0][0].size;
     let noise = [0, 1, 2].map(|c| variance(&color[0][c], &color[1][c], 1));
-    let errors: Vec<Plane> = candidates.iter().map(|filtered| error(color, filtered, &noise)).collect();
+    let errors: Vec<ImagePlane> = candidates.iter().map(|filtered| error(color, filtered, &noise)).collect();
     let width = size[0].max(1);
     let chosen: Vec<usize> = (0..size[0] * size[1])
         .map(|at| {
@@ -42,14 +42,14 @@ pub fn best(color: &[[Plane; 3]; 2], candidates: Vec<[[Plane; 3]; 2]>) -> [[Plan
             (1..errors.len()).fold(0, |best, other| if of(other) < of(best) { other } else { best })
         })
         .collect();
-    let shares: Vec<Plane> = (0..candidates.len())
+    let shares: Vec<ImagePlane> = (0..candidates.len())
         .map(|candidate| {
-            Plane::new(size, |at| f32::from(u8::from(chosen[at] == candidate))).smoothed(FADE_RADIUS)
+            ImagePlane::new(size, |at| f32::from(u8::from(chosen[at] == candidate))).smoothed(FADE_RADIUS)
         })
         .collect();
     [0, 1].map(|half: usize| {
         [0, 1, 2].map(|channel: usize| {
-            Plane::new(size, |at| {
+            ImagePlane::new(size, |at| {
                 let (x, y) = (at % width, at / width);
                 let parts = candidates.iter().zip(&shares);
                 parts.map(|(filtered, share)| filtered[half][channel].at(x, y) * share.at(x, y)).sum()
@@ -59,7 +59,11 @@ pub fn best(color: &[[Plane; 3]; 2], candidates: Vec<[[Plane; 3]; 2]>) -> [[Plan
 }
 
 /// The squared error of a candidate, estimated: what it differs by from the other half, less that half's own noise.
-fn error(color: &[[Plane; 3]; 2], filtered: &[[Plane; 3]; 2], noise: &[Plane; 3]) -> Plane {
+fn error(
+    color: &[[ImagePlane; 3]; 2],
+    filtered: &[[ImagePlane; 3]; 2],
+    noise: &[ImagePlane; 3],
+) -> ImagePlane {
     let size = color[0][0].size;
     let width = size[0].max(1);
     let relative = |at: usize| {
@@ -74,5 +78,5 @@ fn error(color: &[[Plane; 3]; 2], filtered: &[[Plane; 3]; 2], noise: &[Plane; 3]
         }
         sum / 3.0
     };
-    Plane::new(size, relative).smoothed(ERROR_RADIUS)
+    ImagePlane::new(size, relative).smoothed(ERROR_RADIUS)
 }

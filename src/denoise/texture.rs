@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::plane::Plane;
+use super::plane::ImagePlane;
 use crate::film::Features;
 
 /// Added to albedos: light that is reflected at a surface does not depend on its colour.
@@ -15,12 +15,12 @@ const GLOSS: f32 = 0.1;
 const ONE_SURFACE: f32 = 0.98;
 
 /// The factors of even and of odd samples, `[half][channel]`: 1 where there is no texture.
-pub fn factors(size: [usize; 2], halves: [&[Features]; 2]) -> [[Plane; 3]; 2] {
+pub fn factors(size: [usize; 2], halves: [&[Features]; 2]) -> [[ImagePlane; 3]; 2] {
     let means = means(halves);
     let pure = pure(size, halves);
     halves.map(|half| {
         [0, 1, 2].map(|channel: usize| {
-            Plane::new(size, |at| match means.get(&half[at].material) {
+            ImagePlane::new(size, |at| match means.get(&half[at].material) {
                 Some(mean) if pure[at] => {
                     (half[at].albedo.to_array()[channel] + GLOSS) / (mean[channel] + GLOSS)
                 }

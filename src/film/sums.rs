@@ -38,7 +38,7 @@ impl FilmScale {
         }
     }
 
-    /// True if [`Unit::new`] gives it for some scene.
+    /// True if [`FilmScale::new`] gives it for some scene.
     pub(crate) fn is_sound(self) -> bool {
         self.0.abs() <= 100
     }

@@ -27,7 +27,7 @@ pub trait AssetFiles {
         path: &Path,
         assets: &mut Assets,
         warnings: &mut Vec<String>,
-    ) -> Result<gltf::Model, LoadError>;
+    ) -> Result<gltf::GltfModel, LoadError>;
 
     /// Reads and decodes a picture.
     fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError>;
@@ -101,7 +101,7 @@ impl AssetFiles for Files {
         path: &Path,
         assets: &mut Assets,
         warnings: &mut Vec<String>,
-    ) -> Result<gltf::Model, LoadError> {
+    ) -> Result<gltf::GltfModel, LoadError> {
         match extension(path).as_str() {
             "gltf" | "glb" => {
                 assets.files = self.sources.clone();

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use serde::{Deserialize, Serialize};
 
 use super::Files;
-use super::ron::query::{Changes, Query, nothing_meant};
+use super::ron::query::{EditRunner, Query, no_match};
 use crate::error::{LoadError, in_one_line};
 use crate::world::{Background, Light, Parent, Shape, World};
 
@@ -62,7 +62,7 @@ impl Edits {
         if self.orbit.is_some_and(|angles| !angles.iter().all(|angle| angle.is_finite())) {
             return Err(LoadError::option("orbit", "its angles must be finite"));
         }
-        let mut changes = Changes::new(world);
+        let mut changes = EditRunner::new(world);
         if let Some([from, to]) = &self.look_at {
             let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
             let done = changes.carry_out(world, &statement, files);
@@ -126,8 +126,8 @@ fn meant(
 ) -> Result<HashSet<hecs::Entity>, LoadError> {
     let order = world.in_order();
     for (query, text) in queries.iter().zip(texts) {
-        if !order.iter().any(|entity| query.takes(world, *entity)) {
-            let reason = format!("{}: {}", in_one_line(text), nothing_meant(world, query));
+        if !order.iter().any(|entity| query.matches(world, *entity)) {
+            let reason = format!("{}: {}", in_one_line(text), no_match(world, query));
             return Err(LoadError::option(option, reason));
         }
     }
@@ -144,7 +144,7 @@ fn meant(
             }
             chain.push(entity);
             known.insert(entity, false);
-            if queries.iter().any(|query| query.takes(world, entity)) {
+            if queries.iter().any(|query| query.matches(world, entity)) {
                 is_meant = true;
                 break;
             }

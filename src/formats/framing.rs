@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::auto_camera::AutoCamera;
+use super::environment_preset::EnvironmentPreset;
 use super::names::TakenNames;
-use super::shot::Added;
-use super::surroundings::Surroundings;
 use super::{AssetFiles, Files, LoadOptions, gltf, studio};
 use crate::error::LoadError;
 use crate::math::{DMat3, DVec3, Quat, Rgb, Vec3};
@@ -39,7 +39,7 @@ pub(super) fn load_mesh(
     let id = world.assets.add_mesh(mesh);
     world.entities.spawn((Name("mesh".into()), Transform::IDENTITY, Shape::Mesh(id)));
     add_camera(&mut world);
-    if options.surroundings.as_ref().is_some_and(|around| *around != Surroundings::None) {
+    if options.surroundings.as_ref().is_some_and(|around| *around != EnvironmentPreset::None) {
         // Only this transport lets an environment light surfaces.
         world.settings.transport = Transport::Path;
     } else {
@@ -121,7 +121,7 @@ fn is_dark(world: &World) -> bool {
         && !world.assets.materials.iter().any(|named| shines(&named.material))
 }
 
-/// Adds a camera if there is none; [`super::shot`] puts it where it sees everything.
+/// Adds a camera if there is none; [`super::auto_camera`] puts it where it sees everything.
 pub(super) fn add_camera(world: &mut World) {
     if world.entities.query::<&Camera>().iter().next().is_some() {
         return;
@@ -129,7 +129,7 @@ pub(super) fn add_camera(world: &mut World) {
     let place = looking_from(CAMERA);
     let camera = Camera::Pinhole { vertical_fov: (2.0 * HALF_FOV_DEGREES).to_radians() as f32 };
     let name = TakenNames::of(world).unique("camera");
-    world.entities.spawn((name, camera, place, Added(place)));
+    world.entities.spawn((name, camera, place, AutoCamera(place)));
     world.warnings.push(CAMERA_ADDED.into());
 }
 

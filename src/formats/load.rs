@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Edits, Files, Surroundings, extension, framing, ron, shot, surroundings};
+use super::{Edits, EnvironmentPreset, Files, auto_camera, environment_preset, extension, framing, ron};
 use crate::error::{LoadError, did_you_mean, in_one_line};
 use crate::world::{Model, SourceFiles, World};
 
@@ -27,7 +27,7 @@ pub struct LoadOptions {
     /// Whether all surfaces of models can be seen from both sides. For glTF files, and `.ron` files that place them.
     pub double_sided: bool,
     /// What is put around the scene in place of its own environments and skies. None: these stay.
-    pub surroundings: Option<Surroundings>,
+    pub surroundings: Option<EnvironmentPreset>,
     /// Other changes.
     pub edits: Edits,
     /// Columns and rows of the image, each 1 to 65,536, in place of the scene's own.
@@ -76,7 +76,7 @@ pub(crate) fn complete(world: &mut World) -> Result<(), LoadError> {
     add_camera_for_models(world);
     world.choose_transport();
     // Nothing is asked for that needs the scene at rest.
-    shot::arrange(world, &LoadOptions::default(), || Ok(World::default()))
+    auto_camera::place(world, &LoadOptions::default(), || Ok(World::default()))
 }
 
 /// The unit of the lights in a glTF file. Its specification (KHR_lights_punctual) says candela and lux; powers here
@@ -154,7 +154,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         }
     }?;
     if let Some(surroundings) = &options.surroundings {
-        surroundings::surround(&mut world, surroundings)?;
+        environment_preset::surround(&mut world, surroundings)?;
     }
     if !options.edits.is_empty() {
         let mut files = Files { sources: sources.clone(), ..Files::default() };
@@ -163,7 +163,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     // The surroundings and the edits count, too.
     world.choose_transport();
     world.settings.size = options.size.unwrap_or(world.settings.size);
-    shot::arrange(&mut world, options, || {
+    auto_camera::place(&mut world, options, || {
         let Edits { set, only, hide, .. } = options.edits.clone();
         let edits = Edits { set, only, hide, ..Edits::default() };
         load_again(path, &LoadOptions { time_s: None, edits, ..options.clone() }, sources)

@@ -2,8 +2,10 @@
 //! scenes. This is the only module that knows file formats.
 
 pub(crate) mod asset_files;
+mod auto_camera;
+mod bounding_points;
 mod edits;
-mod extent;
+pub(crate) mod environment_preset;
 pub(crate) mod film_file;
 mod framing;
 pub(crate) mod gltf;
@@ -15,10 +17,8 @@ pub(crate) mod ply;
 pub(crate) mod rays;
 pub(crate) mod ron;
 mod saving;
-mod shot;
 mod studio;
 pub(crate) mod study;
-pub(crate) mod surroundings;
 mod track;
 pub(crate) mod triangulate;
 
@@ -27,16 +27,16 @@ use std::path::Path;
 
 pub use crate::files::allow_outside;
 pub(crate) use asset_files::{AssetFiles, Files};
+#[cfg(feature = "python")]
+pub(crate) use auto_camera::has_added_camera;
 pub use edits::Edits;
+pub use environment_preset::{EnvironmentPreset, SkyOptions};
 pub(crate) use framing::is_usual;
 pub(crate) use load::load_again;
 pub use load::{LightUnits, LoadOptions, load, load_with};
 pub use picture::PngBits;
 pub(crate) use saving::DENOISED;
 pub use saving::{ImageOptions, load_image, png_bytes, rgba8, save_image, save_image_with, save_scene};
-#[cfg(feature = "python")]
-pub(crate) use shot::has_added_camera;
-pub use surroundings::{Sky, Surroundings};
 
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()

@@ -85,7 +85,7 @@ pub struct PathKey {
     pub pixel: (u32, u32),
     /// Which of its samples.
     pub sample: u32,
-    /// See [`Path::branch`].
+    /// See [`Path::bounce_counts`].
     pub branch: u32,
     /// Bounces so far.
     pub depth: u32,
@@ -133,7 +133,7 @@ pub enum EventKind {
     },
     /// What the path transport does there.
     Choice {
-        /// See [`Decision::emission_share`].
+        /// See [`Decision::emission_mis_weight`].
         emission_share: f32,
         /// What becomes of the path.
         fate: PathEvent,

@@ -118,7 +118,7 @@ pub(super) fn goes_straight<F: Float>(drawn: &BsdfSample<F>) -> F::Mask {
 }
 
 /// How many paths may be followed from where a path is, on average. What is bright is often seen in a faint mirror
-/// image, which by chance alone shows as dots. All in all, about [`Frame::splitting`] paths come of one, because those
+/// image, which by chance alone shows as dots. All in all, about [`RenderSetup::splitting`] paths come of one, because those
 /// that are fainter than its inverse fork no more.
 #[inline(always)]
 fn budget<F: Float>(setup: &RenderSetup, path: &Path<F>) -> F {

@@ -1,7 +1,7 @@
 //! The path transport: light that is scattered any number of times. At every vertex one light is
 //! sampled and one direction drawn from the surface's lobes; what both can find is shared out by
 //! the power heuristic (`mis.rs`). With [`super::whitted`] the only place that reads or writes
-//! throughput and radiance, but for what [`super::medium`] and [`super::straight`] take away on the way.
+//! throughput and radiance, but for what [`super::medium`] and [`super::transparent_shadow`] take away on the way.
 //!
 //! A path's radiance is summed in the order of its vertices: at a vertex first what the surface
 //! gives off, then what its light sends.
@@ -249,7 +249,7 @@ struct Scattered<F: Float> {
     shared: Option<ReuseRoles<F>>,
 }
 
-/// [`ScatteringVertex::scatter`] as a function of its own, for surfaces that are all [`Has::MATTE`], or not.
+/// [`ScatteringVertex::scatter`] as a function of its own, for surfaces that are all [`LobeFlags::MATTE`], or not.
 struct Scatter<'v, 'a, F: Float, const MATTE: bool>(&'v ScatterVertex<'a, F>);
 
 impl<F: Float, const MATTE: bool> Outlined for Scatter<'_, '_, F, MATTE> {

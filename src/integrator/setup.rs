@@ -13,7 +13,7 @@ use crate::scene::{CompiledScene, Material, Projection};
 use crate::shading::principled::tables::LobeTables;
 use crate::world::{Adaptive, Caustics, Pattern, Sampler, Settings, Transport};
 
-/// See [`Frame::splitting`]. With 8, noise × time of smooth light is that of 1 (a drink of 40 surfaces: 0.93; a room with
+/// See [`RenderSetup::splitting`]. With 8, noise × time of smooth light is that of 1 (a drink of 40 surfaces: 0.93; a room with
 /// a ball of glass: 1.01), and that of bright spots in faint mirror images falls to a fifth; 16 costs a drink a tenth.
 const SPLITTING: f32 = 8.0;
 

@@ -17,11 +17,11 @@ use crate::error::{CompileError, LoadError, SaveError};
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use super::rays::{Builder, Scene};
+    use super::rays::{Builder, PyScene};
     #[pymodule_export]
-    use super::rendering::Rendering;
+    use super::rendering::PyRendering;
     #[pymodule_export]
-    use super::world::World;
+    use super::world::PyWorld;
     use pyo3::prelude::*;
 
     /// From now on, scenes of this process may refer to files outside their folders: for scenes that you trust.

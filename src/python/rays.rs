@@ -60,18 +60,18 @@ impl Builder {
         self.inner()?.place(ShapeId(shape), &to_world).map(|instance| instance.0).map_err(wrong)
     }
 
-    fn build(&mut self, py: Python<'_>) -> PyResult<Scene> {
+    fn build(&mut self, py: Python<'_>) -> PyResult<PyScene> {
         self.inner()?;
         let Some(builder) = self.0.take() else { return Err(wrong("the scene has been built")) };
-        py.detach(|| builder.build()).map(Scene).map_err(wrong)
+        py.detach(|| builder.build()).map(PyScene).map_err(wrong)
     }
 }
 
-#[pyclass(module = "rayfront._native", frozen)]
-pub struct Scene(query::Scene);
+#[pyclass(name = "Scene", module = "rayfront._native", frozen)]
+pub struct PyScene(query::Scene);
 
 /// Rays as Python has them: a row each.
-struct Given<'a> {
+struct PyRays<'a> {
     origins: &'a [[f32; 3]],
     directions: &'a [[f32; 3]],
     t_min: &'a [f32],
@@ -79,7 +79,7 @@ struct Given<'a> {
     coherence: Coherence,
 }
 
-impl Given<'_> {
+impl PyRays<'_> {
     /// Calls a function with the rays of each part, in columns, and with that part's share of the answers.
     fn by_parts<A: Send>(
         &self,
@@ -102,7 +102,7 @@ impl Given<'_> {
 }
 
 #[pymethods]
-impl Scene {
+impl PyScene {
     /// t, u, v, instance, shape and primitive of each ray.
     #[allow(clippy::too_many_arguments, reason = "each has a name in Python")]
     fn closest<'py>(
@@ -185,7 +185,7 @@ fn given<'a>(
     t_min: &'a PyReadonlyArray1<f32>,
     t_max: &'a PyReadonlyArray1<f32>,
     coherence: &str,
-) -> PyResult<Given<'a>> {
+) -> PyResult<PyRays<'a>> {
     let coherence = match coherence {
         "unknown" => Coherence::Unknown,
         "coherent" => Coherence::Coherent,
@@ -195,7 +195,7 @@ fn given<'a>(
             return Err(wrong(format!("unknown coherence {other:?}: use {names}")));
         }
     };
-    let given = Given {
+    let given = PyRays {
         origins: rows("origins", origins)?,
         directions: rows("directions", directions)?,
         t_min: t_min.as_slice()?,

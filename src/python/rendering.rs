@@ -17,15 +17,15 @@ use crate::scene::{Camera, Projection};
 use crate::world::Settings;
 
 /// By layer and number.
-pub type Names = BTreeMap<&'static str, BTreeMap<u32, String>>;
+pub type LayerNames = BTreeMap<&'static str, BTreeMap<u32, String>>;
 
-#[pyclass(module = "rayfront._native", frozen)]
-pub struct Rendering {
+#[pyclass(name = "Rendering", module = "rayfront._native", frozen)]
+pub struct PyRendering {
     film: Film,
     settings: Settings,
     layers: Vec<FilmChannel>,
     /// What the numbers in layers stand for.
-    names: Names,
+    names: LayerNames,
     camera: Camera,
     denoised: Option<Denoised>,
     /// What every scene of its kind is told.
@@ -36,12 +36,12 @@ pub struct Rendering {
     warnings: Vec<String>,
 }
 
-impl Rendering {
+impl PyRendering {
     pub fn new(
         film: Film,
         settings: Settings,
         layers: Vec<FilmChannel>,
-        names: Names,
+        names: LayerNames,
         camera: Camera,
         denoised: Option<Denoised>,
         [notes, warnings]: [Vec<String>; 2],
@@ -77,7 +77,7 @@ impl Rendering {
 }
 
 #[pymethods]
-impl Rendering {
+impl PyRendering {
     /// Linear radiance with the primaries of Rec. 709: (height, width, 3), top row first.
     fn numpy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.colours(py, &self.film.radiance())
@@ -125,7 +125,7 @@ impl Rendering {
 
     /// What the numbers in the layers `entity` and `material` stand for, as far as they are in the image.
     #[getter]
-    fn names(&self) -> Names {
+    fn names(&self) -> LayerNames {
         self.names.clone()
     }
 

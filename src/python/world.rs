@@ -9,7 +9,7 @@ use std::time::Duration;
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use super::rendering::{Names, Rendering};
+use super::rendering::{LayerNames, PyRendering};
 use super::{as_arguments, of_file, of_scene, wrong};
 use crate::check::{self, Finding};
 use crate::compile::{camera_names, check_mesh, check_settings, compile};
@@ -17,8 +17,8 @@ use crate::error::LoadError;
 use crate::film::{FilmChannel, Region};
 use crate::formats::ron::query::{Query, list};
 use crate::formats::{
-    AssetFiles, Edits, Files, LightUnits, LoadOptions, Surroundings, gltf, has_added_camera, is_usual, load,
-    load_again, ron,
+    AssetFiles, Edits, EnvironmentPreset, Files, LightUnits, LoadOptions, gltf, has_added_camera, is_usual,
+    load, load_again, ron,
 };
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -28,23 +28,23 @@ use crate::world::{Aov, AssetCache, Assets, Image, Mesh, Settings, SourceFiles, 
 /// How often a caller that waits for a rendering is told how far it is, and may interrupt it.
 const LOOK: Duration = Duration::from_millis(50);
 
-#[pyclass(module = "rayfront._native", frozen)]
-pub struct World {
+#[pyclass(name = "World", module = "rayfront._native", frozen)]
+pub struct PyWorld {
     world: crate::world::World,
-    source: Source,
+    source: PySource,
 }
 
 /// Where a world came from: it is read again for an image of another shape if its camera was added for the shape that it had.
-enum Source {
+enum PySource {
     Text { text: String, folder: PathBuf, meshes: HashMap<String, Arc<Mesh>> },
     File { path: PathBuf, options: Box<LoadOptions>, kept: AssetCache },
 }
 
-impl Source {
+impl PySource {
     fn read(&self, size: Option<[u32; 2]>) -> Result<crate::world::World, LoadError> {
         match self {
-            Source::Text { text, folder, meshes } => {
-                let mut given = Given { files: Files::default(), meshes: meshes.clone() };
+            PySource::Text { text, folder, meshes } => {
+                let mut given = PyInputs { files: Files::default(), meshes: meshes.clone() };
                 let path = folder.join("World");
                 given.files.sources.confine(&path);
                 let mut world = ron::parse(text, &path, &mut given)?;
@@ -52,29 +52,29 @@ impl Source {
                 load::complete(&mut world)?;
                 Ok(world)
             }
-            Source::File { path, options, kept } => {
+            PySource::File { path, options, kept } => {
                 let options = LoadOptions { size: size.or(options.size), ..(**options).clone() };
                 load_again(path, &options, &SourceFiles::with(kept.clone()))
             }
         }
     }
 
-    fn world(self) -> PyResult<World> {
+    fn world(self) -> PyResult<PyWorld> {
         let world = self.read(None).map_err(of_file)?;
-        Ok(World { world, source: self })
+        Ok(PyWorld { world, source: self })
     }
 }
 
 /// What a finding is about, what it is, and what mends it.
-type Parts = (Option<String>, String, Option<String>);
+type PyParts = (Option<String>, String, Option<String>);
 
 /// Files on disk, and meshes that Python has as arrays.
-struct Given {
+struct PyInputs {
     files: Files,
     meshes: HashMap<String, Arc<Mesh>>,
 }
 
-impl AssetFiles for Given {
+impl AssetFiles for PyInputs {
     fn mesh(
         &mut self,
         path: &Path,
@@ -93,7 +93,7 @@ impl AssetFiles for Given {
         path: &Path,
         assets: &mut Assets,
         warnings: &mut Vec<String>,
-    ) -> Result<gltf::Model, LoadError> {
+    ) -> Result<gltf::GltfModel, LoadError> {
         self.files.model(path, assets, warnings)
     }
 
@@ -141,15 +141,15 @@ fn mesh((name, vertices, faces, normals, uvs, colors): &Arrays) -> PyResult<Mesh
 }
 
 #[pymethods]
-impl World {
+impl PyWorld {
     /// Of a scene's text; `folder` is what its files are relative to.
     #[staticmethod]
-    fn parse(py: Python<'_>, text: &str, folder: PathBuf, arrays: Vec<Arrays>) -> PyResult<World> {
+    fn parse(py: Python<'_>, text: &str, folder: PathBuf, arrays: Vec<Arrays>) -> PyResult<PyWorld> {
         let mut meshes = HashMap::new();
         for given in &arrays {
             meshes.insert(given.0.clone(), Arc::new(mesh(given)?));
         }
-        let source = Source::Text { text: text.to_owned(), folder, meshes };
+        let source = PySource::Text { text: text.to_owned(), folder, meshes };
         py.detach(|| source.world())
     }
 
@@ -173,8 +173,8 @@ impl World {
         solid_glass: bool,
         double_sided: bool,
         size: Option<[u32; 2]>,
-    ) -> PyResult<World> {
-        let surroundings = env.map(Surroundings::named).transpose().map_err(wrong)?;
+    ) -> PyResult<PyWorld> {
+        let surroundings = env.map(EnvironmentPreset::named).transpose().map_err(wrong)?;
         let light_units = match light_units {
             "auto" => LightUnits::Auto,
             "candela" => LightUnits::Candela,
@@ -191,12 +191,12 @@ impl World {
         let common =
             LoadOptions { time_s: time, variant, scene, surroundings, edits, size, ..LoadOptions::default() };
         let options = LoadOptions { light_units, solid_glass, double_sided, ..common };
-        let source = Source::File { path, options: Box::new(options), kept: AssetCache::keeping() };
+        let source = PySource::File { path, options: Box::new(options), kept: AssetCache::keeping() };
         py.detach(|| source.world())
     }
 
     /// What is probably not as intended: what each finding is about, the finding, and how to fix it.
-    fn check(&self, py: Python<'_>, size: Option<[u32; 2]>, camera: Option<&str>) -> PyResult<Vec<Parts>> {
+    fn check(&self, py: Python<'_>, size: Option<[u32; 2]>, camera: Option<&str>) -> PyResult<Vec<PyParts>> {
         let settings = self.settings(size, None, None, None, None, [None; 2])?;
         let again = self.for_shape(py, settings.size)?;
         let world = again.as_ref().unwrap_or(&self.world);
@@ -228,8 +228,8 @@ impl World {
     ) -> PyResult<Vec<(String, HashMap<&'static str, String>)>> {
         let query = text.map(Query::parse).transpose().map_err(wrong)?;
         let path = match &self.source {
-            Source::Text { folder, .. } => folder.join("World"),
-            Source::File { path, .. } => path.clone(),
+            PySource::Text { folder, .. } => folder.join("World"),
+            PySource::File { path, .. } => path.clone(),
         };
         let found = py.detach(|| list(&self.world, query.as_ref(), &path));
         Ok(found.into_iter().map(|(name, keys)| (name, keys.into_iter().collect())).collect())
@@ -255,11 +255,11 @@ impl World {
         crop: Option<[u32; 4]>,
         noise: Option<f64>,
         depth: Option<u32>,
-        exposure: Option<Exposure>,
+        exposure: Option<PyExposure>,
         tonemap: Option<&str>,
         transport: Option<&str>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Rendering> {
+    ) -> PyResult<PyRendering> {
         let aovs = layers.iter().map(|name| layer(name)).collect::<PyResult<Vec<Aov>>>()?;
         let schedule = schedule_of(schedule)?;
         let settings = self.settings(size, spp, seed, depth, exposure, [tonemap, transport])?;
@@ -316,14 +316,14 @@ impl World {
                 let (names, camera) = (names_in(&layers, &names, &setup), setup.scene.camera);
                 let told =
                     [notes, warnings].map(|lines| lines.iter().map(|line| as_arguments(line)).collect());
-                Rendering::new(session.into_film(), settings.clone(), layers, names, camera, denoised, told)
+                PyRendering::new(session.into_film(), settings.clone(), layers, names, camera, denoised, told)
             })
         };
         rendered(py, work, &stop, &done, progress.as_ref())
     }
 }
 
-impl World {
+impl PyWorld {
     /// The world for an image of a shape, if a camera was added for another one.
     fn for_shape(&self, py: Python<'_>, [width, height]: [u32; 2]) -> PyResult<Option<crate::world::World>> {
         let [was_wide, was_high] = self.world.settings.size;
@@ -341,7 +341,7 @@ impl World {
         spp: Option<u32>,
         seed: Option<u64>,
         depth: Option<u32>,
-        exposure: Option<Exposure>,
+        exposure: Option<PyExposure>,
         [tonemap, transport]: [Option<&str>; 2],
     ) -> PyResult<Settings> {
         let mut settings = self.world.settings.clone();
@@ -362,11 +362,11 @@ impl World {
         };
         settings.max_depth = depth.unwrap_or(self.world.depth_under(settings.transport));
         match exposure {
-            Some(Exposure::Stops(stops)) => (settings.auto_exposure, settings.exposure_ev) = (false, stops),
-            Some(Exposure::Named(name)) if name == "auto" => {
+            Some(PyExposure::Stops(stops)) => (settings.auto_exposure, settings.exposure_ev) = (false, stops),
+            Some(PyExposure::Named(name)) if name == "auto" => {
                 (settings.auto_exposure, settings.exposure_ev) = (true, 0.0);
             }
-            Some(Exposure::Named(name)) => {
+            Some(PyExposure::Named(name)) => {
                 return Err(wrong(format!("exposure must be -64 to 64 stops, or \"auto\", not {name:?}")));
             }
             None => {}
@@ -379,11 +379,11 @@ impl World {
 /// Renders on another thread, so that this one can check for signals and report progress.
 fn rendered(
     py: Python<'_>,
-    work: impl FnOnce() -> Result<Rendering, ThreadError> + Send,
+    work: impl FnOnce() -> Result<PyRendering, ThreadError> + Send,
     stop: &AtomicBool,
     done: &AtomicU32,
     progress: Option<&Py<PyAny>>,
-) -> PyResult<Rendering> {
+) -> PyResult<PyRendering> {
     std::thread::scope(|scope| {
         let worker = scope.spawn(work);
         let mut outcome: PyResult<()> = Ok(());
@@ -416,7 +416,7 @@ fn schedule_of(name: &str) -> PyResult<Schedule> {
 }
 
 /// What the ids in layers stand for.
-fn names_in(layers: &[FilmChannel], entities: &HashMap<u32, String>, setup: &RenderSetup) -> Names {
+fn names_in(layers: &[FilmChannel], entities: &HashMap<u32, String>, setup: &RenderSetup) -> LayerNames {
     let ids = layers.iter().filter_map(|layer| {
         let (name, _) = layer.name.split_once('.')?;
         Some((name, names_of_ids(layer, entities, &setup.scene)?))
@@ -426,7 +426,7 @@ fn names_in(layers: &[FilmChannel], entities: &HashMap<u32, String>, setup: &Ren
 
 /// The ways to say an exposure in Python.
 #[derive(FromPyObject)]
-enum Exposure {
+enum PyExposure {
     Stops(f32),
     Named(String),
 }

@@ -36,13 +36,13 @@ pub struct SceneBuilder {
     triangles: Vec<[u32; 3]>,
     /// Centres and radii.
     spheres: Vec<[f32; 4]>,
-    shapes: Vec<Shape>,
+    shapes: Vec<ShapeRange>,
     placed: Vec<(ShapeId, DAffine3)>,
 }
 
 /// Which part of the builder's arrays a shape is.
 #[derive(Clone, Debug)]
-struct Shape {
+struct ShapeRange {
     vertices: Range<usize>,
     triangles: Range<usize>,
     spheres: Range<usize>,
@@ -85,7 +85,7 @@ impl SceneBuilder {
         self.positions.extend_from_slice(positions);
         self.triangles.extend(triangles.iter().map(|corners| corners.map(|index| first as u32 + index)));
         let triangles = self.triangles.len() - triangles.len()..self.triangles.len();
-        self.shapes.push(Shape { vertices: first..self.positions.len(), triangles, spheres: 0..0 });
+        self.shapes.push(ShapeRange { vertices: first..self.positions.len(), triangles, spheres: 0..0 });
         Ok(shape)
     }
 
@@ -104,7 +104,7 @@ impl SceneBuilder {
             return Err(BuildError::Sphere { shape: shape.0, sphere, center: [x, y, z], radius });
         }
         self.spheres.extend_from_slice(spheres);
-        self.shapes.push(Shape { vertices: 0..0, triangles: 0..0, spheres: first..self.spheres.len() });
+        self.shapes.push(ShapeRange { vertices: 0..0, triangles: 0..0, spheres: first..self.spheres.len() });
         Ok(shape)
     }
 
@@ -196,7 +196,7 @@ impl SceneBuilder {
         self.placed.iter().for_each(|(shape, _)| uses[shape.0 as usize] += 1);
         let mut in_world = vec![NONE; self.shapes.len()];
         for (instance, (shape, to_world)) in self.placed.iter().enumerate() {
-            let Shape { vertices, spheres, .. } = &self.shapes[shape.0 as usize];
+            let ShapeRange { vertices, spheres, .. } = &self.shapes[shape.0 as usize];
             // Spheres must stay spheres.
             let is_possible = spheres.is_empty() || to_world.matrix3 == DMat3::IDENTITY;
             if uses[shape.0 as usize] > 1 || !is_possible {
@@ -230,7 +230,7 @@ impl SceneBuilder {
         }
         let mut ends = [0u32; 2];
         for (order, &shape) in world.iter().chain(&below).enumerate() {
-            let Shape { triangles, spheres, .. } = &self.shapes[shape];
+            let ShapeRange { triangles, spheres, .. } = &self.shapes[shape];
             let firsts = ends;
             ends = [ends[0] + triangles.len() as u32, ends[1] + spheres.len() as u32];
             if !is_sorted {

@@ -31,7 +31,7 @@ pub(crate) mod adaptive;
 mod aov;
 pub(crate) mod camera_medium;
 #[cfg(any(feature = "cli", feature = "python"))]
-mod needs;
+mod memory_estimate;
 mod observed;
 mod options;
 mod passes;
@@ -46,7 +46,7 @@ pub use crate::integrator::{Schedule, Sorting};
 pub use crate::simd::Isa;
 pub(crate) use aov::{film_channels, names_of_ids};
 #[cfg(any(feature = "cli", feature = "python"))]
-pub(crate) use needs::MemoryEstimate;
+pub(crate) use memory_estimate::MemoryEstimate;
 pub(crate) use observed::Span;
 pub use options::{DEFAULT_WAVE, Options};
 pub(crate) use prepare::setup;

@@ -313,7 +313,7 @@ impl Session {
 
     /// Works like [`Session::advance`], but ends soon after `stop` says so: tiles that are under way are dropped. Once
     /// [`Progress::pause`] is set, no further tile is started. The film then holds more samples in some pixels than in
-    /// others, and [`Gathered::pass`] says where.
+    /// others, and [`RenderState::pass`] says where.
     #[doc(hidden)]
     pub fn advance_until(&mut self, count: u32, stop: &Stop, progress: OnProgress) {
         if !self.prepare(stop) || !self.allocate(stop, progress) {

@@ -3,10 +3,10 @@
 /// Floats a node.
 pub const NODE: usize = 16;
 
-/// Bit of [`Node::next`] that marks a leaf; the others are its light.
+/// Bit of [`LightNode::next`] that marks a leaf; the others are its light.
 pub const LEAF: u32 = 1 << 31;
 
-/// [`Node::radius_square`] of what is far away.
+/// [`LightNode::radius_square`] of what is far away.
 pub const FAR: f32 = -1.0;
 
 /// A node in 64 bytes, all floats but one, so that lanes gather from one table.
@@ -36,27 +36,27 @@ pub struct LightNode {
     pub half: [f32; 3],
 }
 
-/// Where the fields of a [`Node`] are in its floats.
+/// Where the fields of a [`LightNode`] are in its floats.
 pub mod field {
-    /// [`super::Node::center`], three floats.
+    /// [`super::LightNode::center`], three floats.
     pub const CENTER: u32 = 0;
-    /// [`super::Node::radius_square`].
+    /// [`super::LightNode::radius_square`].
     pub const RADIUS_SQUARE: u32 = 3;
-    /// [`super::Node::axis`], three floats.
+    /// [`super::LightNode::axis`], three floats.
     pub const AXIS: u32 = 4;
-    /// [`super::Node::cos_spread`].
+    /// [`super::LightNode::cos_spread`].
     pub const COS_SPREAD: u32 = 7;
-    /// [`super::Node::sin_spread`].
+    /// [`super::LightNode::sin_spread`].
     pub const SIN_SPREAD: u32 = 8;
-    /// [`super::Node::cos_emission`].
+    /// [`super::LightNode::cos_emission`].
     pub const COS_EMISSION: u32 = 9;
-    /// [`super::Node::power`].
+    /// [`super::LightNode::power`].
     pub const POWER: u32 = 10;
-    /// [`super::Node::sides`].
+    /// [`super::LightNode::sides`].
     pub const SIDES: u32 = 11;
-    /// [`super::Node::next`], as bits.
+    /// [`super::LightNode::next`], as bits.
     pub const NEXT: u32 = 12;
-    /// [`super::Node::half`], three floats.
+    /// [`super::LightNode::half`], three floats.
     pub const HALF: u32 = 13;
 }
 
@@ -91,7 +91,7 @@ impl LightNode {
 /// The tree. Node 0 is the root, node 1 is empty, so that siblings share 128 bytes.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
-    /// [`Node`]s as floats; none without lights.
+    /// [`LightNode`]s as floats; none without lights.
     pub nodes: Vec<[f32; NODE]>,
     /// For each light the way to it from the root, the lowest bit first: 1 for the second child.
     /// No path is longer than 32.

@@ -109,7 +109,7 @@ impl<F: Float> LitPoint<F> {
 struct Descent<F: Float> {
     /// The probability of having come here.
     pmf: F,
-    /// The `next` of the node where it is; see [`crate::scene::light_tree::Node::next`].
+    /// The `next` of the node where it is; see [`crate::scene::light_tree::LightNode::next`].
     next: F::Int,
     /// What the node's lights would bring, looked into ([`looked_into`]); zero where that says no more than the
     /// node.
@@ -242,7 +242,7 @@ struct Brought<F> {
     light: F,
     /// The square of the distance to the box around them.
     away: F,
-    /// See [`crate::scene::light_tree::Node::radius_square`].
+    /// See [`crate::scene::light_tree::LightNode::radius_square`].
     radius_square: F,
 }
 

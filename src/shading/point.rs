@@ -181,7 +181,7 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
 }
 
 /// The coverage of a material, 0 to 1, at the points of hits. Nothing else matters here, because sides are told apart
-/// before this is asked ([`Material::presence`]).
+/// before this is asked ([`Material::sidedness`]).
 #[inline(always)]
 pub fn coverage<F: Float>(
     material: &Material,

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::viewer::Shown;
+use super::viewer::Snapshot;
 use crate::film::Region;
 use crate::integrator::Schedule;
 use crate::integrator::bounces::LobeKind;
@@ -11,13 +11,13 @@ use crate::integrator::path_event::PathEvent;
 use crate::math::Vec3;
 use crate::render::{Options, Session};
 use crate::scene::{Camera, Projection};
-use crate::study::explain::{self, Life, LightRay, Step};
+use crate::study::explain::{self, ExplainedLightRay, Life, Step};
 
 /// At most this many samples of a pixel are rendered with both schedules for comparison.
 const COMPARED: u32 = 16;
 
 /// Explains a sample of a pixel; none if there is no such pixel.
-pub fn explanation(shown: &Shown, pixel: [u32; 2], sample: u32) -> Option<Value> {
+pub fn explanation(shown: &Snapshot, pixel: [u32; 2], sample: u32) -> Option<Value> {
     let [x, y] = pixel;
     let [width, height] = shown.setup.size;
     if x >= width || y >= height {
@@ -50,7 +50,7 @@ pub fn explanation(shown: &Shown, pixel: [u32; 2], sample: u32) -> Option<Value>
 }
 
 /// Farther away than anything in the scene.
-fn far(shown: &Shown) -> f32 {
+fn far(shown: &Snapshot) -> f32 {
     2.0 * shown.setup.scene.bounds.size().length().max(1.0)
 }
 
@@ -88,7 +88,7 @@ impl Paper<'_> {
         value["to"] = json!(self.point(vertex.position.into()));
         value["vertex"]["lobe"] = json!(vertex.fate.and_then(lobe));
         let Some(lights) = value["vertex"]["lights"].as_array_mut() else { return };
-        for (value, LightRay { direction, distance, .. }) in lights.iter_mut().zip(&vertex.lights) {
+        for (value, ExplainedLightRay { direction, distance, .. }) in lights.iter_mut().zip(&vertex.lights) {
             let length = if distance.is_finite() { *distance } else { self.far };
             value["to"] = json!(along(vertex.position, *direction, length));
         }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::viewer::Shown;
+use super::viewer::Snapshot;
 use crate::film::tonemap::{quantise_8_bit, srgb_encode};
 use crate::integrator::photons::splat::view;
 use crate::integrator::photons::{LandedPhotons, PhotonPlan};
@@ -19,7 +19,7 @@ const WHITE: f64 = 0.95;
 
 /// The end of a photon, where it lies in the picture.
 #[derive(Clone, Copy)]
-struct Point {
+struct PhotonPoint {
     column: f32,
     row: f32,
     /// Its light in watts.
@@ -33,11 +33,11 @@ struct Ends {
     /// The number of those that end on a surface.
     landed: usize,
     /// The photons that lie in the picture.
-    points: Vec<Point>,
+    points: Vec<PhotonPoint>,
 }
 
 /// The photons of a sample, or the reason why there are none.
-pub fn photons_of(shown: &Shown, sample: u32) -> Value {
+pub fn photons_of(shown: &Snapshot, sample: u32) -> Value {
     let traced;
     let plan = match &shown.prepared {
         Some(prepared) => &prepared.plan,
@@ -69,7 +69,7 @@ pub fn photons_of(shown: &Shown, sample: u32) -> Value {
 }
 
 /// Traces the photons of a sample as the renderer does.
-fn ends(shown: &Shown, plan: &PhotonPlan, sample: u32) -> Ends {
+fn ends(shown: &Snapshot, plan: &PhotonPlan, sample: u32) -> Ends {
     let (setup, options) = (&shown.setup, &shown.options);
     let with = |trace: &mut dyn FnMut(&mut Worker, &mut RayStatistics)| {
         let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
@@ -88,40 +88,41 @@ fn ends(shown: &Shown, plan: &PhotonPlan, sample: u32) -> Ends {
 /// Collects the photons that lie in the picture, in the order of their numbers. Those that are drawn lie where they are
 /// drawn, the others where the middle of the lens would see them if nothing were between.
 fn in_picture(setup: &RenderSetup, landed: &LandedPhotons) -> Ends {
-    let mut points: Vec<Option<Point>> = landed
+    let mut points: Vec<Option<PhotonPoint>> = landed
         .photons
         .iter()
         .map(|(_, photon)| {
             let [x, y, z] = photon.position;
             let view = view(setup, Vector::new(x, y, z), (0.5, 0.5));
             let (column, row) = (view.column, view.row);
-            view.seen.then_some(Point { column, row, flux: photon.flux, is_seen: false })
+            view.seen.then_some(PhotonPoint { column, row, flux: photon.flux, is_seen: false })
         })
         .collect();
     for (number, splat) in &landed.splats {
         // Under Whitted's transport a photon may end in several places, of which this is one.
         let first = landed.photons.partition_point(|(other, _)| other < number);
         let count = landed.photons[first..].iter().take_while(|(other, _)| other == number).count();
-        let away = |point: &Point| (point.column - splat.column).hypot(point.row - splat.row);
+        let away = |point: &PhotonPoint| (point.column - splat.column).hypot(point.row - splat.row);
         let own = points[first..first + count].iter_mut().flatten();
         if let Some(point) = own.min_by(|a, b| away(a).total_cmp(&away(b))) {
-            *point = Point { column: splat.column, row: splat.row, is_seen: true, ..*point };
+            *point = PhotonPoint { column: splat.column, row: splat.row, is_seen: true, ..*point };
         }
     }
     let size = setup.size.map(|side| side as f32);
-    let is_in = |point: &Point| (0.0..size[0]).contains(&point.column) && (0.0..size[1]).contains(&point.row);
+    let is_in =
+        |point: &PhotonPoint| (0.0..size[0]).contains(&point.column) && (0.0..size[1]).contains(&point.row);
     Ends { landed: points.len(), points: points.into_iter().flatten().filter(is_in).collect() }
 }
 
 /// The power that is shown as white.
-fn white(points: &[Point]) -> f32 {
+fn white(points: &[PhotonPoint]) -> f32 {
     let mut powers: Vec<f32> =
         points.iter().map(|point| point.flux.into_iter().fold(0.0, f32::max)).collect();
     powers.sort_by(f32::total_cmp);
     powers.get((powers.len() as f64 * WHITE) as usize).copied().unwrap_or(0.0)
 }
 
-impl Point {
+impl PhotonPoint {
     /// Column, row, red, green and blue to 255, and 1 if the camera sees it.
     fn json(&self, white: f32) -> Value {
         let to_hundredths = |place: f32| (f64::from(place) * 100.0).round() / 100.0;

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::viewer::Shown;
+use super::viewer::Snapshot;
 use crate::film::exposure::automatic_ev;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::{DisplayTransform, quantise_8_bit, srgb_encode};
@@ -69,7 +69,7 @@ pub struct Display {
 }
 
 /// Pixels as a page draws them.
-pub struct Picture {
+pub struct PageImage {
     /// Width and height.
     pub size: [u32; 2],
     /// Red, green, blue and 255, row by row from the top.
@@ -82,9 +82,9 @@ pub struct Picture {
 const LOOKED_AT: u32 = 4;
 
 /// A layer of what is shown.
-pub fn picture(shown: &Shown, layer: Layer, display: Display) -> Picture {
+pub fn picture(shown: &Snapshot, layer: Layer, display: Display) -> PageImage {
     let film = &shown.gathered.film;
-    let own = |colors: Vec<[u8; 3]>, size: [u32; 2]| Picture {
+    let own = |colors: Vec<[u8; 3]>, size: [u32; 2]| PageImage {
         size,
         pixels: colors.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
         exposure_ev: display.exposure_ev.unwrap_or(0.0),
@@ -110,7 +110,7 @@ pub fn picture(shown: &Shown, layer: Layer, display: Display) -> Picture {
 }
 
 /// The light of all pixels. Where there is no sample yet, that is what the small picture has.
-fn radiance(shown: &Shown) -> Vec<Rgb> {
+fn radiance(shown: &Snapshot) -> Vec<Rgb> {
     let film = &shown.gathered.film;
     let mut radiance = film.radiance();
     let Some(small) = &shown.small else { return radiance };
@@ -125,14 +125,14 @@ fn radiance(shown: &Shown) -> Vec<Rgb> {
     radiance
 }
 
-fn light(radiance: Vec<Rgb>, size: [u32; 2], display: Display) -> Picture {
+fn light(radiance: Vec<Rgb>, size: [u32; 2], display: Display) -> PageImage {
     let exposure_ev = display.exposure_ev.unwrap_or_else(|| automatic_ev(&radiance));
     let curve = DisplayTransform::new(display.tonemap, exposure_ev, &radiance);
     let mut pixels = vec![255; 4 * radiance.len()];
     pixels.par_chunks_mut(4).zip(&radiance).with_min_len(4096).for_each(|(pixel, light)| {
         pixel[..3].copy_from_slice(&curve.apply_8_bit(*light));
     });
-    Picture { size, pixels, exposure_ev }
+    PageImage { size, pixels, exposure_ev }
 }
 
 /// The difference of even and odd samples relative to their mean, from zero to a half and more.
@@ -179,7 +179,7 @@ fn any_color(number: u32) -> [u8; 3] {
 }
 
 /// What the first samples of the whole image hit.
-fn features(shown: &Shown, region: Region) -> Vec<Features> {
+fn features(shown: &Snapshot, region: Region) -> Vec<Features> {
     let options = Options { region: Some(region), ..shown.options };
     let mut session = Session::of(shown.setup.clone(), LOOKED_AT, options);
     let mut samples = SampleRanges::default();
@@ -189,13 +189,13 @@ fn features(shown: &Shown, region: Region) -> Vec<Features> {
 }
 
 /// A session that has what is shown; none while that is a smaller image.
-fn session(shown: &Shown) -> Option<Session> {
+fn session(shown: &Snapshot) -> Option<Session> {
     let mut session = Session::of(shown.setup.clone(), shown.wanted, shown.options);
     session.go_on_with((*shown.gathered).clone()).then_some(session)
 }
 
 /// What is known of a pixel of the whole image; none of one that there is not.
-pub fn pixel(shown: &Shown, [x, y]: [u32; 2]) -> Option<Value> {
+pub fn pixel(shown: &Snapshot, [x, y]: [u32; 2]) -> Option<Value> {
     let [width, height] = shown.setup.size;
     if x >= width || y >= height {
         return None;

@@ -27,10 +27,10 @@ use tokio::time::{sleep, timeout};
 use tokio_stream::wrappers::WatchStream;
 use tokio_stream::{Stream, StreamExt};
 
-use super::command::Wish;
 use super::explanation::explanation;
 use super::photons::photons_of;
-use super::picture::{Display, Layer, Picture, picture, pixel};
+use super::picture::{Display, Layer, PageImage, picture, pixel};
+use super::request::ViewRequest;
 use super::viewer::Viewer;
 use crate::simd::give_back_freed;
 use crate::study::explain::Recipe;
@@ -118,14 +118,14 @@ impl Server {
 }
 
 #[derive(Deserialize)]
-struct Token {
+struct AccessToken {
     token: Option<String>,
 }
 
 /// Keeps out everyone who does not know the token, or calls us by a name that is not this machine's own.
 async fn guard(
     State(site): State<Arc<Site>>,
-    Query(Token { token }): Query<Token>,
+    Query(AccessToken { token }): Query<AccessToken>,
     request: Request,
     next: Next,
 ) -> Response {
@@ -197,13 +197,13 @@ async fn status(State(site): State<Arc<Site>>) -> axum::Json<Value> {
 }
 
 #[derive(Deserialize)]
-struct Wanted {
+struct WantedImage {
     layer: Option<String>,
     exposure: Option<String>,
     tonemap: Option<String>,
 }
 
-impl Wanted {
+impl WantedImage {
     fn read(&self) -> Result<(Layer, Display), String> {
         let layer = self.layer.as_deref().map_or(Ok(Layer::Light), Layer::from_str)?;
         let exposure_ev = match self.exposure.as_deref() {
@@ -222,7 +222,7 @@ impl Wanted {
     }
 }
 
-async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<Wanted>) -> Response {
+async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>) -> Response {
     let (layer, display) = match wanted.read() {
         Ok(read) => read,
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
@@ -236,7 +236,7 @@ async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<Wanted>) -> R
         }
         (serial, shown.gathered.film.samples_per_pixel(), picture)
     });
-    let Some((serial, samples, Picture { size: [width, height], pixels, exposure_ev })) = made.await else {
+    let Some((serial, samples, PageImage { size: [width, height], pixels, exposure_ev })) = made.await else {
         return refuse(StatusCode::INTERNAL_SERVER_ERROR, "the picture could not be made");
     };
     let headers = [
@@ -299,7 +299,7 @@ async fn carry_out(State(site): State<Arc<Site>>, request: Request) -> Response 
         Ok(Err(error)) => return error.into_response(),
         Err(_) => return refuse(StatusCode::REQUEST_TIMEOUT, "the wish did not come whole"),
     };
-    let wish: Wish = match serde_json::from_str(&body) {
+    let wish: ViewRequest = match serde_json::from_str(&body) {
         Ok(wish) => wish,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.to_string()),
     };
@@ -358,7 +358,7 @@ mod tests {
     fn what_is_wanted_of_an_image_is_read() {
         let read = |layer: &str, exposure: &str, tonemap: &str| {
             let [layer, exposure, tonemap] = [layer, exposure, tonemap].map(|text| Some(text.to_owned()));
-            Wanted { layer, exposure, tonemap }.read()
+            WantedImage { layer, exposure, tonemap }.read()
         };
         let display = Display { exposure_ev: Some(-1.5), tonemap: Tonemap::Aces };
         assert_eq!(read("depth", "-1.5", "Aces"), Ok((Layer::Depth, display)));

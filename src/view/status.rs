@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use super::command::{SAMPLERS, SCHEDULES, TRANSPORTS};
+use super::request::{SAMPLERS, SCHEDULES, TRANSPORTS};
 use super::scene::LiveScene;
-use super::viewer::{Shown, Work};
+use super::viewer::{RenderWork, Snapshot};
 use crate::check::Finding;
 use crate::film::Region;
 use crate::integrator::photons::NoPhotons;
@@ -49,7 +49,7 @@ pub struct Described {
 
 impl Described {
     /// As it is now.
-    pub fn new(scene: &LiveScene, work: &Work) -> Described {
+    pub fn new(scene: &LiveScene, work: &RenderWork) -> Described {
         let (settings, rig) = (scene.settings(), scene.rig());
         let (pose, camera, is_moved) = (rig.pose(), &rig.camera, scene.is_moved());
         let finding = |finding: Finding| {
@@ -108,8 +108,8 @@ pub struct Pixels {
 
 impl Pixels {
     /// Of those that are shown.
-    pub fn of(shown: &Shown) -> Pixels {
-        let Shown { size, wanted, ref gathered, .. } = *shown;
+    pub fn of(shown: &Snapshot) -> Pixels {
+        let Snapshot { size, wanted, ref gathered, .. } = *shown;
         let is_small = size != shown.setup.size;
         let samples = if is_small { 0.0 } else { gathered.film.samples_per_pixel() };
         let photons = shown.prepared.as_ref().map(|prepared| prepared.photons());
@@ -119,7 +119,7 @@ impl Pixels {
 
 impl Status {
     /// Before anything is rendered.
-    pub fn of(scene: &LiveScene, work: Work) -> Status {
+    pub fn of(scene: &LiveScene, work: RenderWork) -> Status {
         let mut status = Status {
             serial: 0,
             generation: 0,

@@ -46,20 +46,20 @@ pub struct Tev {
 }
 
 struct Shared {
-    state: Mutex<State>,
+    state: Mutex<TevState>,
     changed: Condvar,
 }
 
 /// An image as viewers show it: a fifth of its film.
-struct Image {
+struct TevImage {
     size: [u32; 2],
     pixels: Vec<Rgb>,
 }
 
 #[derive(Default)]
-struct State {
+struct TevState {
     /// What is to be sent.
-    next: Option<Image>,
+    next: Option<TevImage>,
     is_sending: bool,
     /// The viewer has gone away.
     is_gone: bool,
@@ -90,7 +90,7 @@ impl Tev {
         }
         drop(state);
         let region = film.region();
-        let image = Image { size: [region.width(), region.height()], pixels: film.radiance() };
+        let image = TevImage { size: [region.width(), region.height()], pixels: film.radiance() };
         self.shared.lock().next = Some(image);
         self.shared.changed.notify_all();
     }
@@ -122,11 +122,11 @@ impl Drop for Tev {
 
 impl Shared {
     /// Nothing panics while it holds the lock.
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, TevState> {
         self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    fn wait<'a>(&self, state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+    fn wait<'a>(&self, state: MutexGuard<'a, TevState>) -> MutexGuard<'a, TevState> {
         self.changed.wait(state).unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
@@ -191,7 +191,7 @@ impl Link {
     }
 
     /// Sends what has changed.
-    fn send(&mut self, Image { size, pixels }: Image) -> io::Result<()> {
+    fn send(&mut self, TevImage { size, pixels }: TevImage) -> io::Result<()> {
         if self.size != Some(size) {
             self.stream.write_all(&self.creation(size))?;
             (self.size, self.sent) = (Some(size), Vec::new());
@@ -209,22 +209,23 @@ impl Link {
 
     /// A new image, which the viewer turns to.
     fn creation(&self, size: [u32; 2]) -> Vec<u8> {
-        let packet = Packet::new(CREATE_IMAGE).flag(true).text(&self.name);
-        let packet = size.into_iter().fold(packet, Packet::number).number(CHANNELS.len() as u32);
-        CHANNELS.into_iter().fold(packet, Packet::text).finish()
+        let packet = TevPacket::new(CREATE_IMAGE).flag(true).text(&self.name);
+        let packet = size.into_iter().fold(packet, TevPacket::number).number(CHANNELS.len() as u32);
+        CHANNELS.into_iter().fold(packet, TevPacket::text).finish()
     }
 
     /// Whole rows from row `y` on. The viewer does not switch to the image: someone who looks at another one is not
     /// disturbed.
     fn update(&self, width: u32, y: usize, pixels: &[Rgb]) -> Vec<u8> {
         let height = pixels.len() / (width as usize).max(1);
-        let packet = Packet::new(UPDATE_IMAGE_V3).flag(false).text(&self.name).number(CHANNELS.len() as u32);
-        let packet = CHANNELS.into_iter().fold(packet, Packet::text);
-        let packet = [0, y as u32, width, height as u32].into_iter().fold(packet, Packet::number);
+        let packet =
+            TevPacket::new(UPDATE_IMAGE_V3).flag(false).text(&self.name).number(CHANNELS.len() as u32);
+        let packet = CHANNELS.into_iter().fold(packet, TevPacket::text);
+        let packet = [0, y as u32, width, height as u32].into_iter().fold(packet, TevPacket::number);
         // The channels of a pixel lie side by side: where each begins, and the distance to the next pixel.
         let offsets = 0..CHANNELS.len() as u64;
         let strides = CHANNELS.map(|_| CHANNELS.len() as u64);
-        let mut packet = offsets.chain(strides).fold(packet, Packet::long_number);
+        let mut packet = offsets.chain(strides).fold(packet, TevPacket::long_number);
         packet.0.reserve(size_of_val(pixels));
         for component in pixels.iter().flat_map(|pixel| pixel.to_array()) {
             packet.0.extend(component.to_le_bytes());
@@ -234,30 +235,30 @@ impl Link {
 }
 
 /// A packet that is written. Its numbers are signed in the protocol, and ours are never negative.
-struct Packet(Vec<u8>);
+struct TevPacket(Vec<u8>);
 
-impl Packet {
-    fn new(kind: u8) -> Packet {
+impl TevPacket {
+    fn new(kind: u8) -> TevPacket {
         // Room for its length.
-        Packet(vec![0, 0, 0, 0, kind])
+        TevPacket(vec![0, 0, 0, 0, kind])
     }
 
-    fn flag(mut self, is_set: bool) -> Packet {
+    fn flag(mut self, is_set: bool) -> TevPacket {
         self.0.push(u8::from(is_set));
         self
     }
 
-    fn number(mut self, number: u32) -> Packet {
+    fn number(mut self, number: u32) -> TevPacket {
         self.0.extend(number.to_le_bytes());
         self
     }
 
-    fn long_number(mut self, number: u64) -> Packet {
+    fn long_number(mut self, number: u64) -> TevPacket {
         self.0.extend(number.to_le_bytes());
         self
     }
 
-    fn text(mut self, text: &str) -> Packet {
+    fn text(mut self, text: &str) -> TevPacket {
         self.0.extend(text.as_bytes());
         self.0.push(0);
         self

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tokio::sync::watch;
 
-use super::command::{Command, Wish};
+use super::request::{NumberedRequest, ViewRequest};
 use super::scene::{LiveScene, SceneError};
 use super::status::{Described, Pixels, Status, queues};
 use super::tev::Tev;
@@ -30,7 +30,7 @@ const FIRST_PIXELS: u64 = 40_000;
 
 /// What is rendered, and what has come of it: all that a picture or an answer needs.
 #[derive(Clone)]
-pub struct Shown {
+pub struct Snapshot {
     /// The scene as it is rendered.
     pub setup: Arc<RenderSetup>,
     /// What has been gathered: of the whole image, or of a smaller one.
@@ -57,19 +57,19 @@ pub struct Shown {
     pub generation: u64,
 }
 
-impl Shown {
+impl Snapshot {
     fn new(
         scene: &LiveScene,
         setup: Arc<RenderSetup>,
         gathered: RenderState,
         options: Options,
         features: Arc<OnceLock<Vec<Features>>>,
-    ) -> Shown {
+    ) -> Snapshot {
         let ((names, entities), wanted) = (scene.names(), scene.settings().samples);
         let region = gathered.film.region();
         let (size, gathered) = ([region.width(), region.height()], Arc::new(gathered));
         let recipe = Arc::new(scene.recipe(&setup));
-        Shown {
+        Snapshot {
             setup,
             gathered,
             small: None,
@@ -88,7 +88,7 @@ impl Shown {
 
 /// What threads share.
 pub struct Viewer {
-    state: Mutex<State>,
+    state: Mutex<ViewerState>,
     /// There is something to do.
     wake: Condvar,
     /// The current pass is no longer wanted.
@@ -99,10 +99,10 @@ pub struct Viewer {
     tev: Option<Tev>,
 }
 
-struct State {
-    shown: Shown,
+struct ViewerState {
+    shown: Snapshot,
     status: Status,
-    commands: VecDeque<Command>,
+    requests: VecDeque<NumberedRequest>,
     /// The outcomes of the last commands, by their numbers.
     answers: HashMap<u64, Result<String, String>>,
     next: u64,
@@ -111,20 +111,20 @@ struct State {
 
 /// How the scene is rendered: what no bit of the image depends on.
 #[derive(Clone, Copy, Debug)]
-pub struct Work {
+pub struct RenderWork {
     /// In which order.
     pub schedule: Schedule,
     /// Paths of a wave.
     pub wave: usize,
 }
 
-impl Default for Work {
+impl Default for RenderWork {
     fn default() -> Self {
         Self { schedule: Schedule::Wavefront, wave: DEFAULT_WAVE }
     }
 }
 
-impl Work {
+impl RenderWork {
     fn options(self) -> Options {
         Options { schedule: self.schedule, wave: self.wave, ..Options::default() }
     }
@@ -132,13 +132,19 @@ impl Work {
 
 impl Viewer {
     /// For a scene; nothing is rendered before [`Viewer::run`].
-    pub fn new(scene: &LiveScene, work: Work) -> Viewer {
+    pub fn new(scene: &LiveScene, work: RenderWork) -> Viewer {
         let setup = scene.setup();
         let nothing = RenderState::nothing(Region::whole(setup.size), setup.unit, false);
-        let shown = Shown::new(scene, setup, nothing, work.options(), Arc::default());
+        let shown = Snapshot::new(scene, setup, nothing, work.options(), Arc::default());
         let status = Status::of(scene, work);
-        let state =
-            State { shown, status, commands: VecDeque::new(), answers: HashMap::new(), next: 0, ends: false };
+        let state = ViewerState {
+            shown,
+            status,
+            requests: VecDeque::new(),
+            answers: HashMap::new(),
+            next: 0,
+            ends: false,
+        };
         let (news, _) = watch::channel(0);
         Viewer {
             state: Mutex::new(state),
@@ -155,7 +161,7 @@ impl Viewer {
     }
 
     /// What is shown now.
-    pub fn shown(&self) -> Shown {
+    pub fn shown(&self) -> Snapshot {
         self.lock().shown.clone()
     }
 
@@ -176,11 +182,11 @@ impl Viewer {
 
     /// Gets something done, and waits for it: the outcome, or why it is impossible. Successive movements of the
     /// camera are combined.
-    pub fn command(&self, wish: Wish) -> Result<String, String> {
+    pub fn command(&self, request: ViewRequest) -> Result<String, String> {
         let mut state = self.lock();
         let number = state.next;
         state.next += 1;
-        state.commands.push_back(Command { number, wish });
+        state.requests.push_back(NumberedRequest { number, request });
         self.stop.store(true, Ordering::Release);
         self.wake.notify_all();
         loop {
@@ -202,7 +208,7 @@ impl Viewer {
     }
 
     /// Renders until it is told to end.
-    pub fn run(&self, scene: LiveScene, work: Work) {
+    pub fn run(&self, scene: LiveScene, work: RenderWork) {
         let (files, changed) = (scene.files(), AtomicBool::new(false));
         std::thread::scope(|scope| {
             // If no thread can be started, edits are noticed when someone asks for them.
@@ -225,7 +231,7 @@ impl Viewer {
         }
     }
 
-    fn render(&self, mut scene: LiveScene, work: Work, changed: &AtomicBool) {
+    fn render(&self, mut scene: LiveScene, work: RenderWork, changed: &AtomicBool) {
         let mut rendering = Rendering {
             work,
             session: None,
@@ -236,10 +242,11 @@ impl Viewer {
             features: Arc::default(),
         };
         loop {
-            let commands = self.wait(&rendering, changed);
-            let Some(commands) = commands else { return };
-            for command in commands {
-                let answer = command.wish.carry_out(&mut scene, &mut rendering.work, &mut rendering.paused);
+            let requests = self.wait(&rendering, changed);
+            let Some(requests) = requests else { return };
+            for command in requests {
+                let answer =
+                    command.request.carry_out(&mut scene, &mut rendering.work, &mut rendering.paused);
                 let changed = answer.as_ref().is_ok_and(|done| done.changes);
                 if changed {
                     rendering.begin_anew();
@@ -269,16 +276,16 @@ impl Viewer {
     }
 
     /// Waits for something to do; none: it is to end.
-    fn wait(&self, rendering: &Rendering, changed: &AtomicBool) -> Option<Vec<Command>> {
+    fn wait(&self, rendering: &Rendering, changed: &AtomicBool) -> Option<Vec<NumberedRequest>> {
         let mut state = self.lock();
         let is_idle = rendering.paused || rendering.session.as_ref().is_some_and(Session::is_done);
-        if is_idle && state.commands.is_empty() && !state.ends && !changed.load(Ordering::Acquire) {
+        if is_idle && state.requests.is_empty() && !state.ends && !changed.load(Ordering::Acquire) {
             let waited = self.wake.wait_timeout(state, LOOK);
             state = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
         }
         // Before the lock is given back: what comes later stops what is done next.
         self.stop.store(false, Ordering::Release);
-        (!state.ends).then(|| state.commands.drain(..).collect())
+        (!state.ends).then(|| state.requests.drain(..).collect())
     }
 
     fn tell(
@@ -298,34 +305,34 @@ impl Viewer {
     }
 
     /// Others wait meanwhile: the change must not take long.
-    fn publish<T>(&self, change: impl FnOnce(&mut State) -> T) -> T {
+    fn publish<T>(&self, change: impl FnOnce(&mut ViewerState) -> T) -> T {
         let outcome = change(&mut self.lock());
         self.news.send_modify(|serial| *serial += 1);
         outcome
     }
 
     /// Shows other pixels.
-    fn show(&self, shown: Shown, elapsed: Duration, described: Option<Described>) {
+    fn show(&self, shown: Snapshot, elapsed: Duration, described: Option<Described>) {
         let pixels = Pixels::of(&shown);
         let before = self.publish(|state| {
             described.into_iter().for_each(|described| state.status.describe(described));
             state.status.pixels(pixels, elapsed);
             let generation = state.status.generation;
-            std::mem::replace(&mut state.shown, Shown { generation, ..shown })
+            std::mem::replace(&mut state.shown, Snapshot { generation, ..shown })
         });
         // Freeing many of them takes time, too.
         drop(before);
     }
 
     /// Nothing panics while it holds the lock.
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, ViewerState> {
         self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 
 /// A rendering from its first small picture to its last sample.
 struct Rendering {
-    work: Work,
+    work: RenderWork,
     /// None before the first picture.
     session: Option<Session>,
     /// The first picture, if it has been made.
@@ -335,7 +342,7 @@ struct Rendering {
     paused: bool,
     /// When the queues were last examined.
     looked: Option<Instant>,
-    /// See [`Shown::features`].
+    /// See [`Snapshot::features`].
     features: Arc<OnceLock<Vec<Features>>>,
 }
 
@@ -364,16 +371,16 @@ impl Rendering {
         let setup = session.setup().clone();
         // A pass has some of its tiles long before others.
         let small = (session.samples_done().0 == 0).then_some(small);
-        let shown = Shown {
+        let shown = Snapshot {
             small,
             prepared,
-            ..Shown::new(scene, setup, session.gathered().clone(), options, features)
+            ..Snapshot::new(scene, setup, session.gathered().clone(), options, features)
         };
         let (begun, spent, last) = (Instant::now(), self.spent, Mutex::new(Instant::now()));
         let elapsed = || spent + begun.elapsed();
         let show = |gathered: RenderState| {
             let gathered = Arc::new(gathered);
-            viewer.show(Shown { gathered: gathered.clone(), ..shown.clone() }, elapsed(), None);
+            viewer.show(Snapshot { gathered: gathered.clone(), ..shown.clone() }, elapsed(), None);
             if let Some(tev) = &viewer.tev {
                 tev.show(&gathered.film);
                 tev.warning().into_iter().for_each(|warning| eprintln!("warning: {warning}"));
@@ -421,7 +428,7 @@ impl Rendering {
         if !session.is_done() {
             return;
         }
-        let shown = Shown::new(scene, whole, session.gathered().clone(), options, self.features.clone());
+        let shown = Snapshot::new(scene, whole, session.gathered().clone(), options, self.features.clone());
         self.small = Some(Arc::new(session.into_film()));
         let described = Described::new(scene, &self.work);
         viewer.show(shown, Duration::ZERO, Some(described));

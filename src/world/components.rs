@@ -9,7 +9,7 @@ use super::assets::{ImageId, MaterialId, MeshId, TextureId};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name(pub String);
 
-/// The glTF file whose nodes stand under this entity (see [`Placed`]).
+/// The glTF file whose nodes stand under this entity (see [`FromModel`]).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Model(pub std::path::PathBuf);
 

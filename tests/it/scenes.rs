@@ -63,7 +63,7 @@ fn all_studies_are_well_formed() {
         let study =
             rayfront::internals::formats::study::load(&path).unwrap_or_else(|error| panic!("{error}"));
         for scene in study.experiments.iter().flat_map(|experiment| &experiment.scenes) {
-            if let rayfront::internals::formats::study::Scene::File(file) = scene {
+            if let rayfront::internals::formats::study::StudyScene::File(file) = scene {
                 rayfront::internals::formats::load(folder.join(file))
                     .unwrap_or_else(|error| panic!("{error}"));
             }

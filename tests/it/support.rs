@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayfront::compile::compile;
 use rayfront::error::LoadError;
 use rayfront::internals::film::Film;
-use rayfront::internals::formats::gltf::Model;
+use rayfront::internals::formats::gltf::GltfModel;
 use rayfront::internals::formats::{AssetFiles, ron};
 use rayfront::math::{Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
@@ -35,7 +35,7 @@ impl AssetFiles for MadeUp {
         }
     }
 
-    fn model(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<Model, LoadError> {
+    fn model(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<GltfModel, LoadError> {
         Err(LoadError::Invalid { file: path.into(), reason: "no model has been made up".into() })
     }
 

@@ -42,7 +42,7 @@ pub(super) struct InterleavedRays {
     prepared: Box<PreparedRays>,
 }
 
-/// [`StreamsOrInterleaved::trace`].
+/// [`InterleavedRays::trace`].
 pub(super) struct InterleavedQuery<'a, 'r, A> {
     pub interleaved: &'a mut InterleavedRays,
     pub bvh: &'a Bvh,
@@ -341,7 +341,7 @@ fn at_spheres(interleaved: &[ActiveRay; RAYS], rays: u32) -> u32 {
     found
 }
 
-/// [`Interleaved::test`] where some primitives may not be there.
+/// [`ActiveRay::test`] where some primitives may not be there.
 struct FilteredTest<'a, 'r, A> {
     ray: &'a mut ActiveRay,
     near: f32,

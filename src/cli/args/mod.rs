@@ -48,13 +48,13 @@ pub struct Arguments {
     pub render: Render,
     /// What the process may do.
     #[command(flatten)]
-    pub limits: Limits,
+    pub limits: ProcessLimits,
 }
 
 /// What the process may do.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Limits")]
-pub struct Limits {
+pub struct ProcessLimits {
     /// Use at most this much memory, such as 800M or 4G [default: what is free, and what ulimit -v and control groups
     /// allow]
     #[arg(long, global = true, value_name = "SIZE", value_parser = crate::memory::parse)]
@@ -64,7 +64,7 @@ pub struct Limits {
     pub allow_outside: bool,
 }
 
-impl Limits {
+impl ProcessLimits {
     /// Sets these limits from now on.
     pub fn set(&self) {
         self.memory.iter().for_each(|bytes| crate::memory::set_limit(*bytes));
@@ -123,17 +123,17 @@ pub enum Command {
     /// Follow the samples of a pixel from the camera to their ends
     Explain(super::explain::Explain),
     /// Show where the time goes, in both schedules
-    Profile(super::profile::Profile),
+    Profile(super::profile::ProfileArguments),
     /// Continue a film: finish what was interrupted, or add samples
     Resume(super::resume::Resume),
     /// Merge films that hold different samples of one image
     Merge(super::merge::Merge),
     /// Write job files that render a scene in parts on many machines
-    Plan(super::plan::Plan),
+    Plan(super::plan::PlanArguments),
     /// Render an image again from the record in it, and say whether it is the same
     Reproduce(super::reproduce::Reproduce),
     /// Show a scene on a page while it renders: look around, ask questions, edit its files
-    View(super::view::View),
+    View(super::view::ViewArguments),
     /// Report what is probably not as intended in a scene, and how to fix it
     Check(super::check::Check),
     /// List the parts of a scene that a query selects
@@ -143,7 +143,7 @@ pub enum Command {
     /// Render a scene with and without changes, and measure the difference
     Ab(super::ab::Ab),
     /// Run the experiments in a file and report on them
-    Study(super::study::Study),
+    Study(super::study::StudyArguments),
     /// Print a script with which a shell completes commands and options
     Completions(super::manual::Completions),
     /// Write man pages

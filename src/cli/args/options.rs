@@ -7,7 +7,7 @@ use super::parse::{
     parse_adaptive, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_light_units, parse_place,
     parse_sharing, parse_size, parse_time, parse_zoom,
 };
-use crate::formats::surroundings::Surroundings;
+use crate::formats::environment_preset::EnvironmentPreset;
 use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::{Adaptive, Caustics, DepthLimits, Sharing, World};
 
@@ -148,8 +148,8 @@ pub struct ModelOptions {
     #[arg(long)]
     pub double_sided: bool,
     /// Surroundings in place of the scene's own environment: a picture, or none, studio, sky, sky:ELEVATION,AZIMUTH
-    #[arg(long, value_name = "NAME|FILE", value_parser = Surroundings::named)]
-    pub env: Option<Surroundings>,
+    #[arg(long, value_name = "NAME|FILE", value_parser = EnvironmentPreset::named)]
+    pub env: Option<EnvironmentPreset>,
     /// Changes to the scene.
     #[command(flatten)]
     pub edits: EditOptions,

@@ -3,7 +3,7 @@
 use super::options::Exposure;
 use crate::film::Region;
 use crate::formats::LightUnits;
-use crate::formats::film_file::View;
+use crate::formats::film_file::RenderedView;
 use crate::simd::Isa;
 use crate::world::{Adaptive, Caustics, Settings, Sharing};
 
@@ -38,8 +38,9 @@ pub fn parse_place(text: &str) -> Result<String, String> {
 }
 
 pub fn parse_degrees(text: &str) -> Result<[f64; 2], String> {
-    let number =
-        |text: &str| text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= View::MOST_DEGREES);
+    let number = |text: &str| {
+        text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= RenderedView::MOST_DEGREES)
+    };
     let both = text.split_once(',').and_then(|(right, up)| Some([number(right)?, number(up)?]));
     both.or_else(|| Some([number(text)?, 0.0]))
         .ok_or_else(|| "expected degrees to the right and up, such as 30,15".into())

@@ -7,7 +7,7 @@ use std::fmt::Display;
 use clap::ValueEnum;
 
 use super::names::{QualityName, SamplerName, TransportName};
-use crate::formats::{Edits, LightUnits, LoadOptions, Sky, Surroundings};
+use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions};
 use crate::world::{Adaptive, Caustics, DepthLimits, Settings, Sharing};
 
 /// Words of a command line.
@@ -49,7 +49,7 @@ impl Words {
     }
 
     /// Adds what is around a scene.
-    pub fn surroundings(&mut self, surroundings: Option<&Surroundings>) {
+    pub fn surroundings(&mut self, surroundings: Option<&EnvironmentPreset>) {
         self.option("--env", surroundings.map(name_of));
     }
 
@@ -181,15 +181,15 @@ fn changed<'a, T: PartialEq>(value: &'a T, before: &T) -> Option<&'a T> {
 }
 
 /// What `--env` calls it. (No option says how much haze there is, and so no option changes it.)
-fn name_of(surroundings: &Surroundings) -> String {
+fn name_of(surroundings: &EnvironmentPreset) -> String {
     match surroundings {
-        Surroundings::None => "none".to_owned(),
-        Surroundings::Studio => "studio".to_owned(),
-        Surroundings::Sky(sky) if *sky == Sky::default() => "sky".to_owned(),
-        Surroundings::Sky(Sky { elevation_degrees, azimuth_degrees, haze: _ }) => {
+        EnvironmentPreset::None => "none".to_owned(),
+        EnvironmentPreset::Studio => "studio".to_owned(),
+        EnvironmentPreset::Sky(sky) if *sky == SkyOptions::default() => "sky".to_owned(),
+        EnvironmentPreset::Sky(SkyOptions { elevation_degrees, azimuth_degrees, haze: _ }) => {
             format!("sky:{elevation_degrees},{azimuth_degrees}")
         }
-        Surroundings::Picture(path) => path.to_string_lossy().into_owned(),
+        EnvironmentPreset::Picture(path) => path.to_string_lossy().into_owned(),
     }
 }
 

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::super::command_line::{quoted, shell_line};
-use super::{Engine, JobFile, Jobs, Plan, Tasks};
+use super::{Engine, JobFile, Jobs, PlanArguments, Tasks};
 
 impl Jobs<'_> {
     pub(super) fn slurm(&self) -> Vec<JobFile> {
@@ -191,7 +191,7 @@ impl Jobs<'_> {
 
     pub(super) fn kubernetes(&self) -> Vec<JobFile> {
         let Self { name, here, .. } = self;
-        let (Plan { image, volume, .. }, count) = (self.plan, self.count());
+        let (PlanArguments { image, volume, .. }, count) = (self.plan, self.count());
         let string = |text: &str| Value::from(text).to_string();
         let list = |words: &[String]| Value::from(words.to_vec()).to_string();
         let here = string(&here.to_string_lossy());

@@ -21,13 +21,13 @@ use crate::error::in_one_line;
 use crate::files::links;
 use crate::film::SampleRanges;
 use crate::formats::picture::supported;
-use crate::formats::{Surroundings, film_file};
+use crate::formats::{EnvironmentPreset, film_file};
 use crate::world::Adaptive;
 use resources::Resources;
 
 /// `rayfront plan`.
 #[derive(Args, Debug)]
-pub struct Plan {
+pub struct PlanArguments {
     /// The scene
     pub scene: PathBuf,
     /// Number of parts of the samples; with -- --frames there is one task per frame instead
@@ -104,7 +104,7 @@ impl Tasks {
 /// What all engines are told.
 #[derive(Clone)]
 struct Jobs<'a> {
-    plan: &'a Plan,
+    plan: &'a PlanArguments,
     tasks: Tasks,
     /// Options of the rendering, but for which frames.
     options: Vec<String>,
@@ -129,7 +129,7 @@ struct Jobs<'a> {
 /// A file's name and content.
 type JobFile = (&'static str, String);
 
-pub(super) fn run(plan: &Plan) -> Result<ExitCode, Failure> {
+pub(super) fn run(plan: &PlanArguments) -> Result<ExitCode, Failure> {
     let jobs = Jobs::new(plan)?;
     let files = match plan.engine {
         Engine::Slurm => jobs.slurm(),
@@ -149,7 +149,7 @@ pub(super) fn run(plan: &Plan) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-impl Plan {
+impl PlanArguments {
     /// Refuses names that lines of job files would end at.
     fn check_names(&self) -> Result<(), Failure> {
         let is_odd = |path: &&PathBuf| path.to_string_lossy().chars().any(char::is_control);
@@ -231,7 +231,7 @@ fn job_name(scene: &Path) -> String {
 
 impl<'a> Jobs<'a> {
     /// Refuses whatever would keep the parts from being rendered.
-    fn new(plan: &'a Plan) -> Result<Self, Failure> {
+    fn new(plan: &'a PlanArguments) -> Result<Self, Failure> {
         let scene = absolute(&plan.scene)?;
         plan.check_names()?;
         let arguments = plan.arguments()?;
@@ -380,7 +380,7 @@ fn check_outputs(images: &[PathBuf], tasks: &Tasks) -> Result<(), Failure> {
 }
 
 /// The options of a task, without what all tasks are told anyway, and what is for the whole image.
-fn of_tasks(plan: &Plan, render: &Render, resources: &Resources, merges: bool) -> Vec<String> {
+fn of_tasks(plan: &PlanArguments, render: &Render, resources: &Resources, merges: bool) -> Vec<String> {
     let mut options = command_line::recorded(plan.options.clone());
     options.retain(|word| !merges || word != "--denoise");
     let others = ["--frames", "--env", "--threads", "--bits"];
@@ -407,7 +407,7 @@ fn of_merge(arguments: &Arguments, resources: &Resources) -> Vec<String> {
         words.extend(["--threads".to_owned(), cores.to_string()]);
     }
     // The scene is read again: what tasks may read of it and take of memory, this may, too.
-    let picture = matches!(arguments.render.model.env, Some(Surroundings::Picture(_)));
+    let picture = matches!(arguments.render.model.env, Some(EnvironmentPreset::Picture(_)));
     if arguments.limits.allow_outside || picture {
         words.push("--allow-outside".to_owned());
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::super::args::Render;
 use super::super::{Failure, aov, info, render};
-use super::{Engine, Job, Plan};
+use super::{Engine, Job, PlanArguments};
 use crate::film::Region;
 use crate::memory;
 use crate::render::{MemoryEstimate, on_threads};
@@ -29,7 +29,7 @@ impl Resources {
     /// Those of a task that renders a scene. Returns the scene as well, ready to be rendered; warnings about it have
     /// been printed.
     pub(super) fn of(
-        plan: &Plan,
+        plan: &PlanArguments,
         scene: &Path,
         time_s: Option<f32>,
         options: &Render,
@@ -84,7 +84,7 @@ impl Resources {
 }
 
 /// The memory that the rendering and, where there is one, the merge take beside the scene.
-fn needs(plan: &Plan, options: &Render, region: Region) -> MemoryEstimate {
+fn needs(plan: &PlanArguments, options: &Render, region: Region) -> MemoryEstimate {
     let region = options.crop.unwrap_or(region);
     MemoryEstimate {
         to_openexr: plan.output.iter().any(|image| aov::holds(image)),

@@ -1,9 +1,9 @@
 //! The bounds of records: their numbers have the bounds of the options that they were made of.
 
-use super::header::{Begun, Header, PROGRAM, View};
+use super::header::{Begun, FilmHeader, PROGRAM, RenderedView};
 use crate::error::words;
 use crate::film::{Allocation, Region};
-use crate::formats::surroundings::{Sky, Surroundings};
+use crate::formats::environment_preset::{EnvironmentPreset, SkyOptions};
 use crate::world::{Adaptive, Settings};
 
 /// More parts than a film can have samples.
@@ -15,9 +15,9 @@ const MOST_RAYS: u64 = 1 << 53;
 /// More seconds than anybody renders.
 const MOST_SECONDS: f64 = 1e12;
 
-impl Header {
+impl FilmHeader {
     /// Reads a record. Errors: what is wrong with it, in words that follow "its record".
-    pub fn parse(json: &[u8]) -> Result<Header, String> {
+    pub fn parse(json: &[u8]) -> Result<FilmHeader, String> {
         let damaged = || "is damaged: render it again, or use another copy".to_owned();
         // A record of another version may have other fields.
         let any: serde_json::Value = serde_json::from_slice(json).map_err(|_| damaged())?;
@@ -28,7 +28,7 @@ impl Header {
                 "was written by {program}, and this is {PROGRAM}, whose samples may be other ones: use {program}"
             ));
         }
-        let header: Header = serde_json::from_slice(json).map_err(|_| damaged())?;
+        let header: FilmHeader = serde_json::from_slice(json).map_err(|_| damaged())?;
         header.check().map_err(|what| format!("is damaged: {what}: render it again, or use another copy"))?;
         Ok(header)
     }
@@ -72,25 +72,28 @@ impl Begun {
     }
 }
 
-impl View {
+impl RenderedView {
     /// Errors: the first number that no option can have said.
     fn check(&self) -> Result<(), String> {
         let all = |numbers: &[f64], most: f64| numbers.iter().all(|number| number.abs() <= most);
         is_true("time_s", self.time_s.is_none_or(f32::is_finite))?;
         is_true(
             "shutter_s",
-            self.shutter_s.is_none_or(|time| time > 0.0 && time <= View::LONGEST_SHUTTER_S),
+            self.shutter_s.is_none_or(|time| time > 0.0 && time <= RenderedView::LONGEST_SHUTTER_S),
         )?;
-        is_true("moments", self.moments.is_none_or(|moments| (1..=View::MOST_MOMENTS).contains(&moments)))?;
+        is_true(
+            "moments",
+            self.moments.is_none_or(|moments| (1..=RenderedView::MOST_MOMENTS).contains(&moments)),
+        )?;
         let side = |side: &u32| (1..=Settings::MOST_PIXELS_A_SIDE).contains(side);
         is_true("size", self.size.iter().flatten().all(side))?;
         is_true("zoom", self.edits.zoom.is_none_or(|zoom| (1e-3..=1e3).contains(&zoom)))?;
-        is_true("orbit", self.edits.orbit.is_none_or(|angles| all(&angles, View::MOST_DEGREES)))?;
-        if let Some(Surroundings::Sky(sky)) = &self.surroundings {
-            let Sky { elevation_degrees, azimuth_degrees, haze } = sky;
+        is_true("orbit", self.edits.orbit.is_none_or(|angles| all(&angles, RenderedView::MOST_DEGREES)))?;
+        if let Some(EnvironmentPreset::Sky(sky)) = &self.surroundings {
+            let SkyOptions { elevation_degrees, azimuth_degrees, haze } = sky;
             is_true("elevation_degrees", all(&[*elevation_degrees], 90.0))?;
             is_true("azimuth_degrees", azimuth_degrees.is_finite())?;
-            is_true("haze", (0.0..=Sky::MOST_HAZE).contains(haze))?;
+            is_true("haze", (0.0..=SkyOptions::MOST_HAZE).contains(haze))?;
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::error::in_one_line;
 use crate::film::{Allocation, Film, FilmScale, Moments, Region, SampleRanges};
-use crate::formats::surroundings::Surroundings;
+use crate::formats::environment_preset::EnvironmentPreset;
 use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::source_files::FileDigest;
 use crate::world::{Settings, SourceFiles};
@@ -23,13 +23,13 @@ const SCENE: &str = ".";
 
 /// What a film was rendered from, how, and how far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct FilmHeader {
     /// [`PROGRAM`].
     pub program: String,
     /// What was rendered.
     pub scene: Source,
     /// Which view of it.
-    pub view: View,
+    pub view: RenderedView,
     /// The settings, including what the command line changed.
     pub settings: Settings,
     /// Which pixels.
@@ -135,7 +135,7 @@ pub struct Source {
 
 /// Which view of a scene is rendered.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct View {
+pub struct RenderedView {
     /// The camera's name, if not the first.
     pub camera: Option<String>,
     /// The moment of a model's animations.
@@ -159,7 +159,7 @@ pub struct View {
     pub double_sided: bool,
     /// What is put around the scene in place of its own environment.
     #[serde(default)]
-    pub surroundings: Option<Surroundings>,
+    pub surroundings: Option<EnvironmentPreset>,
     /// Changes beyond what its files say.
     #[serde(default, skip_serializing_if = "Edits::is_empty")]
     pub edits: Edits,
@@ -168,10 +168,10 @@ pub struct View {
     pub size: Option<[u32; 2]>,
 }
 
-impl View {
-    /// The most [`View::moments`].
+impl RenderedView {
+    /// The most [`RenderedView::moments`].
     pub const MOST_MOMENTS: u32 = 4096;
-    /// The longest [`View::shutter_s`]: all of the time between frames, a thousand seconds apart.
+    /// The longest [`RenderedView::shutter_s`]: all of the time between frames, a thousand seconds apart.
     pub const LONGEST_SHUTTER_S: f32 = 1001.0;
     /// The most degrees by which cameras turn.
     pub const MOST_DEGREES: f64 = 36_000.0;
@@ -218,15 +218,15 @@ impl View {
     }
 
     /// The view at one moment alone, in the middle of its part of the time.
-    pub fn at(&self, moment: u32) -> View {
+    pub fn at(&self, moment: u32) -> RenderedView {
         let part = (moment as f32 + 0.5) / self.moments() as f32;
         let time_s = self.shutter_s.map(|shutter| self.time_s.unwrap_or(0.0) + shutter * part);
-        View { time_s: time_s.or(self.time_s), shutter_s: None, moments: None, ..self.clone() }
+        RenderedView { time_s: time_s.or(self.time_s), shutter_s: None, moments: None, ..self.clone() }
     }
 
     /// The options to load the scene for this view.
     pub fn load_options(&self) -> LoadOptions {
-        let View {
+        let RenderedView {
             time_s,
             variant,
             scene,
@@ -319,7 +319,7 @@ impl Source {
 /// Settings that no sample depends on: they say what is made of the film.
 const OF_THE_PICTURE: [&str; 4] = ["tonemap", "exposure_ev", "auto_exposure", "aov"];
 
-impl Header {
+impl FilmHeader {
     /// The samples that all pixels have; none if the ranges make no sense.
     pub fn ranges(&self) -> Option<SampleRanges> {
         let total = self.total();
@@ -356,16 +356,16 @@ impl Header {
     }
 
     /// Why another film's samples do not fit to this one's, in a few words; none if they do.
-    pub fn difference(&self, other: &Header) -> Option<String> {
+    pub fn difference(&self, other: &FilmHeader) -> Option<String> {
         if self.program != other.program {
             return Some(format!("rendered by {}, not {}", self.program, other.program));
         }
         if let Some(what) = self.scene.difference(&other.scene) {
             return Some(format!("of another scene: {what}"));
         }
-        let parts = |header: &Header| {
+        let parts = |header: &FilmHeader| {
             // The settings hold the size, wherever it came from.
-            let view = View { size: None, ..header.view.clone() };
+            let view = RenderedView { size: None, ..header.view.clone() };
             let view = serde_json::to_value(&view).unwrap_or_default();
             let settings = serde_json::to_value(&header.settings).unwrap_or_default();
             let rest = serde_json::json!({
@@ -385,14 +385,14 @@ impl Header {
     }
 
     /// How what is to be made of its samples differs from what is to be made of another film's; none if it does not.
-    pub fn difference_of_picture(&self, other: &Header) -> Option<String> {
+    pub fn difference_of_picture(&self, other: &FilmHeader) -> Option<String> {
         let [own, other] =
             [self, other].map(|header| serde_json::to_value(&header.settings).unwrap_or_default());
         differing(&own, &other, |name| OF_THE_PICTURE.contains(&name)).into_iter().next()
     }
 
     /// The same, but both must also be meant to have the same samples.
-    pub fn difference_of_job(&self, other: &Header) -> Option<String> {
+    pub fn difference_of_job(&self, other: &FilmHeader) -> Option<String> {
         let ([start, end], [from, to]) = (self.wanted, other.wanted);
         let samples =
             || (self.wanted != other.wanted).then(|| format!("of samples {start}..{end}, not {from}..{to}"));

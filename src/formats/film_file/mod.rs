@@ -6,7 +6,7 @@
 //! | 4 | version of the format, 1 |
 //! | 4 | length of the header |
 //! | 16 | XXH3 of the version, the length and the header |
-//! | | the header ([`Header`]) as JSON |
+//! | | the header ([`FilmHeader`]) as JSON |
 //! | | blocks of rows, from the top |
 //!
 //! A block has as many rows as have about 65,536 pixels, at least one: 4 bytes with the length of its content,
@@ -33,7 +33,7 @@ use crate::film::{Film, Moments, PixelSum, Region};
 use crate::formats::fill;
 use crate::memory;
 pub(in crate::formats) use header::as_text;
-pub use header::{Begun, Header, Note, PROGRAM, Source, View};
+pub use header::{Begun, FilmHeader, Note, PROGRAM, RenderedView, Source};
 
 const MAGIC: [u8; 8] = *b"\x89RFILM\r\n";
 const VERSION: u32 = 1;
@@ -48,7 +48,7 @@ const MOST_AT_ONCE: usize = 16;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmFile {
     /// What it says.
-    pub header: Header,
+    pub header: FilmHeader,
     /// The sums.
     pub film: Film,
     /// Squares of the samples, if they were wanted.
@@ -56,14 +56,19 @@ pub struct FilmFile {
 }
 
 /// Writes a film. The file appears, or replaces an older one, once it is complete.
-pub fn save(path: &Path, header: &Header, film: &Film, moments: Option<&Moments>) -> Result<(), SaveError> {
+pub fn save(
+    path: &Path,
+    header: &FilmHeader,
+    film: &Film,
+    moments: Option<&Moments>,
+) -> Result<(), SaveError> {
     begin(path, header, film, moments)?.finish()
 }
 
 /// The first half of [`save`], after which the film may change: the file is whole, but has no name yet.
 pub fn begin(
     path: &Path,
-    header: &Header,
+    header: &FilmHeader,
     film: &Film,
     moments: Option<&Moments>,
 ) -> Result<atomic_write::UnnamedFile, SaveError> {
@@ -91,8 +96,13 @@ pub fn is_film(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film"))
 }
 
-/// Writes a film to anything that takes bytes. The header must say what is in it: see [`Header::set_film`].
-pub fn write(to: &mut dyn Write, header: &Header, film: &Film, moments: Option<&Moments>) -> io::Result<()> {
+/// Writes a film to anything that takes bytes. The header must say what is in it: see [`FilmHeader::set_film`].
+pub fn write(
+    to: &mut dyn Write,
+    header: &FilmHeader,
+    film: &Film,
+    moments: Option<&Moments>,
+) -> io::Result<()> {
     let header = serde_json::to_vec(header)?;
     let length = u32::try_from(header.len()).ok().filter(|length| *length <= LONGEST_HEADER);
     let length = length.ok_or_else(|| io::Error::other("the scene has too many files"))?;
@@ -125,7 +135,7 @@ pub fn load(path: &Path) -> Result<FilmFile, LoadError> {
 }
 
 /// Reads only the header of the film at `path`.
-pub fn load_header(path: &Path) -> Result<Header, LoadError> {
+pub fn load_header(path: &Path) -> Result<FilmHeader, LoadError> {
     let (file, _) = files::open(path).map_err(LoadError::io(path))?;
     let header = read_header(&mut io::BufReader::new(file), path)?;
     header.ok_or_else(|| LoadError::invalid(path, "this is an empty file"))
@@ -169,7 +179,7 @@ pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadEr
     }
 }
 
-fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<Header>, LoadError> {
+fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<FilmHeader>, LoadError> {
     let mut magic = [0; 8];
     let found = fill(from, &mut magic).map_err(LoadError::io(path))?;
     if found == 0 {
@@ -199,7 +209,7 @@ fn read_header(from: &mut dyn Read, path: &Path) -> Result<Option<Header>, LoadE
     if header_sum(&header) != u128::from_le_bytes(sum) {
         return Err(damaged());
     }
-    Header::parse(&header).map(Some).map_err(|reason| wrong(format!("its header {reason}")))
+    FilmHeader::parse(&header).map(Some).map_err(|reason| wrong(format!("its header {reason}")))
 }
 
 fn header_sum(header: &[u8]) -> u128 {
@@ -251,7 +261,7 @@ fn pack(film: &Film, moments: Option<&Moments>, block: usize) -> Vec<u8> {
 
 type Block = (Vec<PixelSum>, Vec<[u128; 3]>);
 
-fn unpack(header: &Header, block: usize, content: &[u8]) -> Option<Block> {
+fn unpack(header: &FilmHeader, block: usize, content: &[u8]) -> Option<Block> {
     let count = pixels_of(header.region, block).len();
     let mut rest = content;
     let mut pixels = vec![PixelSum::default(); count];
@@ -276,7 +286,12 @@ fn unpack(header: &Header, block: usize, content: &[u8]) -> Option<Block> {
     rest.is_empty().then_some((pixels, squares))
 }
 
-fn read_block(from: &mut dyn Read, header: &Header, block: usize, path: &Path) -> Result<Vec<u8>, LoadError> {
+fn read_block(
+    from: &mut dyn Read,
+    header: &FilmHeader,
+    block: usize,
+    path: &Path,
+) -> Result<Vec<u8>, LoadError> {
     let length = number(from, path)?;
     let mut sum = [0; 16];
     exactly(from, &mut sum, path)?;
@@ -294,7 +309,7 @@ fn read_block(from: &mut dyn Read, header: &Header, block: usize, path: &Path) -
     }
 }
 
-fn damaged(header: &Header, block: usize, path: &Path) -> LoadError {
+fn damaged(header: &FilmHeader, block: usize, path: &Path) -> LoadError {
     let first = header.region.y0 + block as u32 * rows(header.region);
     let last = (first + rows(header.region)).min(header.region.y1);
     let reason = format!("rows {first} to {last} are damaged: render it again, or use another copy");

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::film::{Allocation, FilmScale};
-use crate::formats::surroundings::{Sky, Surroundings};
+use crate::formats::environment_preset::{EnvironmentPreset, SkyOptions};
 use crate::math::Rgb;
 use crate::world::{Settings, Sharing, SourceFiles};
 
@@ -23,10 +23,10 @@ fn film(region: Region, variance: bool) -> FilmFile {
         film.merge(&one);
     }
     let settings = Settings { size: [400, 700], samples: 8, ..Settings::default() };
-    let mut header = Header {
+    let mut header = FilmHeader {
         program: PROGRAM.into(),
         scene: Source::new("scenes/a.ron".as_ref(), &SourceFiles::default()),
-        view: View { time_s: Some(0.1), ..View::default() },
+        view: RenderedView { time_s: Some(0.1), ..RenderedView::default() },
         settings,
         region,
         unit: film.unit(),
@@ -81,8 +81,8 @@ fn films_come_back_as_they_were() {
 fn numbers_in_the_header_come_back_as_they_were() {
     let mut file = film(SMALL, false);
     let mut comes_back = |number: f64| {
-        let sun = Sky { azimuth_degrees: number, ..Sky::default() };
-        file.header.view.surroundings = Some(Surroundings::Sky(sun));
+        let sun = SkyOptions { azimuth_degrees: number, ..SkyOptions::default() };
+        file.header.view.surroundings = Some(EnvironmentPreset::Sky(sun));
         file.header.view.edits.orbit = Some([number, -number]).filter(|_| number.abs() < 36_000.0);
         assert_eq!(read_all(&bytes(&file)), Ok(Some(file.clone())), "{number:e}");
     };
@@ -102,10 +102,10 @@ fn numbers_in_the_header_come_back_as_they_were() {
 #[test]
 fn headers_that_cannot_be_are_refused() {
     let file = film(SMALL, false);
-    let other = Header { unit: FilmScale::new(1e12, 1e12), ..file.header.clone() };
+    let other = FilmHeader { unit: FilmScale::new(1e12, 1e12), ..file.header.clone() };
     assert!(file.header.difference(&other).is_some_and(|what| what.contains("unit")));
     assert_eq!(file.header.difference(&file.header.clone()), None);
-    let refused = |change: fn(&mut Header)| {
+    let refused = |change: fn(&mut FilmHeader)| {
         let mut file = film(SMALL, false);
         change(&mut file.header);
         read_all(&bytes(&file)).is_err_and(|error| error.contains("damaged"))
@@ -138,7 +138,7 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
     header.view.moments = Some(16);
     header.view.size = Some([400, 700]);
     (header.view.edits.orbit, header.view.edits.zoom) = (Some([3.0, 4.0]), Some(2.0));
-    header.view.surroundings = Some(Surroundings::Sky(Sky::default()));
+    header.view.surroundings = Some(EnvironmentPreset::Sky(SkyOptions::default()));
     header.begun =
         Some(Begun { samples: [3, 4], until: None, tile: 64, tiles: vec![0], blocks: Some(vec![0]) });
     header.rays = Some(vec![7]);
@@ -148,7 +148,7 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
     let limits = &mut settings.depth_limits;
     (limits.diffuse, limits.glossy, limits.transmission) = (Some(1), Some(2), Some(3));
     let sound = serde_json::to_value(&header).expect("JSON");
-    let parse = |value: &Value| Header::parse(value.to_string().as_bytes());
+    let parse = |value: &Value| FilmHeader::parse(value.to_string().as_bytes());
     assert_eq!(parse(&sound).as_ref(), Ok(&header));
     let mut places = Vec::new();
     numbers(&sound, "", &mut places);
@@ -169,7 +169,7 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
                 || place.ends_with("/seconds")
                 || place.contains("/rays");
             assert!(!is_large || may_be_large, "{place} may be {wrong}");
-            let View { .. } = read.view.at(read.view.moments() - 1);
+            let RenderedView { .. } = read.view.at(read.view.moments() - 1);
             let _ = (read.part(0, 4), read.view.moments_among(&read.samples, read.total()), read.ranges());
         }
     }
@@ -177,7 +177,7 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
     let mut long = header.clone();
     (long.allocation, long.begun, long.rays) = (None, None, None);
     long.settings.samples = Settings::MOST_SAMPLES;
-    long.view.moments = Some(View::MOST_MOMENTS);
+    long.view.moments = Some(RenderedView::MOST_MOMENTS);
     long.samples = (0..200_000).map(|i| [3 * i, 3 * i + 1]).collect();
     let long = parse(&serde_json::to_value(&long).expect("JSON")).expect("it can be");
     assert!(long.view.moments_among(&long.samples, long.total()) > 0);
@@ -187,7 +187,8 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
 /// However few samples there are, they come from all of the time.
 #[test]
 fn moments_come_in_an_order_that_covers_the_time() {
-    let view = |moments| View { shutter_s: Some(1.0), moments: Some(moments), ..View::default() };
+    let view =
+        |moments| RenderedView { shutter_s: Some(1.0), moments: Some(moments), ..RenderedView::default() };
     for (moments, samples) in
         [(16, 256), (16, 64), (16, 16), (16, 5), (5, 100), (1, 7), (7, 7), (4096, 10_000)]
     {

@@ -20,7 +20,7 @@ pub(super) struct Rule {
 
 /// Numbers of one kind, `count` times.
 #[derive(Clone, Copy)]
-struct Layout {
+struct AccessorLayout {
     component: ComponentType,
     /// Components of an element.
     width: usize,
@@ -28,7 +28,7 @@ struct Layout {
     count: usize,
 }
 
-impl Layout {
+impl AccessorLayout {
     fn new(
         document: &Document,
         accessor: &Accessor,
@@ -79,7 +79,7 @@ pub(super) fn floats<const N: usize>(
     rule: &Rule,
     place: impl Display,
 ) -> Result<Vec<[f32; N]>, LoadError> {
-    let (elements, _) = read(document, index, rule, [0.0; N], Layout::floats, &place)?;
+    let (elements, _) = read(document, index, rule, [0.0; N], AccessorLayout::floats, &place)?;
     match elements.iter().position(|element| !element.iter().all(|number| number.is_finite())) {
         None => Ok(elements),
         Some(at) => {
@@ -101,7 +101,7 @@ pub(super) fn indices(
         components: &[ComponentType::U8, ComponentType::U16, ComponentType::U32],
         always_normalized: false,
     };
-    let whole = |_: &Layout, element: &[u8]| whole(element);
+    let whole = |_: &AccessorLayout, element: &[u8]| whole(element);
     let (indices, _) = read(document, index, &RULE, 0, whole, &place)?;
     match indices.iter().position(|vertex| *vertex as usize >= vertices) {
         None => Ok(indices),
@@ -118,12 +118,12 @@ fn read<T: Clone>(
     index: Index<Accessor>,
     rule: &Rule,
     zero: T,
-    element: impl Fn(&Layout, &[u8]) -> T,
+    element: impl Fn(&AccessorLayout, &[u8]) -> T,
     place: &dyn Display,
-) -> Result<(Vec<T>, Layout), LoadError> {
+) -> Result<(Vec<T>, AccessorLayout), LoadError> {
     let accessor = document.get(&document.root.accessors, index, place, "accessor")?;
     let number = index.value();
-    let layout = Layout::new(document, accessor, number, rule, place)?;
+    let layout = AccessorLayout::new(document, accessor, number, rule, place)?;
     let made = (layout.count as u64).saturating_mul(size_of::<T>() as u64);
     let mut elements = match accessor.buffer_view {
         None => {
@@ -148,8 +148,8 @@ fn override_some<T>(
     document: &Document,
     sparse: &sparse::Sparse,
     number: usize,
-    layout: &Layout,
-    element: impl Fn(&Layout, &[u8]) -> T,
+    layout: &AccessorLayout,
+    element: impl Fn(&AccessorLayout, &[u8]) -> T,
     elements: &mut [T],
     place: &dyn Display,
 ) -> Result<(), LoadError> {

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::container::Container;
-use super::meshopt::Compressed;
+use super::meshopt::MeshoptView;
 use super::uri::{self, Resource};
 use crate::error::LoadError;
 use crate::memory;
@@ -117,7 +117,7 @@ impl<'p> Document<'p> {
         let extensions = view.extensions.as_ref().map(|extensions| &extensions.others);
         for name in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
             let at = format!("/bufferViews/{}", index.value());
-            let Some(compressed) = self.extension::<Compressed>(extensions, name, &at)? else { continue };
+            let Some(compressed) = self.extension::<MeshoptView>(extensions, name, &at)? else { continue };
             let at = format!("{at}/extensions/{name}");
             let bytes = self.decompress(&compressed, &at)?;
             if let Some(known) = known {
@@ -128,7 +128,7 @@ impl<'p> Document<'p> {
         self.range(view.buffer.value(), [offset, length], &what, &place)
     }
 
-    fn decompress(&self, compressed: &Compressed, at: &str) -> Result<Vec<u8>, LoadError> {
+    fn decompress(&self, compressed: &MeshoptView, at: &str) -> Result<Vec<u8>, LoadError> {
         let range = [compressed.byte_offset, compressed.byte_length];
         let data = self.range(compressed.buffer, range, "the compressed view", &at)?;
         let length = compressed.decoded_length().unwrap_or(usize::MAX) as u64;

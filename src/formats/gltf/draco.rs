@@ -6,7 +6,7 @@ use gltf::json::mesh::Primitive;
 
 use super::document::Document;
 #[cfg(feature = "draco")]
-use super::extensions::draco::Compressed;
+use super::extensions::draco::DracoPrimitive;
 use crate::error::LoadError;
 
 /// The extension.
@@ -51,7 +51,7 @@ pub(super) fn decode(
     at: &str,
 ) -> Result<Option<Decoded>, LoadError> {
     let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
-    let Some(read) = document.extension::<Compressed>(extensions, NAME, at)? else { return Ok(None) };
+    let Some(read) = document.extension::<DracoPrimitive>(extensions, NAME, at)? else { return Ok(None) };
     let at = format!("{at}/extensions/{NAME}");
     let data = document.view(read.buffer_view, &at)?;
     let left = document.affordable();

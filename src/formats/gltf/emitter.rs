@@ -27,7 +27,7 @@ const BRIGHT: [f32; 2] = [100.0, 450.0];
 /// What the numbers of a file's lights are multiplied by.
 pub(super) fn light_scale(
     document: &Document,
-    lights: &[light::Light],
+    lights: &[light::GltfLight],
     units: LightUnits,
     warnings: &mut Vec<String>,
 ) -> f32 {
@@ -50,7 +50,7 @@ pub(super) fn light_scale(
 
 /// Whether Blender's lights are too bright to be in watts, judged by its median sun, or by its median lamp if it has
 /// no suns.
-fn are_lumen(lights: &[light::Light]) -> bool {
+fn are_lumen(lights: &[light::GltfLight]) -> bool {
     let brightness = |suns: bool| {
         let of_kind = lights.iter().filter(|light| (light.kind == "directional") == suns);
         let mut found: Vec<f32> = of_kind.map(|light| light.intensity).filter(|i| *i > 0.0).collect();
@@ -130,7 +130,7 @@ impl Import<'_> {
         Ok(Some((self.punctual(light, &at)?, light.name.clone())))
     }
 
-    fn punctual(&self, light: &light::Light, at: &str) -> Result<Light, LoadError> {
+    fn punctual(&self, light: &light::GltfLight, at: &str) -> Result<Light, LoadError> {
         let document = self.document;
         let flux = Rgb::from(light.color).map(|c| c.max(0.0)) * (light.intensity.max(0.0) * self.light_scale);
         // A point light of power Φ has the intensity Φ/4π.

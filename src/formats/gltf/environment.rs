@@ -3,7 +3,7 @@
 use gltf::json::{self, Index};
 
 use super::extensions::light::{ImageLight, ImageLightOfScene, ImageLights};
-use super::{Import, Node};
+use super::{GltfNode, Import};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
 use crate::formats::studio::towards;
@@ -18,7 +18,7 @@ impl Import<'_> {
     pub(super) fn environment(
         &mut self,
         scene: Option<Index<json::Scene>>,
-    ) -> Result<Option<Node>, LoadError> {
+    ) -> Result<Option<GltfNode>, LoadError> {
         let document = self.document;
         let Some(number) = scene.map(|index| index.value()) else { return Ok(None) };
         let Some(scene) = document.root.scenes.get(number) else { return Ok(None) };
@@ -42,7 +42,7 @@ impl Import<'_> {
         let Some(image) = self.equirectangular(light, &at)? else { return Ok(None) };
         let image = Some(self.assets.add_made_image(image));
         let radiance = Rgb::splat(light.intensity.max(0.0));
-        Ok(Some(Node {
+        Ok(Some(GltfNode {
             parent: None,
             name: light.name.clone().filter(|name| !name.is_empty()),
             transform: Transform::Trs {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use gltf::json::{self, Index};
 
-use super::basis;
+use super::basis_universal;
 use super::document::Document;
 use super::uri::{self, Resource};
 use crate::error::LoadError;
@@ -185,7 +185,7 @@ impl<'d> Encoded<'d> {
             Self::Bytes(bytes, name) => (bytes, name, None),
         };
         sources.kept.images.decoded(&bytes, &name, || {
-            let image = basis::decode(&bytes, &name)?;
+            let image = basis_universal::decode(&bytes, &name)?;
             Ok(Arc::new(Image { source, ..image }))
         })
     }

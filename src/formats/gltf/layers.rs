@@ -75,7 +75,7 @@ impl Import<'_> {
             let at = within(name, "diffuseTransmissionColorTexture");
             material.diffuse_transmission_color = self.color(factor, slot, &at)?;
         }
-        let volume: Option<read::Volume> = document.extension(extensions, "KHR_materials_volume", at)?;
+        let volume: Option<read::GltfVolume> = document.extension(extensions, "KHR_materials_volume", at)?;
         material.volume = volume.filter(|volume| volume.thickness_factor > 0.0).map(|volume| Volume {
             attenuation_color: Rgb::from(volume.attenuation_color).map(unit),
             // Some files write 0 for "none", which the specification does not allow.
@@ -130,7 +130,7 @@ impl Import<'_> {
         at: &str,
     ) -> Result<(), LoadError> {
         let name = "KHR_materials_sheen";
-        let Some(read) = self.document.extension::<read::Sheen>(extensions, name, at)? else {
+        let Some(read) = self.document.extension::<read::GltfSheen>(extensions, name, at)? else {
             return Ok(());
         };
         let at = |slot: &str| format!("{at}/extensions/{name}/{slot}");
@@ -149,7 +149,7 @@ impl Import<'_> {
         at: &str,
     ) -> Result<(), LoadError> {
         let name = "KHR_materials_anisotropy";
-        let Some(read) = self.document.extension::<read::Anisotropy>(extensions, name, at)? else {
+        let Some(read) = self.document.extension::<read::GltfAnisotropy>(extensions, name, at)? else {
             return Ok(());
         };
         let at = format!("{at}/extensions/{name}/anisotropyTexture");
@@ -169,7 +169,7 @@ impl Import<'_> {
         at: &str,
     ) -> Result<(), LoadError> {
         let name = "KHR_materials_iridescence";
-        let Some(read) = self.document.extension::<read::Iridescence>(extensions, name, at)? else {
+        let Some(read) = self.document.extension::<read::GltfIridescence>(extensions, name, at)? else {
             return Ok(());
         };
         let at = |slot: &str| format!("{at}/extensions/{name}/{slot}");

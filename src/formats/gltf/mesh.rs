@@ -54,7 +54,7 @@ pub(super) struct ShapeKey {
 pub(super) type MeshKey = (usize, Option<Vec<u32>>, Option<usize>);
 
 /// For the numbers of some accessors, the first vertex and the count of the vertices that were made from them.
-type Known = HashMap<Vec<Option<usize>>, (u32, usize)>;
+type KnownVertices = HashMap<Vec<Option<usize>>, (u32, usize)>;
 
 impl Import<'_> {
     /// The mesh of a node; none if it has no triangles.
@@ -85,7 +85,7 @@ impl Import<'_> {
             self.meshes.insert(key, Some(placed));
             return Ok(Some(placed));
         }
-        let (mut mesh, mut known) = (Mesh::default(), Known::new());
+        let (mut mesh, mut known) = (Mesh::default(), KnownVertices::new());
         for (number, primitive) in source.primitives.iter().enumerate() {
             let at = format!("/meshes/{}/primitives/{number}", index.value());
             self.primitive(primitive, shaping, &at, &mut mesh, &mut known)?;
@@ -138,7 +138,7 @@ impl Import<'_> {
         shaping: Shaping,
         at: &str,
         mesh: &mut Mesh,
-        known: &mut Known,
+        known: &mut KnownVertices,
     ) -> Result<(), LoadError> {
         let document = self.document;
         let mode = match primitive.mode {

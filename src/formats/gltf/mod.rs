@@ -6,7 +6,7 @@
 //! (`accessor`), a resolver of references (`uri`) and a list of extensions (`extensions`) of
 //! our own; extensions arrive as JSON.
 //!
-//! [`load`] makes a [`Model`] of a scene's nodes, [`Model::place`] makes entities of these, as
+//! [`load`] makes a [`GltfModel`] of a scene's nodes, [`GltfModel::place`] makes entities of these, as
 //! often as wanted. Meshes are moved by their morph targets and joints while they are read
 //! (`vertex`, `skin`), at the moment that was asked for (`animation`).
 //!
@@ -14,27 +14,27 @@
 //! be had is a warning, and so is what is left out.
 
 mod accessor;
-mod ahead;
 mod animation;
-mod basis;
-mod bodies;
+mod basis_universal;
+mod closed_meshes;
 mod container;
-mod contents;
 mod document;
 mod draco;
 mod emitter;
 mod environment;
 mod extensions;
 mod image;
+mod import_report;
 mod instancing;
 mod layers;
-mod losses;
 mod material;
 mod mesh;
 mod meshopt;
 mod node;
 mod pose;
+mod prefetch_images;
 mod skin;
+mod summary;
 mod tangent;
 #[cfg(test)]
 mod tests;
@@ -45,16 +45,16 @@ mod vertex;
 use std::collections::HashMap;
 use std::path::Path;
 
-pub use self::contents::{Contents, contents};
 use self::document::Document;
 use self::extensions::light::Lights;
 use self::extensions::variants::Variants;
 use self::image::Images;
-use self::losses::Losses;
+use self::import_report::ImportReport;
 use self::material::Lowered;
 use self::mesh::{MeshKey, PlacedMesh, ShapeKey};
 use self::pose::Moved;
-use self::texture::Textures;
+pub use self::summary::{ModelSummary, contents};
+use self::texture::GltfTextures;
 use super::LoadOptions;
 use super::names::TakenNames;
 use crate::error::{LoadError, did_you_mean, words};
@@ -63,9 +63,9 @@ use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, Worl
 
 /// The nodes of one of a file's scenes. Meshes and materials are in the asset store.
 #[derive(Debug)]
-pub struct Model {
+pub struct GltfModel {
     /// Every node comes after its parent.
-    nodes: Vec<Node>,
+    nodes: Vec<GltfNode>,
     /// Width over height of the first camera's image, if the file gives it.
     pub aspect: Option<f32>,
     /// Whether the file has animations.
@@ -74,7 +74,7 @@ pub struct Model {
 
 /// What becomes an entity.
 #[derive(Debug)]
-struct Node {
+struct GltfNode {
     /// Its place among the nodes.
     parent: Option<usize>,
     name: Option<String>,
@@ -89,8 +89,8 @@ struct Import<'a> {
     document: &'a Document<'a>,
     assets: &'a mut Assets,
     warnings: &'a mut Vec<String>,
-    losses: Losses,
-    lights: Vec<extensions::light::Light>,
+    losses: ImportReport,
+    lights: Vec<extensions::light::GltfLight>,
     /// What the lights' intensities are multiplied by.
     light_scale: f32,
     /// See [`LoadOptions`].
@@ -100,7 +100,7 @@ struct Import<'a> {
     /// The number of the variant that was asked for.
     variant: Option<usize>,
     images: Images,
-    textures: Textures,
+    textures: GltfTextures,
     /// By their numbers in the file; `None` is the default material.
     materials: HashMap<Option<usize>, Lowered>,
     meshes: HashMap<MeshKey, Option<PlacedMesh>>,
@@ -120,7 +120,7 @@ pub fn load(
     options: &LoadOptions,
     assets: &mut Assets,
     warnings: &mut Vec<String>,
-) -> Result<Model, LoadError> {
+) -> Result<GltfModel, LoadError> {
     let bytes = assets.files.read(path).map_err(LoadError::io(path))?;
     parse(&bytes, path, options, assets, warnings)
 }
@@ -132,7 +132,7 @@ pub fn parse(
     options: &LoadOptions,
     assets: &mut Assets,
     warnings: &mut Vec<String>,
-) -> Result<Model, LoadError> {
+) -> Result<GltfModel, LoadError> {
     let document = Document::open(bytes, path, &assets.files)?;
     extensions::check(&document, warnings)?;
     let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
@@ -143,14 +143,14 @@ pub fn parse(
         document: &document,
         assets,
         warnings,
-        losses: Losses::default(),
+        losses: ImportReport::default(),
         lights,
         light_scale,
         solid_glass: options.solid_glass,
         double_sided: options.double_sided,
         variant: variant(&document, options.variant.as_deref())?,
         images: Images::default(),
-        textures: Textures::default(),
+        textures: GltfTextures::default(),
         materials: HashMap::new(),
         meshes: HashMap::new(),
         shapes: HashMap::new(),
@@ -172,7 +172,7 @@ pub fn parse(
     import.losses.animations = moves && options.time_s.is_none();
     let Import { losses, warnings, .. } = import;
     warnings.extend(losses.lines().map(|line| document.warning(line)));
-    Ok(Model { nodes, aspect, moves })
+    Ok(GltfModel { nodes, aspect, moves })
 }
 
 /// The number of the variant that was asked for by name, or by its number.
@@ -203,7 +203,7 @@ fn presentable<'n>(names: impl Iterator<Item = &'n str> + Clone) -> impl Iterato
     names.filter(|name| name.len() <= 64 && !name.contains(char::is_control))
 }
 
-impl Model {
+impl GltfModel {
     /// Adds an entity for each node, under `parent` if there is one. Names that another
     /// entity has are numbered.
     pub fn place(&self, world: &mut World, parent: Option<hecs::Entity>) {

@@ -6,7 +6,7 @@ use super::document::Document;
 use super::extensions::node::Visibility;
 use super::mesh::Shaping;
 use super::pose::is_flat;
-use super::{Import, Node, presentable};
+use super::{GltfNode, Import, presentable};
 use crate::error::{LoadError, did_you_mean, words};
 use crate::world::Transform;
 
@@ -21,9 +21,9 @@ struct PendingNode {
 
 impl Import<'_> {
     /// The nodes of a scene, each after its parent.
-    pub(super) fn nodes(&mut self, roots: Vec<usize>) -> Result<Vec<Node>, LoadError> {
+    pub(super) fn nodes(&mut self, roots: Vec<usize>) -> Result<Vec<GltfNode>, LoadError> {
         let all = &self.document.root.nodes;
-        let mut found: Vec<Node> = Vec::new();
+        let mut found: Vec<GltfNode> = Vec::new();
         // An explicit stack: files may be nested more deeply than the machine's stack allows.
         let first = |number| PendingNode { number, parent: None, visible: true };
         let mut stack: Vec<PendingNode> = roots.into_iter().rev().map(first).collect();
@@ -62,7 +62,7 @@ impl Import<'_> {
         parent: Option<usize>,
         transform: Transform,
         visible: bool,
-    ) -> Result<Node, LoadError> {
+    ) -> Result<GltfNode, LoadError> {
         let camera = source.camera.map(|index| self.camera(index, &format!("{at}/camera"))).transpose()?;
         let light = if visible { self.light(source, at)? } else { None };
         let own = source.name.clone().filter(|name| !name.is_empty());
@@ -72,7 +72,7 @@ impl Import<'_> {
         let (camera, camera_name) = camera.unzip();
         let (light, light_name) = light.unzip();
         let name = own.or(camera_name.flatten()).or(light_name.flatten());
-        Ok(Node { parent, name, transform, mesh: None, light, camera })
+        Ok(GltfNode { parent, name, transform, mesh: None, light, camera })
     }
 
     /// Gives a node its mesh: once, at many places, or where its joints are.
@@ -81,14 +81,14 @@ impl Import<'_> {
         number: usize,
         source: &json::Node,
         place: usize,
-        found: &mut Vec<Node>,
+        found: &mut Vec<GltfNode>,
     ) -> Result<(), LoadError> {
         let Some(index) = source.mesh else { return Ok(()) };
         let at = format!("/nodes/{number}");
         let moved = self.moved.get(&number).and_then(|moved| moved.weights.clone());
         let weights = moved.or_else(|| source.weights.clone());
         let mut shaping = Shaping { weights: weights.as_deref(), joints: None };
-        let another = |parent, transform, mesh| Node {
+        let another = |parent, transform, mesh| GltfNode {
             parent,
             name: None,
             transform,

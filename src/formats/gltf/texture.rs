@@ -16,11 +16,11 @@ use crate::world::{Assets, Channel, ColorInput, NormalMap, ScalarInput, Texture,
 /// The textures made so far, by everything that distinguishes them. (The store's own search compares a texture with
 /// every other.)
 #[derive(Default)]
-pub(super) struct Textures(HashMap<Key, TextureId>);
+pub(super) struct GltfTextures(HashMap<TextureKey, TextureId>);
 
-type Key = (u32, [u8; 4], u32, [u32; 8]);
+type TextureKey = (u32, [u8; 4], u32, [u32; 8]);
 
-impl Textures {
+impl GltfTextures {
     fn id(&mut self, texture: Texture, assets: &mut Assets) -> TextureId {
         let Texture { image, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
         let numbers = [scale.x, scale.y, offset.x, offset.y, rotation, factor.r, factor.g, factor.b];

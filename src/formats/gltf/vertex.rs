@@ -66,7 +66,7 @@ pub(super) fn read(
     shaping: Shaping,
     at: &str,
 ) -> Result<Mesh, LoadError> {
-    let mut reader = Reader { document, primitive, decoded, at, count: 0 };
+    let mut reader = VertexReader { document, primitive, decoded, at, count: 0 };
     let Some(positions) = reader.attribute::<3>(Semantic::Positions, "POSITION", &POSITION)? else {
         return Ok(Mesh::default());
     };
@@ -108,7 +108,7 @@ pub(super) fn across(normal: Vec3) -> Vec3 {
     normal.try_normalize().map_or(Vec3::X, Vec3::any_orthonormal_vector)
 }
 
-struct Reader<'r> {
+struct VertexReader<'r> {
     document: &'r Document<'r>,
     primitive: &'r Primitive,
     decoded: Option<&'r Decoded>,
@@ -117,7 +117,7 @@ struct Reader<'r> {
     count: usize,
 }
 
-impl Reader<'_> {
+impl VertexReader<'_> {
     fn attribute<const N: usize>(
         &self,
         semantic: Semantic,

@@ -11,8 +11,8 @@
 
 mod library;
 mod material;
+mod normalize;
 mod texture;
-mod tidy;
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ use crate::memory;
 use crate::world::{Assets, ImageId, MaterialId, Mesh};
 
 use material::Materials;
-use tidy::Tidied;
+use normalize::Tidied;
 
 /// Memory that a byte of text takes while it is read.
 const BYTES_OF_TEXT: u64 = 8;

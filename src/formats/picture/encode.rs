@@ -39,7 +39,7 @@ pub struct Output<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Encoding {
+enum FileEncoding {
     Png,
     OpenExr,
     Radiance,
@@ -56,9 +56,9 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
         return Err(SaveError::new(path, format!("{given} values of {name} for {pixels} pixels")));
     }
     write_whole(path, |writer| match kind {
-        Encoding::Png => encode_png::write(writer, output),
-        Encoding::OpenExr => encode_openexr::write(writer, output),
-        Encoding::Radiance => encode_radiance::write(writer, output),
+        FileEncoding::Png => encode_png::write(writer, output),
+        FileEncoding::OpenExr => encode_openexr::write(writer, output),
+        FileEncoding::Radiance => encode_radiance::write(writer, output),
     })
 }
 
@@ -72,9 +72,9 @@ pub fn is_saved(path: &Path, output: &Output<'_>) -> Result<bool, LoadError> {
     let output = Output { bits, metadata: &[], channels: &[], ..*output };
     let mut expected = Vec::new();
     let is_written = match kind(path) {
-        Ok(Encoding::Png) => encode_png::encode(&mut expected, &output).is_ok(),
-        Ok(Encoding::OpenExr) => encode_openexr::bytes(&output).map(|bytes| expected = bytes).is_ok(),
-        Ok(Encoding::Radiance) => encode_radiance::encode(&mut expected, &output).is_ok(),
+        Ok(FileEncoding::Png) => encode_png::encode(&mut expected, &output).is_ok(),
+        Ok(FileEncoding::OpenExr) => encode_openexr::bytes(&output).map(|bytes| expected = bytes).is_ok(),
+        Ok(FileEncoding::Radiance) => encode_radiance::encode(&mut expected, &output).is_ok(),
         Err(_) => false,
     };
     if !is_written {
@@ -111,12 +111,12 @@ pub fn supported(path: &Path) -> Result<(), SaveError> {
     writable(path)
 }
 
-fn kind(path: &Path) -> Result<Encoding, SaveError> {
+fn kind(path: &Path) -> Result<FileEncoding, SaveError> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     match extension.to_ascii_lowercase().as_str() {
-        "png" => Ok(Encoding::Png),
-        "exr" => Ok(Encoding::OpenExr),
-        "hdr" => Ok(Encoding::Radiance),
+        "png" => Ok(FileEncoding::Png),
+        "exr" => Ok(FileEncoding::OpenExr),
+        "hdr" => Ok(FileEncoding::Radiance),
         _ => Err(SaveError::new(
             path,
             "the name must end in .png (tone mapped), .exr or .hdr (linear radiance); videos: --frames 1-48 -o - | ffmpeg -i - …",

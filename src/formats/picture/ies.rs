@@ -97,7 +97,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
         around.push(first + 360.0);
         candela.extend_from_within(..vertical);
     }
-    let profile = Profile { down, around, candela };
+    let profile = IesProfile { down, around, candela };
     let texel = |i: usize| {
         let (down, around) = (i / WIDTH, i % WIDTH);
         [profile.at(180.0 * down as f32 / (HEIGHT - 1) as f32, 360.0 * around as f32 / WIDTH as f32); 3]
@@ -107,14 +107,14 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 }
 
 /// Measured intensities.
-struct Profile {
+struct IesProfile {
     down: Vec<f32>,
     around: Vec<f32>,
     /// For each angle around the axis, the values at all angles from it.
     candela: Vec<f32>,
 }
 
-impl Profile {
+impl IesProfile {
     /// The intensity in a direction, in degrees.
     fn at(&self, down: f32, around: f32) -> f32 {
         // What was not measured is dark.

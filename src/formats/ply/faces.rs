@@ -59,7 +59,7 @@ pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh)
         // A triangle takes at least three indices, so the file's size limits this.
         mesh.triangles.reserve(element.count as usize);
     }
-    let mut row = Row::default();
+    let mut row = FaceRow::default();
     let mut triangulator = Triangulator::default();
     let mut wedges = Wedges::default();
     // Those of the file; faces may add copies.
@@ -94,7 +94,7 @@ pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh)
 
 /// One face as it was read; kept for its buffers.
 #[derive(Default)]
-struct Row {
+struct FaceRow {
     indices: Vec<i64>,
     corners: Vec<u32>,
     uvs: Vec<f32>,
@@ -103,7 +103,7 @@ struct Row {
     curve: ColorCurve,
 }
 
-impl Row {
+impl FaceRow {
     fn read<S: NumberSource>(&mut self, source: &mut S, steps: &[FaceField]) -> Result<(), NumberFault> {
         self.uvs.clear();
         for step in steps {

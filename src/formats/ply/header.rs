@@ -2,7 +2,7 @@
 
 /// How the elements are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
+pub enum PlyEncoding {
     /// As decimal numbers.
     Ascii,
     /// Least significant byte first.
@@ -137,9 +137,9 @@ impl Element {
 
 /// What the header says.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Header {
+pub struct PlyHeader {
     /// How the elements are stored.
-    pub encoding: Encoding,
+    pub encoding: PlyEncoding,
     /// The tables, in the file's order.
     pub elements: Vec<Element>,
 }
@@ -153,9 +153,9 @@ pub struct HeaderFault {
     pub reason: String,
 }
 
-impl Header {
+impl PlyHeader {
     /// Reads the header and returns it with the bytes that follow it.
-    pub fn parse(bytes: &[u8]) -> Result<(Header, &[u8]), HeaderFault> {
+    pub fn parse(bytes: &[u8]) -> Result<(PlyHeader, &[u8]), HeaderFault> {
         let mut rest = bytes;
         let mut line = 1;
         let fault = |line, reason: String| HeaderFault { line, reason };
@@ -171,7 +171,7 @@ impl Header {
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             if words == ["end_header"] {
                 let encoding = encoding.ok_or_else(|| fault(line, "no \"format\" line before it".into()))?;
-                return Ok((Header { encoding, elements }, rest));
+                return Ok((PlyHeader { encoding, elements }, rest));
             }
             read_line(&words, &mut encoding, &mut elements).map_err(|reason| fault(line, reason))?;
         }
@@ -182,7 +182,7 @@ impl Header {
 /// One line of the header, taken apart.
 fn read_line(
     words: &[&str],
-    encoding: &mut Option<Encoding>,
+    encoding: &mut Option<PlyEncoding>,
     elements: &mut Vec<Element>,
 ) -> Result<(), String> {
     match *words {
@@ -195,9 +195,9 @@ fn read_line(
                 return Err(format!("unknown format version {version:?}; there is 1.0"));
             }
             *encoding = Some(match name {
-                "ascii" => Encoding::Ascii,
-                "binary_little_endian" => Encoding::LittleEndian,
-                "binary_big_endian" => Encoding::BigEndian,
+                "ascii" => PlyEncoding::Ascii,
+                "binary_little_endian" => PlyEncoding::LittleEndian,
+                "binary_big_endian" => PlyEncoding::BigEndian,
                 _ => {
                     return Err(format!(
                         "unknown format {name:?}; there are ascii, binary_little_endian and binary_big_endian"

@@ -21,7 +21,7 @@ use crate::error::LoadError;
 use crate::memory;
 use crate::world::Mesh;
 
-use header::{Element, Encoding, Header};
+use header::{Element, PlyEncoding, PlyHeader};
 use source::{Ascii, Binary, NumberSource};
 
 pub use write::{save, write};
@@ -34,7 +34,7 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
 
 /// Reads a mesh from the content of a PLY file; errors call it `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
-    let (header, body) = Header::parse(bytes).map_err(|fault| LoadError::At {
+    let (header, body) = PlyHeader::parse(bytes).map_err(|fault| LoadError::At {
         file: path.to_owned(),
         line: fault.line,
         column: 1,
@@ -52,9 +52,9 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
         vertices.saturating_mul(32).saturating_add(faces.saturating_mul(24)).min(12 * body.len() as u64);
     let _claim = memory::reserve(what, bytes).map_err(LoadError::shortage(path))?;
     let mesh = match header.encoding {
-        Encoding::Ascii => read_body(Ascii::new(body), &header),
-        Encoding::LittleEndian => read_body(Binary::<false>::new(body), &header),
-        Encoding::BigEndian => read_body(Binary::<true>::new(body), &header),
+        PlyEncoding::Ascii => read_body(Ascii::new(body), &header),
+        PlyEncoding::LittleEndian => read_body(Binary::<false>::new(body), &header),
+        PlyEncoding::BigEndian => read_body(Binary::<true>::new(body), &header),
     };
     let mut mesh = mesh.map_err(|reason| LoadError::invalid(path, reason))?;
     mesh.name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
@@ -64,7 +64,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
 
 /// Reads all elements that matter. Faces may come before vertices, but can't be read before
 /// them, so their place is kept.
-fn read_body<S: NumberSource>(mut source: S, header: &Header) -> Result<Mesh, String> {
+fn read_body<S: NumberSource>(mut source: S, header: &PlyHeader) -> Result<Mesh, String> {
     let mut mesh = Mesh::default();
     let mut has_vertices = false;
     let mut polygons: Vec<(S, &Element)> = Vec::new();

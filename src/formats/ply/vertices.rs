@@ -30,7 +30,7 @@ pub const NAMES: [&[&str]; SLOTS] = [
 ];
 
 /// What to do with each property of a row, and what is there.
-struct Layout {
+struct PlyLayout {
     /// A slot and a type, or what to skip.
     steps: Vec<VertexField>,
     /// The type of each slot that is there.
@@ -42,8 +42,8 @@ enum VertexField {
     Skip(PropertyKind),
 }
 
-impl Layout {
-    fn new(element: &Element) -> Result<Layout, String> {
+impl PlyLayout {
+    fn new(element: &Element) -> Result<PlyLayout, String> {
         let mut types = [None; SLOTS];
         let mut steps = Vec::with_capacity(element.properties.len());
         for property in &element.properties {
@@ -61,7 +61,7 @@ impl Layout {
                 return Err(format!("element vertex has no property {name}"));
             }
         }
-        Ok(Layout { steps, types })
+        Ok(PlyLayout { steps, types })
     }
 
     fn has(&self, slots: std::ops::Range<usize>) -> bool {
@@ -81,7 +81,7 @@ impl Layout {
 
 /// Reads all vertices into an empty mesh.
 pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
-    let layout = Layout::new(element)?;
+    let layout = PlyLayout::new(element)?;
     if element.count > u64::from(u32::MAX) {
         return Err(format!("{} vertices are too many: at most {} fit", element.count, u32::MAX));
     }

@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use super::locate;
+use super::scan;
 use super::schema;
-use super::source::{Raw, Source};
+use super::source::{Raw, SceneText};
 use crate::error::LoadError;
 
 /// The text with other values for some keys of an entity, by its place in the file.
@@ -15,7 +15,7 @@ pub fn with_keys(
     entity: usize,
     keys: &[(&str, String)],
 ) -> Result<String, LoadError> {
-    let source = Source::new(text, path, 0.0);
+    let source = SceneText::new(text, path, 0.0);
     let scene: schema::Scene = source.fields(source.root()?, "a scene")?;
     let entities = source.list(scene.entities, "the entities")?;
     let raw = *entities.get(entity).ok_or_else(|| {
@@ -35,9 +35,9 @@ pub fn with_keys(
 
 /// Where a key's value is, and what replaces it.
 fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, String) {
-    let place = |part: &str| locate::offset_of(text, part).unwrap_or(0);
-    for item in locate::items(entity.0) {
-        if let Some((found, old)) = locate::key_and_value(item)
+    let place = |part: &str| scan::offset_of(text, part).unwrap_or(0);
+    for item in scan::items(entity.0) {
+        if let Some((found, old)) = scan::key_and_value(item)
             && found == key
         {
             let start = place(old);
@@ -51,9 +51,9 @@ fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, Str
 
 /// The length of a value without the blanks and comments after it: a name, brackets, or both.
 fn length(value: &str) -> usize {
-    let (_, rest) = locate::split_identifier(value);
-    let body = locate::skip_blank(rest);
-    let after = if body.starts_with('(') { locate::skip_brackets(body) } else { rest };
+    let (_, rest) = scan::split_identifier(value);
+    let body = scan::skip_blank(rest);
+    let after = if body.starts_with('(') { scan::skip_brackets(body) } else { rest };
     value.len() - after.len()
 }
 

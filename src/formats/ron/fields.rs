@@ -7,7 +7,7 @@ use serde::de::value::{BorrowedStrDeserializer, MapAccessDeserializer};
 use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 use serde::forward_to_deserialize_any;
 
-use super::locate;
+use super::scan;
 use super::source::Raw;
 
 /// What can be wrong with a structure's members.
@@ -64,9 +64,9 @@ impl<'de> Deserializer<'de> for RawDeserializer<'de> {
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, FieldError> {
-        match locate::split_identifier(self.0.0) {
+        match scan::split_identifier(self.0.0) {
             ("None", _) => visitor.visit_none(),
-            ("Some", rest) => match locate::items(locate::skip_blank(rest)).as_slice() {
+            ("Some", rest) => match scan::items(scan::skip_blank(rest)).as_slice() {
                 [inner] => visitor.visit_some(RawDeserializer(Raw(inner))),
                 _ => visitor.visit_some(self),
             },

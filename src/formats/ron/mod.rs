@@ -8,10 +8,10 @@
 
 mod edit;
 mod fields;
-mod keys;
-mod locate;
+mod keyframes;
 mod lower;
 pub mod query;
+mod scan;
 mod schema;
 mod source;
 #[cfg(test)]
@@ -22,8 +22,8 @@ mod write;
 use std::path::Path;
 
 pub use self::edit::with_keys;
-use self::source::Source;
-pub use self::write::{Part, Portrait, camera, look_at, portrait, save, write};
+use self::source::SceneText;
+pub use self::write::{Portrait, WrittenPart, camera, look_at, portrait, save, write};
 use super::AssetFiles;
 use crate::error::LoadError;
 use crate::memory;
@@ -42,7 +42,7 @@ pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError>
         Err(error) => {
             let valid = bytes.get(..error.valid_up_to()).unwrap_or_default();
             let text = String::from_utf8_lossy(valid);
-            let (line, column) = locate::position(&text, text.len());
+            let (line, column) = scan::position(&text, text.len());
             let reason = "this is not UTF-8: save the file in that encoding".to_owned();
             Err(LoadError::At { file: path.to_owned(), line, column, reason })
         }
@@ -54,5 +54,5 @@ pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError>
 pub fn parse(text: &str, path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     // A byte order mark is no part of the text.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    lower::scene(&Source::new(text, path, files.time_s().unwrap_or(0.0)), files)
+    lower::scene(&SceneText::new(text, path, files.time_s().unwrap_or(0.0)), files)
 }

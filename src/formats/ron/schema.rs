@@ -8,9 +8,9 @@ use super::source::Raw;
 
 /// A value for which `None` does not mean the same as leaving it out.
 #[derive(Default)]
-pub(super) struct Given<'a>(pub Option<Raw<'a>>);
+pub(super) struct Nullable<'a>(pub Option<Raw<'a>>);
 
-impl<'de: 'a, 'a> Deserialize<'de> for Given<'a> {
+impl<'de: 'a, 'a> Deserialize<'de> for Nullable<'a> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Raw::deserialize(deserializer).map(|raw| Self(Some(raw)))
     }
@@ -39,14 +39,14 @@ pub(super) struct Settings<'a> {
     pub samples: Option<Raw<'a>>,
     pub max_depth: Option<Raw<'a>>,
     #[serde(default)]
-    pub diffuse_depth: Given<'a>,
+    pub diffuse_depth: Nullable<'a>,
     #[serde(default)]
-    pub glossy_depth: Given<'a>,
+    pub glossy_depth: Nullable<'a>,
     #[serde(default)]
-    pub transmission_depth: Given<'a>,
+    pub transmission_depth: Nullable<'a>,
     pub min_throughput: Option<Raw<'a>>,
     #[serde(default)]
-    pub roulette_depth: Given<'a>,
+    pub roulette_depth: Nullable<'a>,
     pub clamp: Option<Raw<'a>>,
     pub transport: Option<Raw<'a>>,
     pub sampler: Option<Raw<'a>>,

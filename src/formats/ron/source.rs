@@ -12,8 +12,8 @@ use ron::extensions::Extensions;
 use serde::de::{Deserialize, IgnoredAny};
 
 use super::fields::{self, FieldError};
-use super::keys::Clock;
-use super::locate;
+use super::keyframes::Clock;
+use super::scan;
 use crate::error::{LoadError, did_you_mean, meant};
 
 /// A value's text as it stands in the file, without blanks in front.
@@ -22,7 +22,7 @@ pub(super) struct Raw<'a>(pub &'a str);
 
 /// One of several forms, chosen by its name: `Sphere(radius_m: 1)` or `Clamp`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Variant<'a> {
+pub(super) struct VariantText<'a> {
     /// `Sphere`.
     pub name: &'a str,
     /// `(radius_m: 1)`, if there are parentheses.
@@ -30,14 +30,14 @@ pub(super) struct Variant<'a> {
 }
 
 /// A scene's text and where it came from.
-pub(super) struct Source<'a> {
+pub(super) struct SceneText<'a> {
     text: &'a str,
     path: &'a Path,
     options: ron::Options,
     clock: Clock,
 }
 
-impl<'a> Source<'a> {
+impl<'a> SceneText<'a> {
     /// `time_s` is the moment that the scene is read at.
     pub(super) fn new(text: &'a str, path: &'a Path, time_s: f32) -> Self {
         let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
@@ -56,19 +56,19 @@ impl<'a> Source<'a> {
     /// The whole file as one value, after checking that it is well formed.
     pub(super) fn root(&self) -> Result<Raw<'a>, LoadError> {
         self.options.from_str::<IgnoredAny>(self.text).map_err(|error| self.syntax_error(&error))?;
-        let mut rest = locate::skip_blank(self.text);
+        let mut rest = scan::skip_blank(self.text);
         // Attributes, such as #![enable(implicit_some)].
         while rest.starts_with('#') {
             let Some(bracket) = rest.find('[') else { break };
-            let attribute = locate::skip_brackets(&rest[bracket..]);
-            rest = locate::skip_blank(attribute);
+            let attribute = scan::skip_brackets(&rest[bracket..]);
+            rest = scan::skip_blank(attribute);
         }
         Ok(Raw(rest))
     }
 
     /// Line and column of `place`, a slice of the text.
     pub(super) fn position(&self, place: &str) -> (usize, usize) {
-        locate::position(self.text, locate::offset_of(self.text, place).unwrap_or(0))
+        scan::position(self.text, scan::offset_of(self.text, place).unwrap_or(0))
     }
 
     /// Something is wrong at `place`, a slice of the text.
@@ -102,16 +102,19 @@ impl<'a> Source<'a> {
     }
 
     /// The fields of a variant; without parentheses it has none.
-    pub(super) fn variant_fields<T: Deserialize<'a>>(&self, variant: Variant<'a>) -> Result<T, LoadError> {
+    pub(super) fn variant_fields<T: Deserialize<'a>>(
+        &self,
+        variant: VariantText<'a>,
+    ) -> Result<T, LoadError> {
         self.read(variant.body.unwrap_or("()"), variant.name, variant.name)
     }
 
     /// `(key: value, …)` as a structure that messages call `what`. Missing keys are reported at `place`.
     fn read<T: Deserialize<'a>>(&self, body: &'a str, place: &str, what: &str) -> Result<T, LoadError> {
         let mut members = Vec::new();
-        for item in locate::items(body) {
-            let (name, rest) = locate::split_identifier(item);
-            let value = locate::skip_blank(rest).strip_prefix(':').map(locate::skip_blank);
+        for item in scan::items(body) {
+            let (name, rest) = scan::split_identifier(item);
+            let value = scan::skip_blank(rest).strip_prefix(':').map(scan::skip_blank);
             let Some(value) = value.filter(|_| !name.is_empty()) else {
                 let reason = format!("{what} wants every value with its name, as (key: value, …)");
                 return Err(self.error(item, reason));
@@ -134,8 +137,8 @@ impl<'a> Source<'a> {
     }
 
     /// Refuses parentheses after a variant that has no fields.
-    pub(super) fn no_fields(&self, variant: Variant<'a>) -> Result<(), LoadError> {
-        match variant.body.map(|body| locate::skip_blank(body.trim_start_matches('('))) {
+    pub(super) fn no_fields(&self, variant: VariantText<'a>) -> Result<(), LoadError> {
+        match variant.body.map(|body| scan::skip_blank(body.trim_start_matches('('))) {
             Some(inside) if !inside.starts_with(')') => {
                 Err(self.error(inside, format!("{} has no fields", variant.name)))
             }
@@ -144,16 +147,16 @@ impl<'a> Source<'a> {
     }
 
     /// Splits `Name(…)` or `Name`; none if `raw` does not begin with a name.
-    pub(super) fn variant(&self, raw: Raw<'a>) -> Option<Variant<'a>> {
-        let (name, rest) = locate::split_identifier(raw.0);
+    pub(super) fn variant(&self, raw: Raw<'a>) -> Option<VariantText<'a>> {
+        let (name, rest) = scan::split_identifier(raw.0);
         if name.is_empty()
             || matches!(name, "inf" | "NaN" | "true" | "false")
             || rest.starts_with(['"', '\''])
         {
             return None;
         }
-        let rest = locate::skip_blank(rest);
-        Some(Variant { name, body: rest.starts_with('(').then_some(rest) })
+        let rest = scan::skip_blank(rest);
+        Some(VariantText { name, body: rest.starts_with('(').then_some(rest) })
     }
 
     /// The error for a `raw` that is none of what is allowed here.
@@ -173,17 +176,17 @@ impl<'a> Source<'a> {
     fn syntax_error(&self, error: &SpannedError) -> LoadError {
         use ron::Error;
         let code = &error.code;
-        let stop = &self.text[locate::offset(self.text, error.span.end.line, error.span.end.col)..];
-        let unclosed = locate::find_unclosed(self.text);
+        let stop = &self.text[scan::offset(self.text, error.span.end.line, error.span.end.col)..];
+        let unclosed = scan::find_unclosed(self.text);
         // The end of the file is not where anyone would look for the mistake.
-        let at_end = locate::skip_blank(stop).is_empty();
+        let at_end = scan::skip_blank(stop).is_empty();
         if let Some(unclosed) = &unclosed
             && (at_end || matches!(unclosed.what, "string" | "comment"))
         {
             return self
                 .error(&self.text[unclosed.offset..], format!("this {} is never closed", unclosed.what));
         }
-        let stop = locate::skip_blank(stop);
+        let stop = scan::skip_blank(stop);
         let found = match stop.chars().next() {
             None => "the end".to_owned(),
             Some('"') => "a string".to_owned(),
@@ -218,12 +221,12 @@ impl<'a> Source<'a> {
 /// What a value is, for messages.
 fn describe(raw: Raw) -> String {
     let text = raw.0;
-    let (name, rest) = locate::split_identifier(text);
-    let after_name = locate::skip_blank(rest);
+    let (name, rest) = scan::split_identifier(text);
+    let after_name = scan::skip_blank(rest);
     match text.chars().next() {
         Some('(') => {
-            let (key, rest) = locate::split_identifier(locate::skip_blank(&text[1..]));
-            if !key.is_empty() && locate::skip_blank(rest).starts_with(':') {
+            let (key, rest) = scan::split_identifier(scan::skip_blank(&text[1..]));
+            if !key.is_empty() && scan::skip_blank(rest).starts_with(':') {
                 format!("a structure ({}: …)", shorten(key))
             } else {
                 format!("the tuple {}", shorten(text))

@@ -4,9 +4,9 @@ use std::str::FromStr;
 
 use serde::de::Deserialize;
 
-use super::keys::Keyed;
-use super::locate;
-use super::source::{Raw, Source, Variant};
+use super::keyframes::Keyed;
+use super::scan;
+use super::source::{Raw, SceneText, VariantText};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
 use crate::math::{Rgb, Vec2, Vec3};
@@ -15,26 +15,26 @@ use crate::math::{Rgb, Vec2, Vec3};
 const MOST_PRIORITY: f32 = 1000.0;
 
 /// A finite number of the type that it is stored as: parsed once, rounded once.
-pub(super) trait Float: Copy + Keyed + Into<f64> + FromStr + for<'de> Deserialize<'de> {
+pub(super) trait FloatValue: Copy + Keyed + Into<f64> + FromStr + for<'de> Deserialize<'de> {
     /// The largest number, for messages.
     const LARGEST: &str;
 }
 
-impl Float for f32 {
+impl FloatValue for f32 {
     const LARGEST: &str = "3.4e38";
 }
 
-impl Float for f64 {
+impl FloatValue for f64 {
     const LARGEST: &str = "1.8e308";
 }
 
-impl<'a> Source<'a> {
+impl<'a> SceneText<'a> {
     /// Any finite number.
-    pub(super) fn number<F: Float>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
+    pub(super) fn number<F: FloatValue>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
         self.keyed(raw, |raw| self.single_number(raw))
     }
 
-    fn single_number<F: Float>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
+    fn single_number<F: FloatValue>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
         // ron's own way to the same number takes ten times as long.
         let plain = raw.0.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'e'));
         let number = if plain { raw.0.parse().ok() } else { None };
@@ -114,10 +114,10 @@ impl<'a> Source<'a> {
 
     /// Exactly `N` values in parentheses; messages show `form`.
     pub(super) fn tuple<const N: usize>(&self, raw: Raw<'a>, form: &str) -> Result<[Raw<'a>; N], LoadError> {
-        let mut elements = locate::items(raw.0).into_iter();
+        let mut elements = scan::items(raw.0).into_iter();
         let is_structure = elements.as_slice().first().is_some_and(|first| {
-            let (name, rest) = locate::split_identifier(first);
-            !name.is_empty() && locate::skip_blank(rest).starts_with(':')
+            let (name, rest) = scan::split_identifier(first);
+            !name.is_empty() && scan::skip_blank(rest).starts_with(':')
         });
         if !raw.0.starts_with('(') || is_structure {
             return Err(self.expected(raw, form));
@@ -136,7 +136,7 @@ impl<'a> Source<'a> {
         if !raw.0.starts_with('[') {
             return Err(self.expected(raw, &format!("{what} in square brackets")));
         }
-        Ok(locate::items(raw.0).into_iter().map(Raw).collect())
+        Ok(scan::items(raw.0).into_iter().map(Raw).collect())
     }
 
     /// The entries of a map in braces, in the file's order, equal keys included.
@@ -145,11 +145,11 @@ impl<'a> Source<'a> {
             return Err(self.expected(raw, &format!("{what} in braces, as {{\"name\": …}}")));
         }
         let entry = |item: &'a str| {
-            let (key, value) = locate::key_and_value(item)
+            let (key, value) = scan::key_and_value(item)
                 .ok_or_else(|| self.error(item, "expected a key, a colon and a value"))?;
             Ok((Raw(key), Raw(value)))
         };
-        locate::items(raw.0).into_iter().map(entry).collect()
+        scan::items(raw.0).into_iter().map(entry).collect()
     }
 
     /// `(x, y, z)`.
@@ -178,7 +178,7 @@ impl<'a> Source<'a> {
         if raw.0.starts_with("\"#") {
             return self.hexadecimal(raw);
         }
-        if let Some(Variant { name: "Srgb", body: Some(body) }) = self.variant(raw) {
+        if let Some(VariantText { name: "Srgb", body: Some(body) }) = self.variant(raw) {
             let encoded: [Raw; 3] = self.tuple(Raw(body), "Srgb(r, g, b), each from 0 to 1")?;
             let mut linear = [0.0; 3];
             for (linear, raw) in linear.iter_mut().zip(encoded) {
@@ -228,8 +228,8 @@ impl<'a> Source<'a> {
 
     /// The content of `Some(…)`, or the value itself; none for `None`.
     pub(super) fn optional(&self, raw: Raw<'a>) -> Option<Raw<'a>> {
-        let (name, rest) = locate::split_identifier(raw.0);
-        match (name, locate::items(locate::skip_blank(rest)).as_slice()) {
+        let (name, rest) = scan::split_identifier(raw.0);
+        match (name, scan::items(scan::skip_blank(rest)).as_slice()) {
             ("None", _) => None,
             ("Some", [inner]) => Some(Raw(inner)),
             _ => Some(raw),

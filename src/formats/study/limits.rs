@@ -1,10 +1,10 @@
 //! Limits of what a study may say, beyond what `ron` knows.
 
-use super::{Axis, Change, Experiment, Measure, Scene, Study};
+use super::{Axis, Experiment, Measurement, SettingsOverride, StudyFile, StudyScene};
 use crate::world::{Caustics, Settings, Sharing};
 
 /// An error names the experiment and what to change in it.
-pub(super) fn check(study: &Study) -> Result<(), String> {
+pub(super) fn check(study: &StudyFile) -> Result<(), String> {
     if study.experiments.is_empty() {
         return Err("there is no experiment: add one to experiments".into());
     }
@@ -33,7 +33,7 @@ fn check_experiment(experiment: &Experiment) -> Result<(), String> {
     if experiment.scenes.is_empty() || experiment.series.is_empty() || x.is_empty() {
         return Err("it needs at least one scene, one series and one value of x".into());
     }
-    let made_up = experiment.scenes.iter().any(|scene| !matches!(scene, Scene::File(_)));
+    let made_up = experiment.scenes.iter().any(|scene| !matches!(scene, StudyScene::File(_)));
     if made_up && !matches!(experiment.x, Axis::Triangles(_)) {
         return Err("Ball and Cloud need x: Triangles([…])".into());
     }
@@ -59,7 +59,7 @@ fn check_experiment(experiment: &Experiment) -> Result<(), String> {
     if let Some(value) = x.iter().find(|value| !(least..=most).contains(*value)) {
         return Err(format!("x has to be from {least} to {most}, not {value}"));
     }
-    let errors = [Measure::Mse, Measure::RelativeMse, Measure::Flip, Measure::SquaredBias];
+    let errors = [Measurement::Mse, Measurement::RelativeMse, Measurement::Flip, Measurement::SquaredBias];
     let measures_error = experiment.plots.iter().any(|plot| errors.contains(&plot.y));
     if measures_error && experiment.reference.is_none() {
         return Err("an error is plotted, but there is no reference: (…) to measure it against".into());
@@ -68,7 +68,7 @@ fn check_experiment(experiment: &Experiment) -> Result<(), String> {
     changes.chain(&experiment.reference).try_for_each(check_change)
 }
 
-fn check_change(change: &Change) -> Result<(), String> {
+fn check_change(change: &SettingsOverride) -> Result<(), String> {
     let within = |what: &str, value: Option<u32>, least: u32, most: u32| match value {
         Some(value) if !(least..=most).contains(&value) => {
             Err(format!("{what} has to be from {least} to {most}, not {value}"))

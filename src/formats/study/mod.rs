@@ -11,8 +11,8 @@ use crate::error::LoadError;
 
 /// Experiments that are reported together.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct Study {
+#[serde(deny_unknown_fields, rename = "Study")]
+pub struct StudyFile {
     /// For people.
     pub title: String,
     /// What it is about. Empty lines separate paragraphs.
@@ -35,10 +35,10 @@ pub struct Experiment {
     #[serde(default)]
     pub text: String,
     /// The scenes to render.
-    pub scenes: Vec<Scene>,
+    pub scenes: Vec<StudyScene>,
     /// What all jobs have in common.
     #[serde(default)]
-    pub with: Change,
+    pub with: SettingsOverride,
     /// What is varied from left to right.
     pub x: Axis,
     /// What is compared.
@@ -48,7 +48,7 @@ pub struct Experiment {
     pub seeds: u32,
     /// Errors are measured against an image rendered with these changes in addition to `with`.
     #[serde(default)]
-    pub reference: Option<Change>,
+    pub reference: Option<SettingsOverride>,
     /// What is shown.
     #[serde(default)]
     pub plots: Vec<Plot>,
@@ -57,7 +57,7 @@ pub struct Experiment {
 impl Experiment {
     /// True if a plot tells bias from variance, for which each job takes a second image with other random numbers.
     pub fn needs_pairs(&self) -> bool {
-        self.plots.iter().any(|plot| matches!(plot.y, Measure::SquaredBias | Measure::Variance))
+        self.plots.iter().any(|plot| matches!(plot.y, Measurement::SquaredBias | Measurement::Variance))
     }
 }
 
@@ -67,7 +67,7 @@ fn one() -> u32 {
 
 /// Something to look at.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
-pub enum Scene {
+pub enum StudyScene {
     /// A scene, model or mesh, relative to the study's folder.
     File(PathBuf),
     /// A bumpy ball of as many triangles as x says.
@@ -133,7 +133,7 @@ pub struct Series {
     pub label: String,
     /// What distinguishes it.
     #[serde(default)]
-    pub with: Change,
+    pub with: SettingsOverride,
     /// The largest x at which it is measured.
     #[serde(default)]
     pub most: Option<u32>,
@@ -141,8 +141,8 @@ pub struct Series {
 
 /// Settings instead of the scene's.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields, default)]
-pub struct Change {
+#[serde(deny_unknown_fields, default, rename = "Change")]
+pub struct SettingsOverride {
     /// Columns and rows.
     pub size: Option<(u32, u32)>,
     /// Samples a pixel.
@@ -152,15 +152,15 @@ pub struct Change {
     /// Shadow rays to each area light.
     pub light_samples: Option<u32>,
     /// Where on area lights they go.
-    pub light_pattern: Option<Pattern>,
+    pub light_pattern: Option<StudyPattern>,
     /// Where on the lens samples go.
-    pub lens_pattern: Option<Pattern>,
+    pub lens_pattern: Option<StudyPattern>,
     /// Where in a pixel samples go.
-    pub pixel_pattern: Option<Pattern>,
+    pub pixel_pattern: Option<StudyPattern>,
     /// What happens to light at a vertex.
-    pub transport: Option<Transport>,
+    pub transport: Option<StudyTransport>,
     /// Which numbers the path transport draws.
-    pub sampler: Option<Sampler>,
+    pub sampler: Option<StudySampler>,
     /// Pixels that share their paths under the path transport; 1: none do.
     pub sharing: Option<u32>,
     /// Photons for each pixel in each sample: with one of these two, photons are traced whatever the scene says.
@@ -170,9 +170,9 @@ pub struct Change {
     /// Whether the image is denoised, within the time that is measured.
     pub denoise: Option<bool>,
     /// In which order rays are traced.
-    pub schedule: Option<Schedule>,
+    pub schedule: Option<StudySchedule>,
     /// In which order the wavefront shades hits under the path transport.
-    pub sorting: Option<Sorting>,
+    pub sorting: Option<StudySorting>,
     /// Paths of a wave.
     pub wave: Option<u32>,
     /// Threads; 1 unless told otherwise.
@@ -191,11 +191,11 @@ pub struct Change {
     pub hide: Vec<String>,
 }
 
-impl Change {
+impl SettingsOverride {
     /// These changes, overridden by those of `other`. Changes to the scene are carried out one after the other.
-    pub fn and(&self, other: &Change) -> Change {
+    pub fn and(&self, other: &SettingsOverride) -> SettingsOverride {
         let both = |one: &[String], other: &[String]| [one, other].concat();
-        Change {
+        SettingsOverride {
             size: other.size.or(self.size),
             samples: other.samples.or(self.samples),
             max_depth: other.max_depth.or(self.max_depth),
@@ -224,14 +224,14 @@ impl Change {
 
     /// The changes to the scene beyond its files.
     pub fn edits(&self) -> Edits {
-        let Change { set, only, hide, .. } = self.clone();
+        let SettingsOverride { set, only, hide, .. } = self.clone();
         Edits { set, only, hide, ..Edits::default() }
     }
 }
 
 /// How points are spread.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-pub enum Pattern {
+pub enum StudyPattern {
     /// Anywhere.
     Uniform,
     /// One anywhere in each cell of a grid.
@@ -242,38 +242,38 @@ pub enum Pattern {
     Center,
 }
 
-impl From<Pattern> for crate::world::Pattern {
-    fn from(pattern: Pattern) -> Self {
+impl From<StudyPattern> for crate::world::Pattern {
+    fn from(pattern: StudyPattern) -> Self {
         match pattern {
-            Pattern::Uniform => Self::Uniform,
-            Pattern::Jittered => Self::Jittered,
-            Pattern::Regular => Self::Regular,
-            Pattern::Center => Self::Center,
+            StudyPattern::Uniform => Self::Uniform,
+            StudyPattern::Jittered => Self::Jittered,
+            StudyPattern::Regular => Self::Regular,
+            StudyPattern::Center => Self::Center,
         }
     }
 }
 
 /// What happens to light at a vertex.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-pub enum Transport {
+pub enum StudyTransport {
     /// Direct light, mirrors, glass.
     Whitted,
     /// Light that is scattered any number of times.
     Path,
 }
 
-impl From<Transport> for crate::world::Transport {
-    fn from(transport: Transport) -> Self {
+impl From<StudyTransport> for crate::world::Transport {
+    fn from(transport: StudyTransport) -> Self {
         match transport {
-            Transport::Whitted => Self::Whitted,
-            Transport::Path => Self::Path,
+            StudyTransport::Whitted => Self::Whitted,
+            StudyTransport::Path => Self::Path,
         }
     }
 }
 
 /// Which numbers the path transport draws.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-pub enum Sampler {
+pub enum StudySampler {
     /// Stratified at every scale.
     Sobol,
     /// One in each cell of a grid.
@@ -282,19 +282,19 @@ pub enum Sampler {
     Independent,
 }
 
-impl From<Sampler> for crate::world::Sampler {
-    fn from(sampler: Sampler) -> Self {
+impl From<StudySampler> for crate::world::Sampler {
+    fn from(sampler: StudySampler) -> Self {
         match sampler {
-            Sampler::Sobol => Self::Sobol,
-            Sampler::Jittered => Self::Jittered,
-            Sampler::Independent => Self::Independent,
+            StudySampler::Sobol => Self::Sobol,
+            StudySampler::Jittered => Self::Jittered,
+            StudySampler::Independent => Self::Independent,
         }
     }
 }
 
 /// In which order the wavefront shades hits under the path transport.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-pub enum Sorting {
+pub enum StudySorting {
     /// One material's after another's.
     ByMaterial,
     /// As they come.
@@ -303,7 +303,7 @@ pub enum Sorting {
 
 /// In which order rays are traced.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-pub enum Schedule {
+pub enum StudySchedule {
     /// Breadth first.
     Wavefront,
     /// Depth first.
@@ -349,7 +349,7 @@ pub enum Tracing {
 #[serde(deny_unknown_fields)]
 pub struct Plot {
     /// The quantity.
-    pub y: Measure,
+    pub y: Measurement,
     /// Whether the axes are logarithmic.
     #[serde(default = "yes")]
     pub log_x: bool,
@@ -367,7 +367,7 @@ fn yes() -> bool {
 
 /// What is measured in a job.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-pub enum Measure {
+pub enum Measurement {
     /// Mean squared error against the reference.
     Mse,
     /// The same, relative (see `rayfront compare`).
@@ -392,36 +392,36 @@ pub enum Measure {
     TreeBytes,
 }
 
-impl Measure {
+impl Measurement {
     /// Its name, with the unit.
     pub fn label(self) -> &'static str {
         match self {
-            Measure::Mse => "mean squared error, (W m⁻² sr⁻¹)²",
-            Measure::RelativeMse => "relative mean squared error",
-            Measure::SquaredBias => "squared bias, (W m⁻² sr⁻¹)²",
-            Measure::Variance => "variance, (W m⁻² sr⁻¹)²",
-            Measure::Flip => "FLIP",
-            Measure::RenderSeconds => "rendering, s",
-            Measure::CpuSeconds => "CPU time, s",
-            Measure::BuildSeconds => "building the tree, s",
-            Measure::NanosecondsPerRay => "time of a ray, ns",
-            Measure::Mrays => "million rays a second",
-            Measure::TreeBytes => "tree, bytes",
+            Measurement::Mse => "mean squared error, (W m⁻² sr⁻¹)²",
+            Measurement::RelativeMse => "relative mean squared error",
+            Measurement::SquaredBias => "squared bias, (W m⁻² sr⁻¹)²",
+            Measurement::Variance => "variance, (W m⁻² sr⁻¹)²",
+            Measurement::Flip => "FLIP",
+            Measurement::RenderSeconds => "rendering, s",
+            Measurement::CpuSeconds => "CPU time, s",
+            Measurement::BuildSeconds => "building the tree, s",
+            Measurement::NanosecondsPerRay => "time of a ray, ns",
+            Measurement::Mrays => "million rays a second",
+            Measurement::TreeBytes => "tree, bytes",
         }
     }
 }
 
 /// Reads a study.
-pub fn load(path: &Path) -> Result<Study, LoadError> {
+pub fn load(path: &Path) -> Result<StudyFile, LoadError> {
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     let text = std::str::from_utf8(&bytes).map_err(|_| LoadError::invalid(path, "this is not UTF-8"))?;
     parse(text, path)
 }
 
 /// Reads a study from its text; messages call it `path`.
-pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
+pub fn parse(text: &str, path: &Path) -> Result<StudyFile, LoadError> {
     let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-    let mut study: Study = options.from_str(text).map_err(|error| LoadError::At {
+    let mut study: StudyFile = options.from_str(text).map_err(|error| LoadError::At {
         file: path.to_owned(),
         line: error.span.start.line,
         column: error.span.start.col,
@@ -431,7 +431,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Study, LoadError> {
     for experiment in &mut study.experiments {
         // The reference must also look through the middle of the pixel: edges would make most of the error.
         if matches!(experiment.x, Axis::LensSamples(_) | Axis::LightSamples(_)) {
-            experiment.with.pixel_pattern.get_or_insert(Pattern::Center);
+            experiment.with.pixel_pattern.get_or_insert(StudyPattern::Center);
         }
     }
     Ok(study)
@@ -461,10 +461,10 @@ mod tests {
             .replace("Ball], x: Triangles", "File(\"c.ron\")], x: LensSamples")
             .replace("rays: 100", "samples: 1");
         let of = |text: &str| parse(text, Path::new("a.ron")).unwrap().experiments[0].with.pixel_pattern;
-        assert_eq!(of(&lens), Some(Pattern::Center));
-        assert_eq!(of(&lens.replace("LensSamples", "LightSamples")), Some(Pattern::Center));
+        assert_eq!(of(&lens), Some(StudyPattern::Center));
+        assert_eq!(of(&lens.replace("LensSamples", "LightSamples")), Some(StudyPattern::Center));
         assert_eq!(of(&lens.replace("LensSamples", "Samples")), None);
-        assert_eq!(of(&lens.replace("samples: 1", "pixel_pattern: Jittered")), Some(Pattern::Jittered));
+        assert_eq!(of(&lens.replace("samples: 1", "pixel_pattern: Jittered")), Some(StudyPattern::Jittered));
     }
 
     #[test]

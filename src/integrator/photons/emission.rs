@@ -53,7 +53,7 @@ pub struct EmittedPhoton {
     pub falls: bool,
     /// The bodies in which it begins.
     pub bodies: u32,
-    /// See [`Emission::densities`].
+    /// See [`PhotonEmission::densities`].
     pub density: f32,
 }
 

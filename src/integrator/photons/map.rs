@@ -25,7 +25,7 @@ impl Photon {
     /// The largest number of bounces of a photon.
     pub const MOST_BOUNCES: u32 = 255;
 
-    /// `from`: unit vector to where it came from. `density` is a power of two: see `Emission`.
+    /// `from`: unit vector to where it came from. `density` is a power of two: see `PhotonEmission`.
     pub fn new(
         position: Vector<f32>,
         flux: [f32; 3],
@@ -181,7 +181,7 @@ impl PhotonMap {
         self.filled.len() as u32 * 32 - 1
     }
 
-    /// Finds the places around which cells are not all empty; [`Map::around`] does so for one place.
+    /// Finds the places around which cells are not all empty; [`PhotonMap::around`] does so for one place.
     #[inline(always)]
     pub fn may_hold<F: Float>(&self, place: Vector<F>, radius: F, mask: F::Mask) -> F::Mask {
         let zero = F::Int::splat(0);

@@ -13,7 +13,7 @@
 //! reflection and transmission stay with their own path. What x and y are decides between the two, so nothing counts
 //! twice.
 //!
-//! Both schedules go through a sample of a block of pixels as a unit and write into the same [`Slots`].
+//! Both schedules go through a sample of a block of pixels as a unit and write into the same [`PathSlots`].
 
 mod connect;
 mod partition;

@@ -85,7 +85,7 @@ impl ReuseProbe {
         })
     }
 
-    /// What is known of a frame by what [`Pilot::frame_of`] it has found in some blocks, with so many rays.
+    /// What is known of a frame by what [`ReuseProbe::frame_of`] it has found in some blocks, with so many rays.
     pub fn new(setup: &RenderSetup, measuring: RenderSetup, measured: &[MeasuredBlock], rays: u64) -> Self {
         Self { setup: measuring, plain: plain(setup), price: Price::of(measured, rays) }
     }

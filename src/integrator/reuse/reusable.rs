@@ -38,7 +38,7 @@ pub struct ReusableVertex<F: Float> {
     pub gathered: Color<F>,
 }
 
-/// Numbers of a [`Lent`].
+/// Numbers of a [`ReusableVertex`].
 pub const COLUMNS: usize = 32;
 
 impl<F: Float> ReusableVertex<F> {
@@ -60,7 +60,7 @@ impl<F: Float> ReusableVertex<F> {
 }
 
 impl ReusableVertex<f32> {
-    /// The inverse of [`Lent::columns`].
+    /// The inverse of [`ReusableVertex::columns`].
     pub fn new(columns: &[f32; COLUMNS]) -> Self {
         let vector = |at: usize| Vector::new(columns[at], columns[at + 1], columns[at + 2]);
         let color = |at: usize| Color::new(columns[at], columns[at + 1], columns[at + 2]);

@@ -1,4 +1,4 @@
-//! Rough glass whose microfacets are stretched: [`super::glass`] with the dimensions of [`super::stretched`].
+//! Rough glass whose microfacets are stretched: [`super::glass`] with the dimensions of [`super::anisotropic`].
 
 use super::albedo::{Points, between};
 use super::anisotropic::{azimuth, direction, place};

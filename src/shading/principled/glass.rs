@@ -1,5 +1,5 @@
 //! Rough glass: how much light a boundary's microfacets lose, and how the boundary divides the rest between reflection
-//! and transmission. Both are tables over index, roughness and cosine; [`super::stretched_glass`] has two more
+//! and transmission. Both are tables over index, roughness and cosine; [`super::anisotropic_glass`] has two more
 //! dimensions.
 
 use super::albedo::{Points, between};
@@ -99,7 +99,7 @@ impl GlassTable {
         plane(&self.means, (side + e) * row + r, row, wr, we, mask)
     }
 
-    /// [`Table::transmitted_mean`] for a smooth boundary.
+    /// [`GlassTable::transmitted_mean`] for a smooth boundary.
     #[inline(always)]
     pub fn smooth_transmitted_mean<F: Float>(&self, eta: F, mask: F::Mask) -> F {
         let (_, e, we) = between_ratios(eta, SMOOTH_RATIOS, LAST);

@@ -55,7 +55,7 @@ impl LobeFlags {
         film: false,
     };
 
-    /// Whether it is [`Has::MATTE`]: what the mirror lobe is like does not matter where there is none.
+    /// Whether it is [`LobeFlags::MATTE`]: what the mirror lobe is like does not matter where there is none.
     #[inline(always)]
     pub fn is_matte(&self) -> bool {
         let LobeFlags { diffuse, specular, transmission, back, coat, sheen, film, .. } = *self;

@@ -114,25 +114,25 @@ impl<F: Float> Interference<F> {
 
     /// r₂₃ from r₁₃ = (r₁₂ + r₂₃)/(1 + r₁₂ r₂₃); what is denser turns the wave over.
     #[inline(always)]
-    fn channel(&self, plain: F) -> FilmChannel<F> {
+    fn channel(&self, plain: F) -> InterferenceChannel<F> {
         let (one, least) = (F::one(), F::splat(1e-6));
         let whole = -plain.max(F::zero()).min(one).sqrt();
         let inner = (whole - self.outer) / (one - self.outer * whole).max(least);
         let product = self.outer * inner;
         let passes = (one - self.outer * self.outer) * (one - inner * inner).max(F::zero());
-        FilmChannel { product, passed: passes / (one - product * product).max(least) }
+        InterferenceChannel { product, passed: passes / (one - product * product).max(least) }
     }
 }
 
 /// Between film and surface, for one colour.
-struct FilmChannel<F: Float> {
+struct InterferenceChannel<F: Float> {
     /// ρ.
     product: F,
     /// A.
     passed: F,
 }
 
-impl<F: Float> FilmChannel<F> {
+impl<F: Float> InterferenceChannel<F> {
     /// 1 − ρ + ρ² − …
     #[inline(always)]
     fn rest(&self) -> F {

@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::results::Row;
+use super::results::ResultRow;
 use super::shapes;
 use crate::bvh::binary_traversal::BinaryBvh;
 use crate::bvh::traverse::closest_one;
 use crate::bvh::{self, AnyHitFilter, Bvh, Coherence, HitsMut, Rays, Stack, brute};
 use crate::error::LoadError;
 use crate::film::{PixelSum, metrics};
-use crate::formats::study::{Axis, Change, Measure, Scene, Schedule, Sorting, Tracing};
+use crate::formats::study::{
+    Axis, Measurement, SettingsOverride, StudyScene, StudySchedule, StudySorting, Tracing,
+};
 use crate::formats::{Files, LoadOptions};
 use crate::integrator::Stop;
 use crate::math::{Rgb, Vec3};
@@ -23,7 +25,7 @@ use crate::world::{Camera, Caustics, Falloff, Light, Shape, Sharing, Transform, 
 
 /// An image.
 #[derive(Clone, Debug)]
-pub struct Image {
+pub struct StudyImage {
     /// Pixels a row.
     pub width: u32,
     /// Rows.
@@ -35,13 +37,13 @@ pub struct Image {
 /// What was measured, and the image if there is one.
 pub struct Done {
     /// Numbers.
-    pub row: Row,
+    pub row: ResultRow,
     /// What was rendered.
-    pub image: Option<Image>,
+    pub image: Option<StudyImage>,
 }
 
 /// Puts the value of an axis where it belongs. Triangles belong to the scene.
-pub(super) fn at(change: &Change, axis: &Axis, x: u32) -> Change {
+pub(super) fn at(change: &SettingsOverride, axis: &Axis, x: u32) -> SettingsOverride {
     let mut change = change.clone();
     match axis {
         Axis::Samples(_) | Axis::LensSamples(_) => change.samples = Some(x),
@@ -62,16 +64,23 @@ pub(super) fn path(folder: &Path, file: &Path) -> PathBuf {
 }
 
 /// The world of a job: the scene with other settings.
-fn world(scene: &Scene, folder: &Path, triangles: u32, change: &Change, seed: u32) -> Result<World, String> {
+fn world(
+    scene: &StudyScene,
+    folder: &Path,
+    triangles: u32,
+    change: &SettingsOverride,
+    seed: u32,
+) -> Result<World, String> {
     let (edits, text) = (change.edits(), |error: LoadError| error.to_string());
     let mut world = match scene {
-        Scene::File(file) => {
+        StudyScene::File(file) => {
             let size = change.size.map(|(width, height)| [width, height]);
             let options = LoadOptions { edits, size, ..LoadOptions::default() };
             crate::formats::load_with(path(folder, file), &options).map_err(text)?
         }
-        Scene::Ball | Scene::Cloud => {
-            let mesh = if *scene == Scene::Ball { shapes::ball(triangles) } else { shapes::cloud(triangles) };
+        StudyScene::Ball | StudyScene::Cloud => {
+            let mesh =
+                if *scene == StudyScene::Ball { shapes::ball(triangles) } else { shapes::cloud(triangles) };
             let mut world = made_up(mesh);
             edits.apply(&mut world, &mut Files::default()).map_err(text)?;
             world
@@ -137,18 +146,18 @@ const SECOND: u32 = 500_009;
 /// Does a job, unless it is stopped, which is an error. `change` has the value of x in it; `reference` is what an image
 /// is compared with; `in_pairs` renders a second image, to tell bias from variance.
 pub(super) fn run(
-    scene: &Scene,
+    scene: &StudyScene,
     folder: &Path,
     [triangles, seed]: [u32; 2],
-    change: &Change,
-    (reference, in_pairs): (Option<&Image>, bool),
+    change: &SettingsOverride,
+    (reference, in_pairs): (Option<&StudyImage>, bool),
     (cpu, stop): (CpuSeconds, &Stop),
 ) -> Result<Done, String> {
     let world = world(scene, folder, triangles, change, seed)?;
     let compiled = crate::compile::compile(&world, None).map_err(|error| error.to_string())?;
-    let mut row = Row::default();
-    row.set(Measure::BuildSeconds, compiled.bvh.statistics.time.as_secs_f64());
-    row.set(Measure::TreeBytes, compiled.bvh.bytes() as f64);
+    let mut row = ResultRow::default();
+    row.set(Measurement::BuildSeconds, compiled.bvh.statistics.time.as_secs_f64());
+    row.set(Measurement::TreeBytes, compiled.bvh.bytes() as f64);
     if let Some(count) = change.rays {
         trace(&compiled, change.by.unwrap_or(Tracing::Queue), count, seed, cpu, &mut row);
         return Ok(Done { row, image: None });
@@ -160,13 +169,13 @@ pub(super) fn run(
         }
         let _claim = metrics::claim([image.width, image.height]).map_err(|shortage| shortage.to_string())?;
         let errors = metrics::compare(image.width as usize, &image.pixels, &reference.pixels, 1.0).metrics;
-        row.set(Measure::Mse, errors.mse);
-        row.set(Measure::RelativeMse, errors.relative_mse);
-        row.set(Measure::Flip, errors.flip);
+        row.set(Measurement::Mse, errors.mse);
+        row.set(Measurement::RelativeMse, errors.relative_mse);
+        row.set(Measurement::Flip, errors.flip);
     }
     if in_pairs {
         // Its time does not matter.
-        let change = Change { threads: Some(0), ..change.clone() };
+        let change = SettingsOverride { threads: Some(0), ..change.clone() };
         let seed = seed.wrapping_add(SECOND);
         let second = run(scene, folder, [triangles, seed], &change, (None, false), (cpu, stop))?;
         if let Some(second) = second.image {
@@ -178,35 +187,36 @@ pub(super) fn run(
 
 /// Tells bias from variance: what two independent images have in common is bias, what they differ by is variance. Both
 /// estimates are unbiased, so that of a small bias may be below 0.
-fn add_pair(first: &Image, second: &Image, reference: Option<&Image>, row: &mut Row) {
-    let components =
-        |image: &Image| image.pixels.iter().flat_map(|p| [p.r, p.g, p.b].map(f64::from)).collect::<Vec<_>>();
+fn add_pair(first: &StudyImage, second: &StudyImage, reference: Option<&StudyImage>, row: &mut ResultRow) {
+    let components = |image: &StudyImage| {
+        image.pixels.iter().flat_map(|p| [p.r, p.g, p.b].map(f64::from)).collect::<Vec<_>>()
+    };
     let [first, second] = [components(first), components(second)];
     let mean = |sum: f64| sum / first.len().max(1) as f64;
     let squares = first.iter().zip(&second).map(|(a, b)| (a - b) * (a - b));
-    row.set(Measure::Variance, mean(0.5 * squares.sum::<f64>()));
+    row.set(Measurement::Variance, mean(0.5 * squares.sum::<f64>()));
     if let Some(reference) = reference.map(components) {
         let products = first.iter().zip(&second).zip(&reference).map(|((a, b), r)| (a - r) * (b - r));
-        row.set(Measure::SquaredBias, mean(products.sum()));
+        row.set(Measurement::SquaredBias, mean(products.sum()));
     }
 }
 
 fn render(
     compiled: CompiledScene,
     world: &World,
-    change: &Change,
+    change: &SettingsOverride,
     (cpu, stop): (CpuSeconds, &Stop),
-    row: &mut Row,
-) -> Result<Image, String> {
+    row: &mut ResultRow,
+) -> Result<StudyImage, String> {
     let schedule = match change.schedule {
-        Some(Schedule::Recursive) => crate::integrator::Schedule::Recursive,
-        Some(Schedule::Wavefront) | None => crate::integrator::Schedule::Wavefront,
+        Some(StudySchedule::Recursive) => crate::integrator::Schedule::Recursive,
+        Some(StudySchedule::Wavefront) | None => crate::integrator::Schedule::Wavefront,
     };
     let wave = change.wave.map_or(DEFAULT_WAVE, |wave| wave as usize);
     // Small tiles, or small images would leave most threads without work.
     let sorting = match change.sorting {
-        Some(Sorting::Unsorted) => crate::integrator::Sorting::Unsorted,
-        Some(Sorting::ByMaterial) | None => crate::integrator::Sorting::ByMaterial,
+        Some(StudySorting::Unsorted) => crate::integrator::Sorting::Unsorted,
+        Some(StudySorting::ByMaterial) | None => crate::integrator::Sorting::ByMaterial,
     };
     let options = Options { schedule, wave, sorting, tile: 32, ..Options::default() };
     let [width, height] = world.settings.size;
@@ -231,16 +241,16 @@ fn render(
         return Err("denoise takes two samples of each pixel and more".into());
     }
     let rays = session.statistics().rays.total() as f64;
-    row.set(Measure::RenderSeconds, wall);
-    row.set(Measure::Mrays, rays / wall.max(1e-9) / 1e6);
+    row.set(Measurement::RenderSeconds, wall);
+    row.set(Measurement::Mrays, rays / wall.max(1e-9) / 1e6);
     if let Some(spent) = spent {
-        row.set(Measure::CpuSeconds, spent);
-        row.set(Measure::NanosecondsPerRay, spent * 1e9 / rays.max(1.0));
+        row.set(Measurement::CpuSeconds, spent);
+        row.set(Measurement::NanosecondsPerRay, spent * 1e9 / rays.max(1.0));
     }
     row.film = Some(session.film().hash());
     let [width, height] = world.settings.size;
     let pixels = denoised.map_or_else(|| session.film().radiance(), |denoised| denoised.radiance);
-    Ok(Image { width, height, pixels })
+    Ok(StudyImage { width, height, pixels })
 }
 
 /// Triangle tests of brute force in one job at most: about a second.
@@ -266,7 +276,7 @@ impl Kernel for Singly<'_> {
 }
 
 /// Traces scattered rays on this thread.
-fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuSeconds, row: &mut Row) {
+fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuSeconds, row: &mut ResultRow) {
     let (isa, bvh) = (Isa::detect(), &compiled.bvh);
     let triangles = compiled.geometry.triangles.len().max(1) as u64;
     let count = match by {
@@ -286,7 +296,7 @@ fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuS
         BinaryBvh::new(&world, bvh.quality)
     });
     if let Some(narrow) = &narrow {
-        row.set(Measure::TreeBytes, narrow.bytes() as f64);
+        row.set(Measurement::TreeBytes, narrow.bytes() as f64);
     }
     let (start, before) = (Instant::now(), cpu());
     match by {
@@ -311,10 +321,10 @@ fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuS
     }
     let wall = start.elapsed().as_secs_f64();
     let spent = before.zip(cpu()).map_or(wall, |(before, after)| after - before);
-    row.set(Measure::RenderSeconds, wall);
-    row.set(Measure::CpuSeconds, spent);
-    row.set(Measure::NanosecondsPerRay, spent * 1e9 / f64::from(count));
-    row.set(Measure::Mrays, f64::from(count) / wall.max(1e-9) / 1e6);
+    row.set(Measurement::RenderSeconds, wall);
+    row.set(Measurement::CpuSeconds, spent);
+    row.set(Measurement::NanosecondsPerRay, spent * 1e9 / f64::from(count));
+    row.set(Measurement::Mrays, f64::from(count) / wall.max(1e-9) / 1e6);
 }
 
 #[cfg(test)]
@@ -323,15 +333,16 @@ mod tests {
 
     #[test]
     fn bias_and_variance_of_a_pair_add_up_to_the_mean_of_both_squared_errors() {
-        let image = |values: [f32; 2]| Image { width: 2, height: 1, pixels: values.map(Rgb::splat).to_vec() };
+        let image =
+            |values: [f32; 2]| StudyImage { width: 2, height: 1, pixels: values.map(Rgb::splat).to_vec() };
         let (first, second, reference) = (image([1.5, 3.0]), image([2.5, 1.0]), image([1.0, 1.0]));
-        let mut row = Row::default();
+        let mut row = ResultRow::default();
         add_pair(&first, &second, Some(&reference), &mut row);
-        assert_eq!(row.get(Measure::SquaredBias), Some((0.5 * 1.5 + 2.0 * 0.0) / 2.0));
-        assert_eq!(row.get(Measure::Variance), Some((1.0 + 4.0) / 4.0));
+        assert_eq!(row.get(Measurement::SquaredBias), Some((0.5 * 1.5 + 2.0 * 0.0) / 2.0));
+        assert_eq!(row.get(Measurement::Variance), Some((1.0 + 4.0) / 4.0));
         let squares = (0.25 + 4.0 + 2.25 + 0.0) / 4.0;
         assert_eq!(
-            row.get(Measure::SquaredBias).zip(row.get(Measure::Variance)).map(|(b, v)| b + v),
+            row.get(Measurement::SquaredBias).zip(row.get(Measurement::Variance)).map(|(b, v)| b + v),
             Some(squares)
         );
     }

@@ -16,13 +16,13 @@ use std::path::{Path, PathBuf};
 use crate::error::SaveError;
 use crate::film::tonemap::{DisplayTransform, srgb_decode};
 use crate::formats::picture::{Output, PngBits, load_linear, save};
-use crate::formats::study::{Axis, Change, Experiment, Measure, Plot, Scene, Study};
+use crate::formats::study::{Axis, Experiment, Measurement, Plot, SettingsOverride, StudyFile, StudyScene};
 use crate::integrator::Stop;
 use crate::math::Rgb;
 use crate::world::{SourceFiles, Tonemap};
 use equal_time::EqualTime;
 use fit::{Estimate, Fit};
-pub use job::{CpuSeconds, Image};
+pub use job::{CpuSeconds, StudyImage};
 use plot::{Curve, Figure};
 use results::{Label, Results};
 
@@ -61,7 +61,7 @@ impl From<SaveError> for StudyError {
 /// A study, where it is and where its results go.
 pub struct Run<'a> {
     /// What to do.
-    pub study: &'a Study,
+    pub study: &'a StudyFile,
     /// Scenes are relative to it.
     pub folder: &'a Path,
     /// Where everything goes; made if it is not there.
@@ -73,17 +73,17 @@ pub struct Run<'a> {
 }
 
 /// One of a study's jobs.
-pub struct Job<'a> {
+pub struct StudyJob<'a> {
     experiment: &'a Experiment,
-    scene: &'a Scene,
+    scene: &'a StudyScene,
     series: usize,
     x: u32,
     seed: u32,
-    change: Change,
+    change: SettingsOverride,
     label: Label,
 }
 
-impl Job<'_> {
+impl StudyJob<'_> {
     /// For people.
     pub fn name(&self) -> String {
         let Label { experiment, scene, series, x, seed, .. } = &self.label;
@@ -97,7 +97,7 @@ type CurveId = (usize, usize);
 impl<'a> Run<'a> {
     /// All jobs. Repetitions are outermost and series innermost, so that whatever else the
     /// machine does meets all series alike.
-    pub fn jobs(&self) -> Result<Vec<Job<'a>>, StudyError> {
+    pub fn jobs(&self) -> Result<Vec<StudyJob<'a>>, StudyError> {
         let mut jobs = Vec::new();
         let mut hashes = HashMap::new();
         for experiment in &self.study.experiments {
@@ -116,8 +116,8 @@ impl<'a> Run<'a> {
     }
 
     /// A hash of a scene's file: a scene that was changed is rendered again.
-    fn content(&self, scene: &Scene, known: &mut HashMap<PathBuf, u128>) -> Result<u128, String> {
-        let Scene::File(file) = scene else { return Ok(0) };
+    fn content(&self, scene: &StudyScene, known: &mut HashMap<PathBuf, u128>) -> Result<u128, String> {
+        let StudyScene::File(file) = scene else { return Ok(0) };
         let path = job::path(self.folder, file);
         if let Some(hash) = known.get(&path) {
             return Ok(*hash);
@@ -134,13 +134,17 @@ impl<'a> Run<'a> {
 
     /// Does what has not been done yet. Before each job `progress` gets the number of finished jobs and the job's
     /// name; it returns whether to continue.
-    pub fn run(&self, jobs: &[Job], progress: &mut dyn FnMut(usize, &str) -> bool) -> Result<(), StudyError> {
+    pub fn run(
+        &self,
+        jobs: &[StudyJob],
+        progress: &mut dyn FnMut(usize, &str) -> bool,
+    ) -> Result<(), StudyError> {
         for folder in ["references", "images", "plots"] {
             let path = self.out.join(folder);
             crate::files::links::make_folder(&path)?;
         }
         let mut results = Results::open(&self.out.join("results.csv"))?;
-        let mut references: HashMap<PathBuf, Image> = HashMap::new();
+        let mut references: HashMap<PathBuf, StudyImage> = HashMap::new();
         for (number, job) in jobs.iter().enumerate() {
             if results.get(job.label.key).is_some() {
                 continue;
@@ -178,23 +182,29 @@ impl<'a> Run<'a> {
 
     fn perform(
         &self,
-        job: &Job,
-        change: &Change,
+        job: &StudyJob,
+        change: &SettingsOverride,
         seed: u32,
-        reference: (Option<&Image>, bool),
+        reference: (Option<&StudyImage>, bool),
     ) -> Result<job::Done, String> {
         job::run(job.scene, self.folder, [job.x, seed], change, reference, (self.cpu, &self.stop))
             .map_err(|reason| format!("{}: {reason}", job.name()))
     }
 
     /// The reference from its file, or rendered.
-    fn reference(&self, job: &Job, change: &Change, path: &Path) -> Result<Image, StudyError> {
+    fn reference(
+        &self,
+        job: &StudyJob,
+        change: &SettingsOverride,
+        path: &Path,
+    ) -> Result<StudyImage, StudyError> {
         if let Ok((width, height, pixels)) = load_linear(path) {
-            return Ok(Image { width, height, pixels });
+            return Ok(StudyImage { width, height, pixels });
         }
         // Of the job's scene, with all its changes. Its time does not matter, so it uses all threads.
-        let Change { set, only, hide, .. } = job.change.and(change);
-        let change = Change { set, only, hide, threads: Some(0), ..job.experiment.with.and(change) };
+        let SettingsOverride { set, only, hide, .. } = job.change.and(change);
+        let change =
+            SettingsOverride { set, only, hide, threads: Some(0), ..job.experiment.with.and(change) };
         // A seed of its own, so that no job shares its numbers.
         let done = self.perform(job, &change, 1_000_003, (None, false))?;
         let image = done
@@ -204,7 +214,7 @@ impl<'a> Run<'a> {
         Ok(image)
     }
 
-    fn reference_path(&self, job: &Job) -> PathBuf {
+    fn reference_path(&self, job: &StudyJob) -> PathBuf {
         let Experiment { with, reference, .. } = job.experiment;
         let edits = job.change.edits();
         let text = format!("{:?} {:?} {with:?} {reference:?} {edits:?}", job.scene, job.label.scene);
@@ -212,11 +222,11 @@ impl<'a> Run<'a> {
         self.out.join("references").join(format!("{}_{hash:016x}.exr", job.label.scene))
     }
 
-    fn image_path(&self, job: &Job) -> PathBuf {
+    fn image_path(&self, job: &StudyJob) -> PathBuf {
         self.out.join("images").join(format!("{:032x}.png", job.label.key))
     }
 
-    fn save(&self, path: &Path, image: &Image) -> Result<(), SaveError> {
+    fn save(&self, path: &Path, image: &StudyImage) -> Result<(), SaveError> {
         let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &image.pixels);
         let (width, height, radiance) = (image.width, image.height, &image.pixels[..]);
         let output =
@@ -225,11 +235,12 @@ impl<'a> Run<'a> {
     }
 
     /// Plots and the page from all that has been measured. Returns the page's path.
-    pub fn report(&self, jobs: &[Job]) -> Result<PathBuf, StudyError> {
+    pub fn report(&self, jobs: &[StudyJob]) -> Result<PathBuf, StudyError> {
         let results = Results::open(&self.out.join("results.csv"))?;
         let mut sections = Vec::new();
         for experiment in &self.study.experiments {
-            let own: Vec<&Job> = jobs.iter().filter(|job| std::ptr::eq(job.experiment, experiment)).collect();
+            let own: Vec<&StudyJob> =
+                jobs.iter().filter(|job| std::ptr::eq(job.experiment, experiment)).collect();
             let mut plots = Vec::new();
             for plot in &experiment.plots {
                 let figure = figure(experiment, plot, &own, &results);
@@ -238,10 +249,10 @@ impl<'a> Run<'a> {
                 self.write(&self.out.join("plots").join(format!("{name}.svg")), svg.as_bytes())?;
                 self.save_plot(&self.out.join("plots").join(format!("{name}.png")), &figure)?;
                 let equal_time = is_error_by_samples(experiment, plot).then(|| {
-                    let time = Plot { y: Measure::CpuSeconds, ..plot.clone() };
+                    let time = Plot { y: Measurement::CpuSeconds, ..plot.clone() };
                     EqualTime::of(&figure, &self::figure(experiment, &time, &own, &results))
                 });
-                plots.push(page::Shown { figure, svg, equal_time });
+                plots.push(page::DrawnPlot { figure, svg, equal_time });
             }
             let images = self.images(experiment, &own)?;
             sections.push(page::Section { experiment, plots, images });
@@ -252,14 +263,14 @@ impl<'a> Run<'a> {
     }
 
     /// The images of the first repetition, with their references.
-    fn images(&self, experiment: &Experiment, jobs: &[&Job]) -> Result<Vec<page::Pictures>, StudyError> {
+    fn images(&self, experiment: &Experiment, jobs: &[&StudyJob]) -> Result<Vec<page::Pictures>, StudyError> {
         let mut all = Vec::new();
         for (scene_number, scene) in experiment.scenes.iter().enumerate() {
             let of_scene = || jobs.iter().filter(move |job| job.scene == scene && job.seed == 0);
             let Some(job) = of_scene().next() else { continue };
             let Ok((width, height, pixels)) = load_linear(&self.reference_path(job)) else { continue };
             let png = self.out.join("references").join(format!("{}_{scene_number}.png", experiment.name));
-            self.save(&png, &Image { width, height, pixels })?;
+            self.save(&png, &StudyImage { width, height, pixels })?;
             let reference = self.read(&png)?;
             let mut shown = Vec::new();
             for job in of_scene() {
@@ -287,28 +298,28 @@ impl<'a> Run<'a> {
         let pixels =
             bytes.chunks_exact(3).map(|p| Rgb::new(linear(p[0]), linear(p[1]), linear(p[2]))).collect();
         let (width, height) = figure.size();
-        Ok(self.save(path, &Image { width, height, pixels })?)
+        Ok(self.save(path, &StudyImage { width, height, pixels })?)
     }
 }
 
 /// A job, unless its series ends before x.
 fn job<'a>(
     experiment: &'a Experiment,
-    scene: &'a Scene,
+    scene: &'a StudyScene,
     content: u128,
     series: usize,
     x: u32,
     seed: u32,
-) -> Option<Job<'a>> {
+) -> Option<StudyJob<'a>> {
     let line = &experiment.series[series];
     if line.most.is_some_and(|most| x > most) {
         return None;
     }
     let change = job::at(&experiment.with.and(&line.with), &experiment.x, x);
     let scene_name = match scene {
-        Scene::File(file) => file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-        Scene::Ball => "ball".into(),
-        Scene::Cloud => "cloud".into(),
+        StudyScene::File(file) => file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        StudyScene::Ball => "ball".into(),
+        StudyScene::Cloud => "cloud".into(),
     };
     // Threads and the like do not change images, but what is measured.
     let text = format!(
@@ -327,17 +338,17 @@ fn job<'a>(
         x,
         seed,
     };
-    Some(Job { experiment, scene, series, x, seed, change, label })
+    Some(StudyJob { experiment, scene, series, x, seed, change, label })
 }
 
 /// Whether a plot shows what more samples, and so more time, bring.
 fn is_error_by_samples(experiment: &Experiment, plot: &Plot) -> bool {
-    matches!(plot.y, Measure::Mse | Measure::RelativeMse | Measure::Flip)
+    matches!(plot.y, Measurement::Mse | Measurement::RelativeMse | Measurement::Flip)
         && matches!(experiment.x, Axis::Samples(_) | Axis::LightSamples(_) | Axis::LensSamples(_))
 }
 
 /// A curve for each scene and series.
-fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&Job], results: &Results) -> Figure {
+fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&StudyJob], results: &Results) -> Figure {
     let mut curves = Vec::new();
     let several = experiment.scenes.len() > 1;
     for (scene_number, scene) in experiment.scenes.iter().enumerate() {
@@ -347,7 +358,7 @@ fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&Job], results: &Results
                 jobs.iter()
                     .filter(move |job| job.scene == &experiment.scenes[place.0] && job.series == place.1)
             };
-            let value = |job: &&&Job| results.get(job.label.key).and_then(|row| row.get(plot.y));
+            let value = |job: &&&StudyJob| results.get(job.label.key).and_then(|row| row.get(plot.y));
             let all: Vec<(f64, f64)> =
                 own().filter_map(|job| Some((f64::from(job.x), value(&job)?))).collect();
             let points: Vec<(f64, Estimate)> = experiment

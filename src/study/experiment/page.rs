@@ -3,10 +3,10 @@
 use super::equal_time::EqualTime;
 use super::machine;
 use super::plot::{Figure, legend};
-use crate::formats::study::{Experiment, Study};
+use crate::formats::study::{Experiment, StudyFile};
 
 /// A plot as it was drawn.
-pub(super) struct Shown {
+pub(super) struct DrawnPlot {
     pub figure: Figure,
     pub svg: String,
     /// The same by time, where it is an error by samples.
@@ -24,7 +24,7 @@ pub(super) struct Pictures {
 /// An experiment's part of the page.
 pub(super) struct Section<'a> {
     pub experiment: &'a Experiment,
-    pub plots: Vec<Shown>,
+    pub plots: Vec<DrawnPlot>,
     pub images: Vec<Pictures>,
 }
 
@@ -41,7 +41,7 @@ const w=()=>{o.style.clipPath='inset(0 '+(100-r.value)+'% 0 0)';l.style.left=r.v
 r.oninput=w;s.onchange=()=>{o.src=s.value};w();s.onchange()}";
 
 /// The whole page.
-pub(super) fn html(study: &Study, sections: &[Section]) -> String {
+pub(super) fn html(study: &StudyFile, sections: &[Section]) -> String {
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\n<body>\n<h1>{0}</h1>\n{1}",
         escaped(&study.title),

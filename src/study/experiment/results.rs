@@ -8,40 +8,40 @@ use std::path::{Path, PathBuf};
 use super::StudyError;
 use crate::error::SaveError;
 use crate::files::links;
-use crate::formats::study::Measure;
+use crate::formats::study::Measurement;
 
 /// The last columns, which hold what was measured.
-const MEASURES: [(&str, Measure); 11] = [
-    ("mse", Measure::Mse),
-    ("relmse", Measure::RelativeMse),
-    ("squared_bias", Measure::SquaredBias),
-    ("variance", Measure::Variance),
-    ("flip", Measure::Flip),
-    ("render_s", Measure::RenderSeconds),
-    ("cpu_s", Measure::CpuSeconds),
-    ("build_s", Measure::BuildSeconds),
-    ("ns_per_ray", Measure::NanosecondsPerRay),
-    ("mrays_per_s", Measure::Mrays),
-    ("tree_bytes", Measure::TreeBytes),
+const MEASURES: [(&str, Measurement); 11] = [
+    ("mse", Measurement::Mse),
+    ("relmse", Measurement::RelativeMse),
+    ("squared_bias", Measurement::SquaredBias),
+    ("variance", Measurement::Variance),
+    ("flip", Measurement::Flip),
+    ("render_s", Measurement::RenderSeconds),
+    ("cpu_s", Measurement::CpuSeconds),
+    ("build_s", Measurement::BuildSeconds),
+    ("ns_per_ray", Measurement::NanosecondsPerRay),
+    ("mrays_per_s", Measurement::Mrays),
+    ("tree_bytes", Measurement::TreeBytes),
 ];
 
 /// What a job has measured.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct ResultRow {
     /// In the order of `MEASURES`; none where it does not apply.
     values: [Option<f64>; MEASURES.len()],
     /// Of the film, if one was rendered.
     pub film: Option<u128>,
 }
 
-impl Row {
+impl ResultRow {
     /// One of them.
-    pub fn get(&self, measure: Measure) -> Option<f64> {
+    pub fn get(&self, measure: Measurement) -> Option<f64> {
         MEASURES.iter().position(|(_, m)| *m == measure).and_then(|at| self.values[at])
     }
 
     /// Records one of them.
-    pub fn set(&mut self, measure: Measure, value: f64) {
+    pub fn set(&mut self, measure: Measurement, value: f64) {
         if let Some(at) = MEASURES.iter().position(|(_, m)| *m == measure) {
             self.values[at] = Some(value);
         }
@@ -68,7 +68,7 @@ pub struct Label {
 /// The file.
 pub struct Results {
     path: PathBuf,
-    rows: HashMap<u128, Row>,
+    rows: HashMap<u128, ResultRow>,
 }
 
 impl Results {
@@ -98,12 +98,12 @@ impl Results {
     }
 
     /// What a job has measured, if it is done.
-    pub fn get(&self, key: u128) -> Option<&Row> {
+    pub fn get(&self, key: u128) -> Option<&ResultRow> {
         self.rows.get(&key)
     }
 
     /// Records a finished job.
-    pub fn add(&mut self, label: &Label, row: Row) -> Result<(), SaveError> {
+    pub fn add(&mut self, label: &Label, row: ResultRow) -> Result<(), SaveError> {
         let values = row.values.iter().map(|value| value.map_or(String::new(), |v| v.to_string()));
         let mut fields = vec![
             format!("{:032x}", label.key),
@@ -138,13 +138,13 @@ fn quoted(text: &str) -> String {
 
 /// A line's job and values; none where it makes no sense. Names may hold commas, numbers not, so
 /// the values are counted from the end.
-fn parse(line: &str) -> Option<(u128, Row)> {
+fn parse(line: &str) -> Option<(u128, ResultRow)> {
     let fields: Vec<&str> = line.trim_end().split(',').collect();
     let key = u128::from_str_radix(fields.first()?, 16).ok()?;
     let first = fields.len().checked_sub(MEASURES.len())?;
     let film = fields.get(first.checked_sub(1)?)?;
     let film = if film.is_empty() { None } else { Some(u128::from_str_radix(film, 16).ok()?) };
-    let mut row = Row { film, ..Row::default() };
+    let mut row = ResultRow { film, ..ResultRow::default() };
     for (value, field) in row.values.iter_mut().zip(&fields[first..]) {
         *value = if field.is_empty() { None } else { Some(field.parse().ok()?) };
     }
@@ -167,20 +167,20 @@ mod tests {
             x: 100,
             seed: 3,
         };
-        let mut row = Row { film: Some(5), ..Row::default() };
-        row.set(Measure::Mse, 1.25e-9);
-        row.set(Measure::TreeBytes, 12.0);
+        let mut row = ResultRow { film: Some(5), ..ResultRow::default() };
+        row.set(Measurement::Mse, 1.25e-9);
+        row.set(Measurement::TreeBytes, 12.0);
         let mut results = Results::open(&path).unwrap();
         assert_eq!(results.get(7), None);
         results.add(&label(7), row.clone()).unwrap();
-        results.add(&label(8), Row::default()).unwrap();
+        results.add(&label(8), ResultRow::default()).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         // Killed while writing the second line.
         std::fs::write(&path, &text[..text.len() - 4]).unwrap();
         let mut again = Results::open(&path).unwrap();
         assert_eq!((again.get(7), again.get(8)), (Some(&row), None));
-        assert_eq!(again.get(7).unwrap().get(Measure::Mse), Some(1.25e-9));
-        again.add(&label(8), Row::default()).unwrap();
+        assert_eq!(again.get(7).unwrap().get(Measurement::Mse), Some(1.25e-9));
+        again.add(&label(8), ResultRow::default()).unwrap();
         assert!(Results::open(&path).unwrap().get(8).is_some());
         std::fs::write(&path, "something else\n").unwrap();
         assert!(Results::open(&path).err().unwrap().to_string().contains("move the file away"));

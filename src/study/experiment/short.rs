@@ -1,6 +1,6 @@
 //! A short version of a study: the same questions, answered in a sixteenth of the work or less.
 
-use crate::formats::study::{Axis, Change, Study};
+use crate::formats::study::{Axis, SettingsOverride, StudyFile};
 
 /// The divisor of everything that makes work.
 const PART: u32 = 16;
@@ -11,7 +11,7 @@ const VALUES: usize = 3;
 
 /// Takes the dear part out of a study. Where x counts samples, photons or triangles what is left ends at a sixteenth;
 /// references have a sixteenth of their samples, so that they are as good beside what is measured as before.
-pub fn shorten(study: &mut Study) {
+pub fn shorten(study: &mut StudyFile) {
     for experiment in &mut study.experiments {
         experiment.seeds = experiment.seeds.min(SEEDS);
         if let Axis::Samples(x)
@@ -37,7 +37,7 @@ pub fn shorten(study: &mut Study) {
     }
 }
 
-fn fewer_rays(change: &mut Change) {
+fn fewer_rays(change: &mut SettingsOverride) {
     if let Some(rays) = &mut change.rays {
         *rays = (*rays / PART).max(1);
     }

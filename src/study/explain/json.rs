@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Life, LightRay, Shares, Step};
+use super::{ExplainedLightRay, Life, Shares, Step};
 use crate::integrator::path_event::PathEvent;
 use crate::math::NONE;
 
@@ -76,7 +76,7 @@ fn lobe(fate: PathEvent) -> Option<Value> {
     }
 }
 
-fn lit(lit: &LightRay) -> Value {
+fn lit(lit: &ExplainedLightRay) -> Value {
     json!({
         "light": lit.light,
         "sample": lit.which,

@@ -112,14 +112,14 @@ pub struct Vertex {
     /// What photons bring that have ended around it, under the path transport.
     pub gathered: Components,
     /// Rays to lights.
-    pub lights: Vec<LightRay>,
+    pub lights: Vec<ExplainedLightRay>,
     /// What becomes of the path there, under the path transport.
     pub fate: Option<PathEvent>,
 }
 
 /// A ray to a light.
 #[derive(Clone, Debug)]
-pub struct LightRay {
+pub struct ExplainedLightRay {
     /// Name of the light's entity.
     pub light: String,
     /// Which of its samples.
@@ -306,8 +306,16 @@ impl Story<'_> {
                 };
                 let (which, share, direction, distance) = (*which, *share, *direction, *distance);
                 let (contribution, arrived, blocked) = (*contribution, [0.0; 3], false);
-                let lit =
-                    LightRay { light, which, direction, distance, contribution, arrived, share, blocked };
+                let lit = ExplainedLightRay {
+                    light,
+                    which,
+                    direction,
+                    distance,
+                    contribution,
+                    arrived,
+                    share,
+                    blocked,
+                };
                 self.last_vertex().into_iter().for_each(|vertex| vertex.lights.push(lit.clone()));
             }
             EventKind::Shadow { blocked, radiance } => self.shadow(*blocked, *radiance),

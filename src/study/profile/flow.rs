@@ -125,7 +125,7 @@ pub fn count(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Flows {
 /// The same of a part of the image.
 pub fn of_region(setup: &Arc<RenderSetup>, options: Options, samples: u32) -> Flows {
     let session = Session::of(setup.clone(), samples, options);
-    let mut counter = Counter {
+    let mut counter = FlowCounter {
         setup,
         isa: options.isa,
         stack: Stack::new(&setup.scene.bvh),
@@ -138,7 +138,7 @@ pub fn of_region(setup: &Arc<RenderSetup>, options: Options, samples: u32) -> Fl
     flows
 }
 
-struct Counter<'a> {
+struct FlowCounter<'a> {
     setup: &'a RenderSetup,
     isa: Isa,
     stack: Stack,
@@ -147,7 +147,7 @@ struct Counter<'a> {
     flows: Flows,
 }
 
-impl Counter<'_> {
+impl FlowCounter<'_> {
     fn take(&mut self, event: &Event) {
         let (place, what) = match event {
             Event::Wave(flow) => return self.flows.stages[flow.stage as usize].add(flow),

@@ -1,6 +1,6 @@
 //! Whether all ways to render give the same film, and where they part if not.
 
-mod narrow;
+mod bisect;
 #[cfg(test)]
 mod tests;
 
@@ -10,7 +10,7 @@ use crate::film::Film;
 use crate::integrator::{RenderSetup, Schedule};
 use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Isa;
-pub use narrow::{Difference, First};
+pub use bisect::{Difference, First};
 
 /// Sizes of waves that are tried.
 const WAVES: [usize; 4] = [1, 7, 64, 4096];
@@ -145,7 +145,7 @@ impl Bench {
                                 (*simplest, self.session(simplest), film),
                                 (*way, self.session(way), session.film()),
                             ];
-                            difference = narrow::narrow(sides);
+                            difference = bisect::narrow(sides);
                         }
                         Some(_) => {}
                     }

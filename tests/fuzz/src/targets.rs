@@ -17,7 +17,7 @@ use rayfront::internals::formats::{self, LoadOptions, film_file, picture, rays, 
 use rayfront::internals::integrator::Schedule;
 use rayfront::internals::view::scene::LiveScene;
 use rayfront::internals::view::server::Server;
-use rayfront::internals::view::viewer::{Viewer, Work};
+use rayfront::internals::view::viewer::{RenderWork, Viewer};
 use rayfront::render::{Options, Session};
 use rayfront::world::{Adaptive, Texels, World};
 
@@ -203,7 +203,7 @@ fn films(bytes: &[u8]) {
             let _ = std::fs::remove_file(output);
         }
         let words = words.iter().map(|word| word.as_ref().to_owned());
-        let code = cli::carry_out(std::iter::once(OsString::from("rayfront")).chain(words));
+        let code = cli::run(std::iter::once(OsString::from("rayfront")).chain(words));
         for (path, bytes) in [(&scene, SHOWN.as_bytes()), (&a, first), (&b, second)] {
             assert!(std::fs::read(path).is_ok_and(|now| now == bytes), "{} has changed", path.display());
         }
@@ -277,10 +277,10 @@ static PAGE: LazyLock<(String, String)> = LazyLock::new(|| {
     let address = server.address().expect("an address");
     let (base, token) = address.split_once("/?token=").expect("a token");
     let place = (base.trim_start_matches("http://").to_owned(), token.to_owned());
-    let viewer = Arc::new(Viewer::new(&scene, Work::default()));
+    let viewer = Arc::new(Viewer::new(&scene, RenderWork::default()));
     let served = viewer.clone();
     std::thread::spawn(move || server.serve(served, |_, _, _| String::new()));
-    std::thread::spawn(move || viewer.run(scene, Work::default()));
+    std::thread::spawn(move || viewer.run(scene, RenderWork::default()));
     place
 });
 

@@ -169,7 +169,7 @@ fn a_record_names_no_file_elsewhere() {
     let line = "scene.ron -q --spp 4 --samples 0..2 -o part.film";
     expect(&run(&here.join("upload"), &words(line)), 0, &[]);
     let film = here.join("upload/part.film");
-    let forged = |change: &dyn Fn(&mut rayfront::internals::formats::film_file::Header)| {
+    let forged = |change: &dyn Fn(&mut rayfront::internals::formats::film_file::FilmHeader)| {
         use rayfront::internals::formats::film_file::{load, save};
         let mut file = load(&film).expect("a film");
         change(&mut file.header);
@@ -198,7 +198,7 @@ fn a_record_names_no_file_elsewhere() {
     let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/checker.png");
     std::fs::copy(picture, here.join("env.png")).expect("a picture");
     forged(&|header| {
-        let picture = rayfront::formats::Surroundings::Picture(here.join("env.png"));
+        let picture = rayfront::formats::EnvironmentPreset::Picture(here.join("env.png"));
         header.view.surroundings = Some(picture);
     });
     let line = "reproduce upload/forged.film -q --scene-file upload/scene.ron";

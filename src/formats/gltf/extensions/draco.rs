@@ -9,7 +9,7 @@ use serde::Deserialize;
 /// Of a primitive.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in super::super) struct Compressed {
+pub(in super::super) struct DracoPrimitive {
     pub buffer_view: Index<View>,
     /// The ids of attributes by their names.
     pub attributes: BTreeMap<String, u32>,

@@ -7,7 +7,7 @@ use super::number::{all_finite, finite, one, white};
 /// Of the file.
 #[derive(Deserialize)]
 pub(in super::super) struct Lights {
-    pub lights: Vec<Light>,
+    pub lights: Vec<GltfLight>,
 }
 
 /// Of a node.
@@ -18,7 +18,7 @@ pub(in super::super) struct LightOfNode {
 
 /// One of [`Lights`]; in candela or, if directional, lux.
 #[derive(Deserialize)]
-pub(in super::super) struct Light {
+pub(in super::super) struct GltfLight {
     pub name: Option<String>,
     #[serde(rename = "type")]
     pub kind: String,
@@ -26,13 +26,13 @@ pub(in super::super) struct Light {
     pub color: [f32; 3],
     #[serde(default = "one", deserialize_with = "finite")]
     pub intensity: f32,
-    pub spot: Option<Spot>,
+    pub spot: Option<GltfSpot>,
 }
 
-/// The cone of a [`Light`]: half angles in radians.
+/// The cone of a [`GltfLight`]: half angles in radians.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in super::super) struct Spot {
+pub(in super::super) struct GltfSpot {
     #[serde(default, deserialize_with = "finite")]
     pub inner_cone_angle: f32,
     #[serde(default = "usual_cone", deserialize_with = "finite")]

@@ -36,7 +36,7 @@ pub(in super::super) struct Transmission {
 /// `KHR_materials_volume`. The thickness counts for open surfaces; rays find that of bodies themselves.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in super::super) struct Volume {
+pub(in super::super) struct GltfVolume {
     #[serde(default, deserialize_with = "finite")]
     pub thickness_factor: f32,
     /// May be infinite.
@@ -95,7 +95,7 @@ pub(in super::super) struct Clearcoat {
 /// `KHR_materials_sheen`.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in super::super) struct Sheen {
+pub(in super::super) struct GltfSheen {
     #[serde(default, deserialize_with = "all_finite")]
     pub sheen_color_factor: [f32; 3],
     pub sheen_color_texture: Option<Slot>,
@@ -107,7 +107,7 @@ pub(in super::super) struct Sheen {
 /// `KHR_materials_anisotropy`.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in super::super) struct Anisotropy {
+pub(in super::super) struct GltfAnisotropy {
     #[serde(default, deserialize_with = "finite")]
     pub anisotropy_strength: f32,
     #[serde(default, deserialize_with = "finite")]
@@ -118,7 +118,7 @@ pub(in super::super) struct Anisotropy {
 /// `KHR_materials_iridescence`.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in super::super) struct Iridescence {
+pub(in super::super) struct GltfIridescence {
     #[serde(default, deserialize_with = "finite")]
     pub iridescence_factor: f32,
     pub iridescence_texture: Option<Slot>,

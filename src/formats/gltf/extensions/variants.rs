@@ -5,17 +5,17 @@ use serde::Deserialize;
 /// Of the file.
 #[derive(Deserialize)]
 pub(in super::super) struct Variants {
-    pub variants: Vec<Variant>,
+    pub variants: Vec<GltfVariant>,
 }
 
 /// One of [`Variants`].
 #[derive(Deserialize)]
-pub(in super::super) struct Variant {
+pub(in super::super) struct GltfVariant {
     #[serde(default)]
     name: String,
 }
 
-impl Variant {
+impl GltfVariant {
     /// Its name, or its number if it has none.
     pub fn called(&self, number: usize) -> String {
         if self.name.is_empty() { number.to_string() } else { self.name.clone() }

@@ -26,7 +26,7 @@ impl<T: Copy + Default> Recent<T> {
 }
 
 /// What is carried from one triangle to the next.
-struct State<'d> {
+struct DecoderState<'d> {
     data: ByteSource<'d>,
     edges: Recent<(u32, u32)>,
     vertices: Recent<u32>,
@@ -41,8 +41,13 @@ pub(super) fn triangles(data: &[u8], count: usize) -> Option<Vec<u32>> {
     let data = data.strip_prefix(&[0xe1])?;
     let (codes, data) = data.split_at_checked(count / 3)?;
     let (data, table) = data.split_last_chunk::<16>()?;
-    let mut state =
-        State { data: ByteSource(data), edges: Recent::new(), vertices: Recent::new(), fresh: 0, last: 0 };
+    let mut state = DecoderState {
+        data: ByteSource(data),
+        edges: Recent::new(),
+        vertices: Recent::new(),
+        fresh: 0,
+        last: 0,
+    };
     let mut indices = Vec::with_capacity(count);
     for code in codes {
         let (high, low) = (usize::from(code >> 4), code & 15);
@@ -62,7 +67,7 @@ pub(super) fn triangles(data: &[u8], count: usize) -> Option<Vec<u32>> {
     state.data.0.is_empty().then_some(indices)
 }
 
-impl State<'_> {
+impl DecoderState<'_> {
     /// A triangle over a recent edge.
     fn beside(&mut self, edge: usize, third: u8) -> Option<[u32; 3]> {
         let (a, b) = self.edges.get(edge + 1);

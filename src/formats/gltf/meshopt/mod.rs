@@ -11,7 +11,7 @@ use serde::Deserialize;
 /// The extension of a buffer view.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Compressed {
+pub(super) struct MeshoptView {
     pub buffer: usize,
     #[serde(default)]
     pub byte_offset: u64,
@@ -44,7 +44,7 @@ pub(super) enum Filter {
     Color,
 }
 
-impl Compressed {
+impl MeshoptView {
     /// How many bytes the decoded view has; none on overflow.
     pub(super) fn decoded_length(&self) -> Option<usize> {
         self.count.checked_mul(self.byte_stride)
@@ -118,9 +118,9 @@ impl<'d> ByteSource<'d> {
 mod tests {
     use super::*;
 
-    fn compressed(mode: Mode, stride: usize, count: usize) -> Compressed {
+    fn compressed(mode: Mode, stride: usize, count: usize) -> MeshoptView {
         let filter = Filter::None;
-        Compressed { buffer: 0, byte_offset: 0, byte_length: 0, byte_stride: stride, count, mode, filter }
+        MeshoptView { buffer: 0, byte_offset: 0, byte_length: 0, byte_stride: stride, count, mode, filter }
     }
 
     #[test]

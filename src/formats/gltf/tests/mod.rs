@@ -11,7 +11,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::Model;
+use super::GltfModel;
 use crate::error::LoadError;
 use crate::formats::{LightUnits, LoadOptions};
 use crate::world::{Assets, Material, Mesh, Principled};
@@ -19,7 +19,7 @@ use crate::world::{Assets, Material, Mesh, Principled};
 /// What a file was read to.
 #[derive(Debug)]
 struct Read {
-    model: Model,
+    model: GltfModel,
     assets: Assets,
     warnings: Vec<String>,
 }

@@ -1,7 +1,7 @@
 //! Nodes, cameras, lights, entities.
 
 use super::*;
-use crate::formats::extent::Extent;
+use crate::formats::bounding_points::BoundingPoints;
 use crate::math::{DVec3, Rgb, Vec3};
 use crate::world::{Camera, Falloff, FromModel, Light, Name, Parent, Shape, Transform, World};
 
@@ -13,7 +13,7 @@ fn place(read: Read) -> World {
 
 /// The farthest corner of the box around what is shown.
 fn most(world: &World) -> DVec3 {
-    Extent::of(world).unwrap().bounds()[1]
+    BoundingPoints::of(world).unwrap().bounds()[1]
 }
 
 #[test]

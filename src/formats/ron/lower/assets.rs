@@ -7,18 +7,18 @@ use std::rc::Rc;
 
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
-use crate::formats::gltf::Model;
-use crate::formats::ron::source::{Raw, Source};
+use crate::formats::gltf::GltfModel;
+use crate::formats::ron::source::{Raw, SceneText};
 use crate::world::{Image, ImageId, MeshId, Texels, Texture, TextureId, World};
 
 /// What was read so far.
-pub(super) struct AssetCache<'s, 'a> {
+pub(super) struct LoweredAssets<'s, 'a> {
     files: &'s mut dyn AssetFiles,
     /// The scene file's.
     folder: PathBuf,
     /// By the path as it is written in the scene, and by the file's canonical path.
     meshes: HashMap<PathBuf, MeshId>,
-    models: HashMap<PathBuf, Rc<Model>>,
+    models: HashMap<PathBuf, Rc<GltfModel>>,
     images: HashMap<PathBuf, ImageId>,
     /// Pictures that are still to be read: where they are named, and their ids and paths.
     named: Vec<Raw<'a>>,
@@ -32,7 +32,7 @@ pub(super) struct AssetCache<'s, 'a> {
 /// A [`Texture`] by its bits.
 type TextureKey = (ImageId, [u8; 5], [u32; 8]);
 
-impl<'s, 'a> AssetCache<'s, 'a> {
+impl<'s, 'a> LoweredAssets<'s, 'a> {
     pub(super) fn new(scene: &Path, files: &'s mut dyn AssetFiles) -> Self {
         let folder = scene.parent().unwrap_or(Path::new("")).to_owned();
         Self {
@@ -57,7 +57,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
     /// The mesh of the file that `raw` names.
     pub(super) fn mesh(
         &mut self,
-        source: &Source<'a>,
+        source: &SceneText<'a>,
         raw: Raw<'a>,
         world: &mut World,
     ) -> Result<MeshId, LoadError> {
@@ -92,10 +92,10 @@ impl<'s, 'a> AssetCache<'s, 'a> {
     /// The model of the glTF file that `raw` names, and the file.
     pub(super) fn model(
         &mut self,
-        source: &Source<'a>,
+        source: &SceneText<'a>,
         raw: Raw<'a>,
         world: &mut World,
-    ) -> Result<(Rc<Model>, PathBuf), LoadError> {
+    ) -> Result<(Rc<GltfModel>, PathBuf), LoadError> {
         let path = self.folder.join(path_of(source, raw, "the path of a glTF file")?);
         let file = identity(&path);
         if let Some(model) = self.models.get(&file) {
@@ -107,10 +107,10 @@ impl<'s, 'a> AssetCache<'s, 'a> {
         Ok((model, path))
     }
 
-    /// The picture of the file that `raw` names, which [`AssetCache::read_images`] will read.
+    /// The picture of the file that `raw` names, which [`LoweredAssets::read_images`] will read.
     pub(super) fn image(
         &mut self,
-        source: &Source<'a>,
+        source: &SceneText<'a>,
         raw: Raw<'a>,
         world: &mut World,
     ) -> Result<ImageId, LoadError> {
@@ -140,7 +140,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
     }
 
     /// Reads all pictures that were asked for.
-    pub(super) fn read_images(self, source: &Source<'a>, world: &mut World) -> Result<(), LoadError> {
+    pub(super) fn read_images(self, source: &SceneText<'a>, world: &mut World) -> Result<(), LoadError> {
         let read = self.files.images(&self.paths);
         for ((image, id), raw) in read.into_iter().zip(self.wanted).zip(self.named) {
             let image = image.map_err(|error| source.nested(raw, error))?;
@@ -166,7 +166,7 @@ impl<'s, 'a> AssetCache<'s, 'a> {
     }
 }
 
-fn path_of<'a>(source: &Source<'a>, raw: Raw<'a>, what: &str) -> Result<PathBuf, LoadError> {
+fn path_of<'a>(source: &SceneText<'a>, raw: Raw<'a>, what: &str) -> Result<PathBuf, LoadError> {
     let path = source.string(raw, what)?;
     if path.is_empty() { Err(source.error(raw.0, "the path is empty")) } else { Ok(PathBuf::from(path)) }
 }

@@ -3,9 +3,9 @@
 use super::Lowering;
 use super::settings::{MOST_SAMPLES, PATTERNS};
 use crate::error::LoadError;
+use crate::formats::environment_preset::SkyOptions;
 use crate::formats::ron::schema;
-use crate::formats::ron::source::{Raw, Source, Variant};
-use crate::formats::surroundings::Sky;
+use crate::formats::ron::source::{Raw, SceneText, VariantText};
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, Wrap};
 use crate::world::{Camera, Falloff, Light, Outline, Pattern, Texture};
@@ -96,7 +96,7 @@ impl<'a> Lowering<'_, 'a> {
     }
 }
 
-fn directional<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
+fn directional<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Light, LoadError> {
     let read: schema::Directional = source.variant_fields(variant)?;
     let irradiance = source.color(read.irradiance, "an irradiance")?;
     let Some(raw) = read.angle_degrees else { return Ok(Light::Directional { irradiance, angle: 0.0 }) };
@@ -107,7 +107,7 @@ fn directional<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, L
     Ok(Light::Directional { irradiance, angle: radians(degrees) })
 }
 
-fn spot<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
+fn spot<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Light, LoadError> {
     let read: schema::Spot = source.variant_fields(variant)?;
     let power_w = source.color(read.power_w, "a power")?;
     let degrees = |raw: Option<Raw<'a>>, default: f64| -> Result<f64, LoadError> {
@@ -130,9 +130,9 @@ fn spot<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadErro
     Ok(Light::Spot { power_w, inner_angle: radians(inner), outer_angle: radians(outer), falloff })
 }
 
-fn sky<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
+fn sky<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Light, LoadError> {
     let read: schema::Sky = source.variant_fields(variant)?;
-    let Sky { elevation_degrees, azimuth_degrees, haze } = Sky::default();
+    let SkyOptions { elevation_degrees, azimuth_degrees, haze } = SkyOptions::default();
     let elevation = read.elevation_degrees.map_or(Ok(elevation_degrees), |raw| {
         let degrees = source.number::<f64>(raw)?;
         if (-90.0..=90.0).contains(&degrees) {
@@ -145,12 +145,16 @@ fn sky<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError
     let radiance = read.radiance.map_or(Ok(Rgb::WHITE), |raw| source.color(raw, "a radiance"))?;
     let haze = read.haze.map_or(Ok(haze), |raw| {
         let haze = source.at_least_zero(raw, "haze")?;
-        if haze <= Sky::MOST_HAZE { Ok(haze) } else { Err(source.out_of_range(raw, "haze", "from 0 to 100")) }
+        if haze <= SkyOptions::MOST_HAZE {
+            Ok(haze)
+        } else {
+            Err(source.out_of_range(raw, "haze", "from 0 to 100"))
+        }
     })?;
-    Ok(Sky { elevation_degrees: elevation, azimuth_degrees: azimuth, haze }.light(radiance))
+    Ok(SkyOptions { elevation_degrees: elevation, azimuth_degrees: azimuth, haze }.light(radiance))
 }
 
-fn area<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadError> {
+fn area<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Light, LoadError> {
     let read: schema::Area = source.variant_fields(variant)?;
     let side = |raw| source.positive(raw, "a side of an area light");
     let size_m = source.keyed(read.size_m, |raw| {
@@ -173,15 +177,15 @@ fn area<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Light, LoadErro
     })
 }
 
-fn falloff<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<Falloff, LoadError> {
+fn falloff<'a>(source: &SceneText<'a>, raw: Option<Raw<'a>>) -> Result<Falloff, LoadError> {
     raw.map_or(Ok(Falloff::default()), |raw| source.choice(raw, "falloff", FALLOFFS))
 }
 
-fn pattern<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<Pattern, LoadError> {
+fn pattern<'a>(source: &SceneText<'a>, raw: Option<Raw<'a>>) -> Result<Pattern, LoadError> {
     raw.map_or(Ok(Pattern::default()), |raw| source.choice(raw, "pattern", PATTERNS))
 }
 
-fn field_of_view<'a>(source: &Source<'a>, raw: Option<Raw<'a>>) -> Result<f32, LoadError> {
+fn field_of_view<'a>(source: &SceneText<'a>, raw: Option<Raw<'a>>) -> Result<f32, LoadError> {
     let Some(raw) = raw else { return Ok(radians(DEFAULT_FOV)) };
     let angle = radians(source.number(raw)?);
     if angle > 0.0 && angle < std::f32::consts::PI {

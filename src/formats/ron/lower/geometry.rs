@@ -3,7 +3,7 @@
 use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::schema;
-use crate::formats::ron::source::{Raw, Source, Variant};
+use crate::formats::ron::source::{Raw, SceneText, VariantText};
 use crate::math::{DVec3, Vec3};
 use crate::world::{Shape, check_plane};
 
@@ -34,7 +34,7 @@ impl<'a> Lowering<'_, 'a> {
     }
 }
 
-fn triangle<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Shape, LoadError> {
+fn triangle<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Shape, LoadError> {
     let read: schema::Triangle = source.variant_fields(variant)?;
     let three_vectors = |raw: Raw<'a>| -> Result<[Vec3; 3], LoadError> {
         let [a, b, c] = source.tuple(raw, "three vectors ((x, y, z), (x, y, z), (x, y, z))")?;
@@ -56,7 +56,7 @@ fn triangle<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Shape, Load
     Ok(Shape::Triangle { vertices, normals, uvs })
 }
 
-fn plane<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Shape, LoadError> {
+fn plane<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Shape, LoadError> {
     let read: schema::Plane = source.variant_fields(variant)?;
     let raw_corners: [Raw; 4] =
         source.tuple(read.corners, "four corners ((x, y, z), (x, y, z), (x, y, z), (x, y, z))")?;

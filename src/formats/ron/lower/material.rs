@@ -3,7 +3,7 @@
 use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::schema;
-use crate::formats::ron::source::{Raw, Variant, shorten, suggest};
+use crate::formats::ron::source::{Raw, VariantText, shorten, suggest};
 use crate::math::Rgb;
 use crate::world::{BlinnPhong, ColorInput, Highlight, Material, MaterialId};
 
@@ -52,7 +52,7 @@ impl<'a> Lowering<'_, 'a> {
                 let read = self.source.variant_fields(variant)?;
                 return Ok(Material::Principled(Box::new(self.principled(read)?)));
             }
-            Some(Variant { name, body: Some(_) }) => {
+            Some(VariantText { name, body: Some(_) }) => {
                 return Err(self.source.unknown(name, "material model", MODELS));
             }
             None if raw.0.starts_with('(') => self.source.fields(raw, "BlinnPhong")?,

@@ -18,27 +18,27 @@ pub(super) use self::principled::usual_channel;
 
 use std::collections::HashMap;
 
-use self::assets::AssetCache;
-use super::source::{Raw, Source};
-use super::{locate, query, schema};
+use self::assets::LoweredAssets;
+use super::source::{Raw, SceneText};
+use super::{query, scan, schema};
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::world::{MaterialId, World};
 
 /// The state of lowering.
 struct Lowering<'s, 'a> {
-    source: &'s Source<'a>,
+    source: &'s SceneText<'a>,
     world: World,
-    assets: AssetCache<'s, 'a>,
+    assets: LoweredAssets<'s, 'a>,
     /// The scene's own named materials; those that a mesh brought along have no say.
     materials: HashMap<String, MaterialId>,
 }
 
 /// The error for a text with fields that scenes do not have, if it is a study: those have a title.
 fn as_study(error: LoadError, root: Raw) -> LoadError {
-    let is_title = |item: &&str| locate::key_and_value(item).is_some_and(|(key, _)| key == "title");
+    let is_title = |item: &&str| scan::key_and_value(item).is_some_and(|(key, _)| key == "title");
     match error {
-        LoadError::At { file, line, column, .. } if locate::items(root.0).iter().any(is_title) => {
+        LoadError::At { file, line, column, .. } if scan::items(root.0).iter().any(is_title) => {
             let reason = "this is a study, not a scene: rayfront study measures it".to_owned();
             LoadError::At { file, line, column, reason }
         }
@@ -47,13 +47,13 @@ fn as_study(error: LoadError, root: Raw) -> LoadError {
 }
 
 /// Reads the whole scene.
-pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
+pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let root = source.root()?;
     let scene: schema::Scene = source.fields(root, "a scene").map_err(|error| as_study(error, root))?;
     let mut lowering = Lowering {
         source,
         world: World::default(),
-        assets: AssetCache::new(source.path(), &mut *files),
+        assets: LoweredAssets::new(source.path(), &mut *files),
         materials: HashMap::new(),
     };
     let (mut transport, mut names_depth) = (None, false);
@@ -70,7 +70,7 @@ pub(super) fn scene(source: &Source, files: &mut dyn AssetFiles) -> Result<World
     assets.read_images(source, &mut world)?;
     world.usual_depth = (!names_depth).then_some(world.settings.max_depth);
     let edits = scene.edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))?;
-    let mut changes = query::Changes::new(&world);
+    let mut changes = query::EditRunner::new(&world);
     for raw in edits {
         let statement = source.string(raw, "a statement")?;
         changes

@@ -19,7 +19,7 @@ type Placed = (hecs::Entity, MeshId, Option<MaterialId>);
 
 /// What happens to a mesh.
 #[derive(Clone, Copy)]
-enum Change {
+enum MeshChange {
     /// All of it gets one material.
     Whole(MaterialId),
     /// It is replaced by a copy that has other materials for some triangles.
@@ -60,7 +60,7 @@ impl<'a> Lowering<'_, 'a> {
         let mut changes = HashMap::new();
         for (entity, id, own) in placed {
             let change = match (own, changes.get(&id)) {
-                (Some(own), _) => self.new_one(own, overrides).map(Change::Whole),
+                (Some(own), _) => self.new_one(own, overrides).map(MeshChange::Whole),
                 (None, Some(known)) => *known,
                 (None, None) => {
                     let change = self.change(id, overrides);
@@ -71,8 +71,8 @@ impl<'a> Lowering<'_, 'a> {
             // The entity was just found.
             let _ = match change {
                 None => Ok(()),
-                Some(Change::Whole(material)) => self.world.entities.insert_one(entity, material),
-                Some(Change::Copy(mesh)) => self.world.entities.insert_one(entity, Shape::Mesh(mesh)),
+                Some(MeshChange::Whole(material)) => self.world.entities.insert_one(entity, material),
+                Some(MeshChange::Copy(mesh)) => self.world.entities.insert_one(entity, Shape::Mesh(mesh)),
             };
             self.world.mark_placed(entity);
         }
@@ -105,7 +105,7 @@ impl<'a> Lowering<'_, 'a> {
     }
 
     /// What the overrides change about a mesh; none if nothing.
-    fn change(&mut self, id: MeshId, overrides: &[Override<'a>]) -> Option<Change> {
+    fn change(&mut self, id: MeshId, overrides: &[Override<'a>]) -> Option<MeshChange> {
         let mesh = self.mesh(id)?;
         let of = |old: MaterialId| self.new_one(old, overrides);
         let used: BTreeSet<MaterialId> = mesh.triangle_materials.iter().copied().collect();
@@ -118,11 +118,11 @@ impl<'a> Lowering<'_, 'a> {
         if new.len() == used.len()
             && let [only] = Vec::from_iter(targets)[..]
         {
-            return Some(Change::Whole(only));
+            return Some(MeshChange::Whole(only));
         }
         let materials = mesh.triangle_materials.iter().map(|old| *new.get(old).unwrap_or(old)).collect();
         let copy = Mesh { triangle_materials: materials, ..mesh.clone() };
-        Some(Change::Copy(self.world.assets.add_made_mesh(copy)))
+        Some(MeshChange::Copy(self.world.assets.add_made_mesh(copy)))
     }
 
     /// The material that replaces another.

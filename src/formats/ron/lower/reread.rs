@@ -5,11 +5,11 @@ use std::path::Path;
 
 use hecs::Entity;
 
-use super::{AssetCache, Lowering, settings, transform};
+use super::{LoweredAssets, Lowering, settings, transform};
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::formats::ron::query::Kind;
-use crate::formats::ron::source::{Raw, Source};
+use crate::formats::ron::source::{Raw, SceneText};
 use crate::world::{MaterialId, World};
 
 /// A component of an entity that scene files can express.
@@ -63,7 +63,7 @@ pub fn reread(
     files: &mut dyn AssetFiles,
     names: &mut Names,
 ) -> Result<(), LoadError> {
-    let source = Source::new(text, Path::new(""), files.time_s().unwrap_or(0.0));
+    let source = SceneText::new(text, Path::new(""), files.time_s().unwrap_or(0.0));
     let raw: Raw = source.root()?;
     // Only an entity's material refers to materials by name.
     let refers = component == Component::Material && material.is_none();
@@ -71,7 +71,7 @@ pub fn reread(
         None if refers => material_names(world),
         known => known.unwrap_or_default(),
     };
-    let assets = AssetCache::new(Path::new(""), files).with_numbers();
+    let assets = LoweredAssets::new(Path::new(""), files).with_numbers();
     let mut lowering = Lowering { source: &source, world: std::mem::take(world), assets, materials };
     let read = lowering.component(component, entity, material, raw);
     let Lowering { world: mut changed, assets, materials, .. } = lowering;
@@ -88,7 +88,7 @@ fn material_names(world: &World) -> HashMap<String, MaterialId> {
 
 /// Reads settings again.
 pub fn reread_settings(world: &mut World, text: &str) -> Result<(), LoadError> {
-    let source = Source::new(text, Path::new(""), 0.0);
+    let source = SceneText::new(text, Path::new(""), 0.0);
     let (settings, transport, names_depth) = settings::settings(&source, source.root()?)?;
     let depth = world.settings.max_depth;
     world.settings = settings;

@@ -2,7 +2,7 @@
 
 use crate::error::LoadError;
 use crate::formats::ron::schema;
-use crate::formats::ron::source::{Raw, Source};
+use crate::formats::ron::source::{Raw, SceneText};
 use crate::world::{
     Adaptive, Aov, Background, BuildQuality, Caustics, DepthLimits, Pattern, PixelFilter, Sampler, Settings,
     Sharing, Tonemap, Transport,
@@ -58,7 +58,7 @@ const AOVS: &[(&str, Aov)] = &[
 
 /// Returns the transport, too: none if it is to be chosen when the rest is known; and whether the depth is named.
 pub(super) fn settings<'a>(
-    source: &Source<'a>,
+    source: &SceneText<'a>,
     raw: Raw<'a>,
 ) -> Result<(Settings, Option<Transport>, bool), LoadError> {
     let read: schema::Settings = source.fields(raw, "settings")?;
@@ -157,7 +157,7 @@ fn kind_of_exposure(raw: Raw) -> &'static str {
 }
 
 /// `All`, or a list of channels.
-fn aovs<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
+fn aovs<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
     if source.variant(raw).is_some_and(|variant| variant.name == "All") {
         return Ok(Aov::ALL.to_vec());
     }
@@ -173,7 +173,7 @@ fn aovs<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
 
 /// `Auto` or `Off`; none if it is neither a name nor one of these. Messages name all `forms`.
 fn auto_or_off<'a, T>(
-    source: &Source<'a>,
+    source: &SceneText<'a>,
     raw: Raw<'a>,
     (auto, off): (T, T),
     forms: &str,
@@ -189,7 +189,7 @@ fn auto_or_off<'a, T>(
 }
 
 /// `Auto`, `Off` or a number of pixels.
-fn sharing<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Sharing, LoadError> {
+fn sharing<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Sharing, LoadError> {
     const FORMS: &str = "Auto, Off, or 2, 4, 8, 16, 32 or 64 pixels that share";
     if let Some(sharing) = auto_or_off(source, raw, (Sharing::Auto, Sharing::Off), FORMS)? {
         return Ok(sharing);
@@ -203,7 +203,7 @@ fn sharing<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Sharing, LoadError> 
 }
 
 /// `Auto`, `Off` or numbers of photons.
-fn caustics<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Caustics, LoadError> {
+fn caustics<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Caustics, LoadError> {
     const FORMS: &str = "Auto, Off, or (photons: number, radius: pixels)";
     if let Some(caustics) = auto_or_off(source, raw, (Caustics::Auto, Caustics::Off), FORMS)? {
         return Ok(caustics);
@@ -229,7 +229,7 @@ fn caustics<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Caustics, LoadError
     })
 }
 
-fn filter<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<PixelFilter, LoadError> {
+fn filter<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<PixelFilter, LoadError> {
     const FILTERS: &[&str] = &["Box", "Tent", "Gaussian", "BlackmanHarris"];
     let Some(variant) = source.variant(raw) else {
         return Err(source.expected(raw, &format!("a filter: {}", FILTERS.join(", "))));
@@ -250,7 +250,7 @@ fn filter<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<PixelFilter, LoadErro
     })
 }
 
-fn background<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Background, LoadError> {
+fn background<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Background, LoadError> {
     match source.variant(raw) {
         None => Ok(Background::Constant(source.color(raw, "a radiance")?)),
         Some(variant) if variant.name == "Srgb" => Ok(Background::Constant(source.color(raw, "a radiance")?)),

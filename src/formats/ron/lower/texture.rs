@@ -3,7 +3,7 @@
 use super::{Lowering, radians};
 use crate::error::LoadError;
 use crate::formats::ron::schema;
-use crate::formats::ron::source::{Raw, Variant};
+use crate::formats::ron::source::{Raw, VariantText};
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
 use crate::world::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
@@ -28,7 +28,7 @@ struct Read<'a> {
 
 impl<'a> Lowering<'_, 'a> {
     /// A value that names a texture where a constant would do as well; animation keys are such a constant.
-    fn picture(&self, raw: Raw<'a>) -> Option<Variant<'a>> {
+    fn picture(&self, raw: Raw<'a>) -> Option<VariantText<'a>> {
         let variant = self.source.variant(raw).filter(|variant| variant.name != "Srgb");
         variant.filter(|_| !self.source.has_keys(raw))
     }
@@ -135,7 +135,7 @@ impl<'a> Lowering<'_, 'a> {
 
     /// `Image("path")`, `Image("path", Green)` or `Texture(image: "path", …)`; values of eight bits
     /// are usually in `space`.
-    fn texture(&mut self, variant: Variant<'a>, space: ColorSpace) -> Result<Read<'a>, LoadError> {
+    fn texture(&mut self, variant: VariantText<'a>, space: ColorSpace) -> Result<Read<'a>, LoadError> {
         let source = self.source;
         match variant.name {
             "Image" => {

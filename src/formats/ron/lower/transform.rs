@@ -3,7 +3,7 @@
 
 use crate::error::LoadError;
 use crate::formats::ron::schema;
-use crate::formats::ron::source::{Raw, Source, Variant};
+use crate::formats::ron::source::{Raw, SceneText, VariantText};
 use crate::math::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
 use crate::world::{LookAtFault, Transform};
 
@@ -15,15 +15,15 @@ const NEARLY_UNIT: f64 = 1e-2;
 /// A matrix is flat if |determinant| over the product of the columns' lengths is below this.
 const FLAT: f64 = 1e-8;
 
-pub(super) fn transform<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
+pub(super) fn transform<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
     match source.variant(raw) {
         Some(variant) if variant.name == "LookAt" => look_at(source, variant),
         Some(variant) if variant.name == "Matrix" => matrix(source, variant),
-        Some(Variant { name: "Keys", .. }) => {
+        Some(VariantText { name: "Keys", .. }) => {
             let reason = "keys are for single values, as (translate: Keys([(0, (0, 0, 0)), (2, (1, 0, 0))]))";
             Err(source.error(raw.0, reason))
         }
-        Some(Variant { name, body: Some(_) }) => {
+        Some(VariantText { name, body: Some(_) }) => {
             Err(source.unknown(name, "transform", &["LookAt", "Matrix", "(translate: …)"]))
         }
         _ if raw.0.starts_with('(') => translate_rotate_scale(source, raw),
@@ -31,7 +31,7 @@ pub(super) fn transform<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Transfo
     }
 }
 
-fn translate_rotate_scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
+fn translate_rotate_scale<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
     let read: schema::Trs = source.fields(raw, "a transform")?;
     let rotation = match (read.rotate_degrees, read.rotate_quaternion) {
         (None, None) => Quat::IDENTITY,
@@ -54,7 +54,7 @@ fn translate_rotate_scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Trans
     })
 }
 
-fn scale<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Vec3, LoadError> {
+fn scale<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Vec3, LoadError> {
     let flat = "a scale of 0 makes things flat: it must have an inverse";
     let invertible = |factor: f32| factor.recip().is_finite();
     let factor = |raw: Raw<'a>| -> Result<f32, LoadError> {
@@ -83,7 +83,7 @@ fn from_degrees(degrees: [f64; 3]) -> Quat {
     (about(DVec3::Z, z) * about(DVec3::Y, y) * about(DVec3::X, x)).as_quat()
 }
 
-fn unit_quaternion<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Quat, LoadError> {
+fn unit_quaternion<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Quat, LoadError> {
     let [x, y, z, w] = source.tuple(raw, "(x, y, z, w)")?;
     let rotation =
         Quat::from_xyzw(source.number(x)?, source.number(y)?, source.number(z)?, source.number(w)?);
@@ -99,7 +99,7 @@ fn unit_quaternion<'a>(source: &Source<'a>, raw: Raw<'a>) -> Result<Quat, LoadEr
     }
 }
 
-fn look_at<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, LoadError> {
+fn look_at<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transform, LoadError> {
     let read: schema::LookAt = source.variant_fields(variant)?;
     let from = source.vec3(read.from)?;
     let to = source.vec3(read.to)?;
@@ -121,7 +121,7 @@ fn look_at<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, L
     })
 }
 
-fn matrix<'a>(source: &Source<'a>, variant: Variant<'a>) -> Result<Transform, LoadError> {
+fn matrix<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transform, LoadError> {
     const FORM: &str = "Matrix(((a, b, c, d), (e, f, g, h), (i, j, k, l))), three rows of four";
     let body = Raw(variant.body.unwrap_or(variant.name));
     let [inner] = source.tuple(body, FORM)?;

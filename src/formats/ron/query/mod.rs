@@ -18,10 +18,10 @@ mod set;
 mod tests;
 
 use crate::error::{did_you_mean, in_one_line, with_blanks};
-use crate::formats::ron::locate::{self, find_unclosed};
+use crate::formats::ron::scan::{self, find_unclosed};
 
 pub use select::{Selected, list, select};
-pub use set::{Changes, nothing_meant, set};
+pub use set::{EditRunner, no_match, set};
 
 /// What is wrong with a query, with the place marked below it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,7 +36,7 @@ pub struct QueryError {
 impl QueryError {
     /// `part` is the slice of `text` that is to blame.
     fn new(text: &str, part: &str, reason: impl Into<String>) -> QueryError {
-        let offset = locate::offset_of(text, part).unwrap_or(text.len());
+        let offset = scan::offset_of(text, part).unwrap_or(text.len());
         let column = text[..offset].chars().count();
         let width = part.trim_end().chars().count();
         QueryError { text: with_blanks(text), column, width, reason: in_one_line(&reason.into()) }
@@ -94,13 +94,14 @@ const KINDS: [(&str, Kind); 22] = [
 
 /// What filters compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Key {
+enum FilterKey {
     Name,
     Parent,
     Material,
 }
 
-const KEYS: [(&str, Key); 3] = [("name", Key::Name), ("parent", Key::Parent), ("material", Key::Material)];
+const KEYS: [(&str, FilterKey); 3] =
+    [("name", FilterKey::Name), ("parent", FilterKey::Parent), ("material", FilterKey::Material)];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Comparison {
@@ -111,8 +112,8 @@ enum Comparison {
 
 /// A condition on a name or the like.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Filter {
-    key: Key,
+pub struct QueryFilter {
+    key: FilterKey,
     comparison: Comparison,
     text: String,
 }
@@ -121,7 +122,7 @@ pub struct Filter {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Query {
     /// All of a kind that pass every filter.
-    Atom(Kind, Vec<Filter>),
+    Atom(Kind, Vec<QueryFilter>),
     /// All that it does not select.
     Not(Box<Query>),
     /// All that both select.
@@ -133,7 +134,7 @@ pub enum Query {
 impl Query {
     /// Reads a query, which must be all of `text`.
     pub fn parse(text: &str) -> Result<Query, QueryError> {
-        let mut reader = Reader::new(text)?;
+        let mut reader = QueryReader::new(text)?;
         let query = reader.either()?;
         match reader.rest.trim_start() {
             "" => Ok(query),
@@ -143,12 +144,12 @@ impl Query {
 }
 
 /// Reads from the front of a text.
-struct Reader<'a> {
+struct QueryReader<'a> {
     text: &'a str,
     rest: &'a str,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> QueryReader<'a> {
     fn new(text: &'a str) -> Result<Self, QueryError> {
         if text.len() > LONGEST || text.matches('(').count() > DEEPEST {
             let start: String = text.chars().take(40).collect();
@@ -165,7 +166,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Takes `word` if it comes next; returns whether it did.
-    fn takes(&mut self, word: &str) -> bool {
+    fn accept(&mut self, word: &str) -> bool {
         let rest = self.rest.trim_start();
         let found = rest.strip_prefix(word);
         self.rest = found.unwrap_or(rest);
@@ -174,7 +175,7 @@ impl<'a> Reader<'a> {
 
     fn either(&mut self) -> Result<Query, QueryError> {
         let mut query = self.both()?;
-        while self.takes("|") {
+        while self.accept("|") {
             query = Query::Or(Box::new(query), Box::new(self.both()?));
         }
         Ok(query)
@@ -182,7 +183,7 @@ impl<'a> Reader<'a> {
 
     fn both(&mut self) -> Result<Query, QueryError> {
         let mut query = self.one()?;
-        while self.takes("&") {
+        while self.accept("&") {
             query = Query::And(Box::new(query), Box::new(self.one()?));
         }
         Ok(query)
@@ -191,12 +192,12 @@ impl<'a> Reader<'a> {
     fn one(&mut self) -> Result<Query, QueryError> {
         // No recursion for a row of these: somebody may type a million of them.
         let mut negated = false;
-        while self.takes("!") {
+        while self.accept("!") {
             negated = !negated;
         }
-        let query = if self.takes("(") {
+        let query = if self.accept("(") {
             let query = self.either()?;
-            if !self.takes(")") {
+            if !self.accept(")") {
                 return Err(self.error(self.rest, "expected )"));
             }
             query
@@ -212,7 +213,7 @@ impl<'a> Reader<'a> {
             let text = self.string()?;
             return Ok(Query::Atom(Kind::Entity, vec![named(text)]));
         }
-        let (name, rest) = locate::split_identifier(self.rest);
+        let (name, rest) = scan::split_identifier(self.rest);
         let Some((_, kind)) = KINDS.iter().find(|(known, _)| *known == name) else {
             let known = KINDS.map(|(known, _)| known);
             let (part, hint) = (if name.is_empty() { self.rest } else { name }, did_you_mean(name, known));
@@ -221,13 +222,13 @@ impl<'a> Reader<'a> {
         };
         self.rest = rest;
         let mut filters = Vec::new();
-        if self.takes("[") {
+        if self.accept("[") {
             loop {
                 filters.push(self.filter()?);
-                if self.takes("]") {
+                if self.accept("]") {
                     break;
                 }
-                if !self.takes(",") {
+                if !self.accept(",") {
                     return Err(self.error(self.rest, "expected , or ]"));
                 }
             }
@@ -235,12 +236,12 @@ impl<'a> Reader<'a> {
         Ok(Query::Atom(*kind, filters))
     }
 
-    fn filter(&mut self) -> Result<Filter, QueryError> {
+    fn filter(&mut self) -> Result<QueryFilter, QueryError> {
         self.rest = self.rest.trim_start();
         if self.rest.starts_with('"') {
             return self.string().map(named);
         }
-        let (name, rest) = locate::split_identifier(self.rest);
+        let (name, rest) = scan::split_identifier(self.rest);
         let Some((_, key)) = KEYS.iter().find(|(known, _)| *known == name) else {
             let known = KEYS.map(|(known, _)| known);
             let part = if name.is_empty() { self.rest } else { name };
@@ -248,17 +249,17 @@ impl<'a> Reader<'a> {
             return Err(self.error(part, format!("expected \"a name\" or one of {}{hint}", known.join(", "))));
         };
         self.rest = rest;
-        let comparison = if self.takes("!=") {
+        let comparison = if self.accept("!=") {
             Comparison::Unequal
-        } else if self.takes("=") {
+        } else if self.accept("=") {
             Comparison::Equal
-        } else if self.takes("~") {
+        } else if self.accept("~") {
             Comparison::Like
         } else {
             return Err(self.error(self.rest, "expected =, != or ~"));
         };
         let text = self.string()?;
-        Ok(Filter { key: *key, comparison, text })
+        Ok(QueryFilter { key: *key, comparison, text })
     }
 
     /// Text in quotes, as scene files have it.
@@ -286,9 +287,9 @@ const LONGEST: usize = 4096;
 /// The most nested brackets, for the same reason.
 const DEEPEST: usize = 100;
 
-fn named(text: String) -> Filter {
+fn named(text: String) -> QueryFilter {
     let comparison = if text.contains('*') { Comparison::Like } else { Comparison::Equal };
-    Filter { key: Key::Name, comparison, text }
+    QueryFilter { key: FilterKey::Name, comparison, text }
 }
 
 /// Whether a text is like a pattern in which `*` stands for any text.

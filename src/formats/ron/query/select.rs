@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use super::{Comparison, Filter, Key, Kind, Query, is_like};
-use crate::formats::ron::{Part, Portrait, portrait};
+use super::{Comparison, FilterKey, Kind, Query, QueryFilter, is_like};
+use crate::formats::ron::{Portrait, WrittenPart, portrait};
 use crate::world::{Camera, FromModel, Light, MaterialId, Model, Parent, Shape, Transform, World};
 
 /// What a query selects.
@@ -90,7 +90,7 @@ impl Index {
             return Selected::Materials(meant);
         }
         let among = self.among(query);
-        let found = among.iter().copied().filter(|entity| query.takes(world, *entity)).collect();
+        let found = among.iter().copied().filter(|entity| query.matches(world, *entity)).collect();
         self.looked_at += among.len() as u64;
         Selected::Entities(found)
     }
@@ -99,9 +99,11 @@ impl Index {
     fn among(&self, query: &Query) -> &[hecs::Entity] {
         match query {
             Query::Atom(_, filters) => {
-                let is_name =
-                    |filter: &&Filter| filter.key == Key::Name && filter.comparison == Comparison::Equal;
-                let named = |filter: &Filter| self.by_name.get(&filter.text).map_or(&[][..], Vec::as_slice);
+                let is_name = |filter: &&QueryFilter| {
+                    filter.key == FilterKey::Name && filter.comparison == Comparison::Equal
+                };
+                let named =
+                    |filter: &QueryFilter| self.by_name.get(&filter.text).map_or(&[][..], Vec::as_slice);
                 filters.iter().find(is_name).map_or(&self.order, named)
             }
             Query::And(one, other) => {
@@ -114,7 +116,7 @@ impl Index {
 }
 
 /// What a query selects, as the scene file at `scene_path` would say it; all entities and materials if there is none.
-pub fn list(world: &World, query: Option<&Query>, scene_path: &Path) -> Vec<Part> {
+pub fn list(world: &World, query: Option<&Query>, scene_path: &Path) -> Vec<WrittenPart> {
     let Portrait { materials, entities, .. } = portrait(world, scene_path);
     let materials = materials.into_iter().map(|(name, text)| (name, vec![("material", text)]));
     match query.map(|query| select(world, query)) {
@@ -134,15 +136,15 @@ pub fn list(world: &World, query: Option<&Query>, scene_path: &Path) -> Vec<Part
 
 impl Query {
     /// Whether the query selects an entity.
-    pub fn takes(&self, world: &World, entity: hecs::Entity) -> bool {
+    pub fn matches(&self, world: &World, entity: hecs::Entity) -> bool {
         match self {
             Query::Atom(kind, filters) => {
                 kind.takes(world, entity)
                     && filters.iter().all(|filter| filter.takes(filter.key.of(world, entity).as_deref()))
             }
-            Query::Not(query) => !query.takes(world, entity),
-            Query::And(one, other) => one.takes(world, entity) && other.takes(world, entity),
-            Query::Or(one, other) => one.takes(world, entity) || other.takes(world, entity),
+            Query::Not(query) => !query.matches(world, entity),
+            Query::And(one, other) => one.matches(world, entity) && other.matches(world, entity),
+            Query::Or(one, other) => one.matches(world, entity) || other.matches(world, entity),
         }
     }
 }
@@ -190,13 +192,15 @@ pub(super) fn forms(world: &World, entity: hecs::Entity) -> [Option<&'static str
     [shape, light, camera]
 }
 
-impl Key {
+impl FilterKey {
     /// The entity's text for this key.
     fn of(self, world: &World, entity: hecs::Entity) -> Option<String> {
         match self {
-            Key::Name => Some(world.name_of(entity)),
-            Key::Parent => world.entities.get::<&Parent>(entity).ok().map(|parent| world.name_of(parent.0)),
-            Key::Material => {
+            FilterKey::Name => Some(world.name_of(entity)),
+            FilterKey::Parent => {
+                world.entities.get::<&Parent>(entity).ok().map(|parent| world.name_of(parent.0))
+            }
+            FilterKey::Material => {
                 let id = *world.entities.get::<&MaterialId>(entity).ok()?;
                 world.assets.materials.get(id.0 as usize)?.name.clone()
             }
@@ -204,7 +208,7 @@ impl Key {
     }
 }
 
-impl Filter {
+impl QueryFilter {
     fn takes(&self, found: Option<&str>) -> bool {
         match self.comparison {
             Comparison::Equal => found == Some(&self.text),

@@ -4,11 +4,11 @@
 use hecs::Entity;
 
 use super::select::Index;
-use super::{Query, QueryError, Reader, Selected};
+use super::{Query, QueryError, QueryReader, Selected};
 use crate::error::{LoadError, did_you_mean, in_one_line};
 use crate::formats::AssetFiles;
-use crate::formats::ron::locate;
 use crate::formats::ron::lower::reread::{Component, Names, reread, reread_settings};
+use crate::formats::ron::scan;
 use crate::formats::ron::write::{component_text, settings_text};
 use crate::world::{MaterialId, World};
 
@@ -49,7 +49,7 @@ struct Statement<'a> {
 
 /// Carries out one statement; says how many things it changed, never none.
 pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
-    Changes::new(world).carry_out(world, text, files)
+    EditRunner::new(world).carry_out(world, text, files)
 }
 
 /// Each thing may be changed so many times, on average.
@@ -61,17 +61,17 @@ const LOOKS: u64 = 64;
 
 /// Carries out statements, one after another. The time is bounded by the number of things and of statements, not by
 /// their product: a short file could keep a machine busy for hours.
-pub struct Changes {
+pub struct EditRunner {
     index: Index,
     /// Those of materials, if they have been asked for.
     names: Names,
     changed: u64,
 }
 
-impl Changes {
+impl EditRunner {
     /// In a world that nothing but the statements changes meanwhile.
-    pub fn new(world: &World) -> Changes {
-        Changes { index: Index::new(world), names: None, changed: 0 }
+    pub fn new(world: &World) -> EditRunner {
+        EditRunner { index: Index::new(world), names: None, changed: 0 }
     }
 
     /// Carries out a statement; says how many things it changed, never none.
@@ -81,10 +81,10 @@ impl Changes {
         text: &str,
         files: &mut dyn AssetFiles,
     ) -> Result<usize, QueryError> {
-        let mut reader = Reader::new(text)?;
-        if reader.takes("settings.") {
+        let mut reader = QueryReader::new(text)?;
+        if reader.accept("settings.") {
             // The dot belongs to the path.
-            reader.rest = &text[locate::offset_of(text, reader.rest).unwrap_or(1) - 1..];
+            reader.rest = &text[scan::offset_of(text, reader.rest).unwrap_or(1) - 1..];
             return statement(text, reader)?.change_settings(world);
         }
         let query = reader.either()?;
@@ -92,7 +92,7 @@ impl Changes {
         let mut statement = statement(text, reader)?;
         let selected = self.index.select(world, &query);
         if selected.is_empty() {
-            return Err(QueryError::new(text, query_text, nothing_meant(world, &query)));
+            return Err(QueryError::new(text, query_text, no_match(world, &query)));
         }
         self.count(world, selected.len(), text, query_text)?;
         let targets: Vec<Target> = match selected {
@@ -140,7 +140,7 @@ impl Changes {
 }
 
 /// Why a query selects nothing, and what there is to select.
-pub fn nothing_meant(world: &World, query: &Query) -> String {
+pub fn no_match(world: &World, query: &Query) -> String {
     let names: Vec<String> = match query {
         Query::Atom(super::Kind::Material, _) => {
             world.assets.materials.iter().filter_map(|named| named.name.clone()).collect()
@@ -164,10 +164,10 @@ fn default_of(name: &str) -> Option<&'static str> {
     }
 }
 
-fn statement<'a>(text: &'a str, mut reader: Reader<'a>) -> Result<Statement<'a>, QueryError> {
+fn statement<'a>(text: &'a str, mut reader: QueryReader<'a>) -> Result<Statement<'a>, QueryError> {
     let mut path = Vec::new();
-    while reader.takes(".") {
-        let (name, rest) = locate::split_identifier(reader.rest.trim_start());
+    while reader.accept(".") {
+        let (name, rest) = scan::split_identifier(reader.rest.trim_start());
         if name.is_empty() {
             return Err(reader.error(rest, "expected the name of a field"));
         }
@@ -177,7 +177,7 @@ fn statement<'a>(text: &'a str, mut reader: Reader<'a>) -> Result<Statement<'a>,
     if path.is_empty() {
         return Err(reader.error(reader.rest, "expected a dot and the name of a field, such as .power_w"));
     }
-    let operator = OPERATORS.iter().find(|(word, _)| reader.takes(word)).map(|(_, operator)| *operator);
+    let operator = OPERATORS.iter().find(|(word, _)| reader.accept(word)).map(|(_, operator)| *operator);
     let Some(operator) = operator else {
         return Err(reader.error(reader.rest, "expected =, *=, /=, += or -="));
     };
@@ -271,15 +271,15 @@ impl Statement<'_> {
         }
         let mut body = old;
         for (depth, name) in self.path.iter().enumerate() {
-            let (_, rest) = locate::split_identifier(body);
-            let brackets = locate::skip_blank(rest);
-            let found = locate::items(brackets).into_iter().find_map(|item| {
-                locate::key_and_value(item).filter(|(key, _)| key == name).map(|(_, value)| value)
+            let (_, rest) = scan::split_identifier(body);
+            let brackets = scan::skip_blank(rest);
+            let found = scan::items(brackets).into_iter().find_map(|item| {
+                scan::key_and_value(item).filter(|(key, _)| key == name).map(|(_, value)| value)
             });
             let is_last = depth + 1 == self.path.len();
             match found {
                 Some(value) if is_last => {
-                    let start = locate::offset_of(old, value).unwrap_or(0);
+                    let start = scan::offset_of(old, value).unwrap_or(0);
                     let value = value.trim_end();
                     let new = self.combined(value)?;
                     return Ok(format!("{}{new}{}", &old[..start], &old[start + value.len()..]));
@@ -288,14 +288,14 @@ impl Statement<'_> {
                 None if is_last && (self.operator == Operator::Set || default_of(name).is_some()) => {
                     // What is at its default is not written.
                     let new = self.combined(default_of(name).unwrap_or_default())?;
-                    let at = locate::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
+                    let at = scan::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
                     let Some(at) = at else { return Ok(format!("{old}({name}: {new})")) };
                     return Ok(format!("{}{name}: {new}, {}", &old[..=at], &old[at + 1..]));
                 }
                 None => {
-                    let keys: Vec<&str> = locate::items(brackets)
+                    let keys: Vec<&str> = scan::items(brackets)
                         .into_iter()
-                        .filter_map(|item| locate::key_and_value(item).map(|(key, _)| key))
+                        .filter_map(|item| scan::key_and_value(item).map(|(key, _)| key))
                         .collect();
                     let hint = did_you_mean(name, keys.iter().copied());
                     let reason =
@@ -331,7 +331,7 @@ impl Statement<'_> {
             return Ok(self.value.to_owned());
         }
         let numbers = |text: &str| -> Option<Vec<f64>> {
-            let items = if text.starts_with('(') { locate::items(text) } else { vec![text] };
+            let items = if text.starts_with('(') { scan::items(text) } else { vec![text] };
             items.into_iter().map(|item| item.trim().parse().ok()).collect()
         };
         let Some(old) = numbers(old) else {
@@ -390,7 +390,7 @@ mod tests {
     #[test]
     fn what_is_called_by_name_is_found_without_a_search() {
         let mut world = balls(300);
-        let mut changes = Changes::new(&world);
+        let mut changes = EditRunner::new(&world);
         for i in 0..300 {
             for query in [format!("\"ball {i}\".shape"), format!("(Sphere & \"ball {i}\").shape")] {
                 let statement = format!("{query}.radius_m *= 2");
@@ -405,7 +405,7 @@ mod tests {
     #[test]
     fn statements_may_change_each_thing_only_so_often() {
         let mut world = balls(10);
-        let mut changes = Changes::new(&world);
+        let mut changes = EditRunner::new(&world);
         changes.changed = FEW_CHANGES + MOST_CHANGES * 12 - 15;
         let statement = "Sphere.radius_m *= 1";
         assert_eq!(changes.carry_out(&mut world, statement, &mut Fake::default()).unwrap(), 10);
@@ -415,7 +415,7 @@ mod tests {
             "{error}"
         );
         // So may they look only so often.
-        let mut changes = Changes::new(&world);
+        let mut changes = EditRunner::new(&world);
         changes.index.looked_at = LOOKS * (FEW_CHANGES + MOST_CHANGES * 12);
         assert!(
             changes.carry_out(&mut world, "\"ball 1*\".shape.radius_m *= 1", &mut Fake::default()).is_err()
@@ -425,7 +425,7 @@ mod tests {
     #[test]
     fn materials_that_statements_make_and_name_are_known_to_the_next_ones() {
         let mut world = balls(2);
-        let mut changes = Changes::new(&world);
+        let mut changes = EditRunner::new(&world);
         for statement in [
             "\"ball 0\".material.diffuse = 0.1",
             "\"ball 0\".material = \"red\"",

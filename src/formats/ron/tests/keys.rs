@@ -23,7 +23,7 @@ impl AssetFiles for At {
         path: &Path,
         assets: &mut Assets,
         warnings: &mut Vec<String>,
-    ) -> Result<crate::formats::gltf::Model, LoadError> {
+    ) -> Result<crate::formats::gltf::GltfModel, LoadError> {
         Fake::default().model(path, assets, warnings)
     }
 

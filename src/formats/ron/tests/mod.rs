@@ -44,7 +44,7 @@ impl AssetFiles for Fake {
         path: &Path,
         assets: &mut Assets,
         warnings: &mut Vec<String>,
-    ) -> Result<gltf::Model, LoadError> {
+    ) -> Result<gltf::GltfModel, LoadError> {
         self.loaded.push(path.to_owned());
         let missing = path.to_string_lossy().contains("missing");
         let bytes = if missing { "{}" } else { MODEL };

@@ -3,7 +3,7 @@
 use super::Written;
 use super::assets::AssetPaths;
 use super::number::{Keys, color, degrees, number, same};
-use super::texture::Textures;
+use super::texture::WrittenTextures;
 use crate::formats::ron::lower::glass;
 use crate::math::Rgb;
 use crate::world::{
@@ -12,7 +12,7 @@ use crate::world::{
 };
 
 pub(super) fn material(material: &Material, assets: &Assets, paths: &AssetPaths) -> Written {
-    let writer = Writer { keys: Keys::default(), textures: Textures { assets, paths } };
+    let writer = MaterialWriter { keys: Keys::default(), textures: WrittenTextures { assets, paths } };
     match material {
         Material::BlinnPhong(material) => writer.blinn_phong(material),
         Material::Principled(material) => writer.principled(material),
@@ -20,12 +20,12 @@ pub(super) fn material(material: &Material, assets: &Assets, paths: &AssetPaths)
 }
 
 /// Writes the keys of a material that are not at their defaults.
-struct Writer<'a> {
+struct MaterialWriter<'a> {
     keys: Keys,
-    textures: Textures<'a>,
+    textures: WrittenTextures<'a>,
 }
 
-impl Writer<'_> {
+impl MaterialWriter<'_> {
     fn blinn_phong(mut self, material: &BlinnPhong) -> Written {
         let BlinnPhong { diffuse, specular, shininess, highlight, kr, kt, ior, priority, emission, caustics } =
             material;
@@ -171,7 +171,7 @@ impl Writer<'_> {
     fn iridescence(&mut self, iridescence: &Iridescence) -> Written<()> {
         let Iridescence { factor, ior, thickness_minimum, thickness_maximum, thickness } = iridescence;
         let default = Iridescence::default();
-        let mut inner = Writer { keys: Keys::default(), textures: self.textures };
+        let mut inner = MaterialWriter { keys: Keys::default(), textures: self.textures };
         inner.scalar("factor", factor, &default.factor)?;
         inner.number("ior", *ior, default.ior)?;
         inner.number("thickness_minimum_nm", *thickness_minimum, default.thickness_minimum)?;

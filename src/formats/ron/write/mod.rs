@@ -91,11 +91,11 @@ pub struct Portrait {
     /// Materials by their names, or numbers.
     pub materials: Vec<(String, String)>,
     /// Entities by their names: keys and values.
-    pub entities: Vec<Part>,
+    pub entities: Vec<WrittenPart>,
 }
 
 /// A name, with keys and what they say.
-pub type Part = (String, Vec<(&'static str, String)>);
+pub type WrittenPart = (String, Vec<(&'static str, String)>);
 
 /// Everything in a world, as the scene file at `scene_path` would say it. Assets without a file of their own are
 /// referred to by number.

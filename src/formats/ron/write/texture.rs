@@ -10,12 +10,12 @@ use crate::world::{Assets, Channel, ColorInput, ScalarInput, Texture, TextureId}
 
 /// Where textures and images are.
 #[derive(Clone, Copy)]
-pub(super) struct Textures<'a> {
+pub(super) struct WrittenTextures<'a> {
     pub assets: &'a Assets,
     pub paths: &'a AssetPaths<'a>,
 }
 
-impl Textures<'_> {
+impl WrittenTextures<'_> {
     pub(super) fn color(&self, input: &ColorInput) -> Written {
         match input {
             ColorInput::Constant(constant) => color(*constant),

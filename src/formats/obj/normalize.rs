@@ -19,7 +19,7 @@ pub struct LineFault {
 
 /// A word and the byte of its line that it begins at.
 #[derive(Clone, Copy)]
-struct Token<'a> {
+struct ObjToken<'a> {
     text: &'a str,
     place: usize,
 }
@@ -127,7 +127,7 @@ impl Tidied {
         Ok(())
     }
 
-    fn vertex(&mut self, words: &[Token]) -> Result<(), Complaint> {
+    fn vertex(&mut self, words: &[ObjToken]) -> Result<(), Complaint> {
         let [_, x, y, z, rest @ ..] = words else {
             return Err((0, "a vertex needs three coordinates".into()));
         };
@@ -149,7 +149,7 @@ impl Tidied {
         Ok(())
     }
 
-    fn texture_coordinates(&mut self, words: &[Token]) -> Result<(), Complaint> {
+    fn texture_coordinates(&mut self, words: &[ObjToken]) -> Result<(), Complaint> {
         let [_, u, rest @ ..] = words else {
             return Err((0, "texture coordinates need at least one number".into()));
         };
@@ -164,7 +164,7 @@ impl Tidied {
         Ok(())
     }
 
-    fn normal(&mut self, words: &[Token]) -> Result<(), Complaint> {
+    fn normal(&mut self, words: &[ObjToken]) -> Result<(), Complaint> {
         let [_, x, y, z, ..] = words else {
             return Err((0, "a normal needs three coordinates".into()));
         };
@@ -178,7 +178,7 @@ impl Tidied {
         Ok(())
     }
 
-    fn face(&mut self, words: &[Token], line: usize) -> Result<(), Complaint> {
+    fn face(&mut self, words: &[ObjToken], line: usize) -> Result<(), Complaint> {
         let corners = words.get(1..).unwrap_or_default();
         let start = self.text.len();
         self.text.push('f');
@@ -274,20 +274,20 @@ fn write_infallibly(text: &mut String, arguments: std::fmt::Arguments) {
 }
 
 /// The words of a line up to a comment.
-fn words(line: &str) -> SmallVec<[Token<'_>; 8]> {
+fn words(line: &str) -> SmallVec<[ObjToken<'_>; 8]> {
     let mut words = SmallVec::new();
     for text in line.split_whitespace() {
         if text.starts_with('#') {
             break;
         }
         // The word is a slice of the line.
-        words.push(Token { text, place: text.as_ptr() as usize - line.as_ptr() as usize });
+        words.push(ObjToken { text, place: text.as_ptr() as usize - line.as_ptr() as usize });
     }
     words
 }
 
 /// A number, which may be infinite or none (NaN).
-fn number(word: &Token) -> Result<f32, Complaint> {
+fn number(word: &ObjToken) -> Result<f32, Complaint> {
     word.text.parse().map_err(|_| (word.place, format!("{:?} is not a number", short(word.text))))
 }
 

@@ -3,22 +3,22 @@
 use serde::Deserialize;
 
 use super::scene::{ChangedSettings, LiveScene, SceneError};
-use super::viewer::Work;
+use super::viewer::RenderWork;
 use crate::integrator::Schedule;
 use crate::world::{Sampler, Transport};
 
 /// A wish, and its number.
-pub struct Command {
+pub struct NumberedRequest {
     /// Identifies its answer.
     pub number: u64,
     /// What is to be done.
-    pub wish: Wish,
+    pub request: ViewRequest,
 }
 
 /// What is to be done, as the page says it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Wish {
+pub enum ViewRequest {
     /// Turn the camera: a hand's way in image heights, to the right and down.
     Orbit([f64; 2]),
     /// Move it along the image.
@@ -36,7 +36,7 @@ pub enum Wish {
     /// The camera as the scene's file says.
     Reset(bool),
     /// Other settings.
-    Settings(Changes),
+    Settings(SettingsChange),
     /// Pause, or continue.
     Pause(bool),
     /// Begin with the first sample again.
@@ -48,7 +48,7 @@ pub enum Wish {
 /// Settings to be changed.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Changes {
+pub struct SettingsChange {
     schedule: Option<String>,
     transport: Option<String>,
     sampler: Option<String>,
@@ -59,39 +59,39 @@ pub struct Changes {
 }
 
 /// The outcome of a wish.
-pub struct Done {
+pub struct RequestOutcome {
     /// For people.
     pub said: String,
     /// Whether the image must be rendered again.
     pub changes: bool,
 }
 
-impl Wish {
+impl ViewRequest {
     /// Carries it out.
     pub fn carry_out(
         self,
         scene: &mut LiveScene,
-        work: &mut Work,
+        work: &mut RenderWork,
         paused: &mut bool,
-    ) -> Result<Done, SceneError> {
-        let done = |said: &str, changes: bool| Ok(Done { said: said.into(), changes });
+    ) -> Result<RequestOutcome, SceneError> {
+        let done = |said: &str, changes: bool| Ok(RequestOutcome { said: said.into(), changes });
         let mut rig = scene.rig();
         match self {
-            Wish::Orbit(way) => rig.orbit(finite(way)?),
-            Wish::Pan(way) => rig.pan(finite(way)?),
-            Wish::Zoom(factor) if factor <= 0.0 => return refuse("a zoom is more than 0".into()),
-            Wish::Zoom(factor) => rig.zoom(finite([factor])?[0]),
-            Wish::FovDeg(degrees) if !(0.0..180.0).contains(&degrees) || degrees == 0.0 => {
+            ViewRequest::Orbit(way) => rig.orbit(finite(way)?),
+            ViewRequest::Pan(way) => rig.pan(finite(way)?),
+            ViewRequest::Zoom(factor) if factor <= 0.0 => return refuse("a zoom is more than 0".into()),
+            ViewRequest::Zoom(factor) => rig.zoom(finite([factor])?[0]),
+            ViewRequest::FovDeg(degrees) if !(0.0..180.0).contains(&degrees) || degrees == 0.0 => {
                 return refuse(format!(
                     "an angle of view lies between 0 and 180 degrees, {degrees} does not"
                 ));
             }
-            Wish::FovDeg(degrees) => rig.set_fov(finite([degrees])?[0]),
-            Wish::LensRadiusM(radius) if radius < 0.0 => {
+            ViewRequest::FovDeg(degrees) => rig.set_fov(finite([degrees])?[0]),
+            ViewRequest::LensRadiusM(radius) if radius < 0.0 => {
                 return refuse("a lens's radius is not below 0".into());
             }
-            Wish::LensRadiusM(radius) => rig.set_lens(finite([radius])?[0]),
-            Wish::Focus(pixel) => {
+            ViewRequest::LensRadiusM(radius) => rig.set_lens(finite([radius])?[0]),
+            ViewRequest::Focus(pixel) => {
                 let [x, y] = pixel;
                 let [width, height] = scene.settings().size;
                 if x >= width || y >= height {
@@ -104,24 +104,24 @@ impl Wish {
                 scene.place(rig)?;
                 return done(&format!("in focus: what is {depth:.3} m away"), true);
             }
-            Wish::Camera(name) => {
+            ViewRequest::Camera(name) => {
                 scene.look_through(&name)?;
                 return done("", true);
             }
-            Wish::Reset(_) => {
+            ViewRequest::Reset(_) => {
                 scene.reset()?;
                 return done("", true);
             }
-            Wish::Settings(changes) => {
+            ViewRequest::Settings(changes) => {
                 changes.apply(scene, work)?;
                 return done("", true);
             }
-            Wish::Pause(pause) => {
+            ViewRequest::Pause(pause) => {
                 *paused = pause;
                 return done("", false);
             }
-            Wish::Restart(_) => return done("", true),
-            Wish::SaveCamera(_) => {
+            ViewRequest::Restart(_) => return done("", true),
+            ViewRequest::SaveCamera(_) => {
                 let said = scene.save_camera()?;
                 return done(&said, true);
             }
@@ -175,8 +175,8 @@ pub(super) const TRANSPORTS: [(&str, Transport); 2] =
 pub(super) const SAMPLERS: [(&str, Sampler); 3] =
     [("sobol", Sampler::Sobol), ("jittered", Sampler::Jittered), ("independent", Sampler::Independent)];
 
-impl Changes {
-    fn apply(&self, scene: &mut LiveScene, work: &mut Work) -> Result<(), SceneError> {
+impl SettingsChange {
+    fn apply(&self, scene: &mut LiveScene, work: &mut RenderWork) -> Result<(), SceneError> {
         let schedule = named(&self.schedule, "schedule", &SCHEDULES)?;
         let transport = named(&self.transport, "transport", &TRANSPORTS)?;
         let sampler = named(&self.sampler, "sampler", &SAMPLERS)?;
@@ -196,10 +196,11 @@ mod tests {
 
     #[test]
     fn wishes_are_read_as_the_page_says_them() {
-        let read = |text: &str| serde_json::from_str::<Wish>(text);
-        assert_eq!(read(r#"{"orbit":[0.1,-0.2]}"#).unwrap(), Wish::Orbit([0.1, -0.2]));
-        assert_eq!(read(r#"{"save_camera":true}"#).unwrap(), Wish::SaveCamera(true));
-        let Wish::Settings(changes) = read(r#"{"settings":{"schedule":"recursive","depth":3}}"#).unwrap()
+        let read = |text: &str| serde_json::from_str::<ViewRequest>(text);
+        assert_eq!(read(r#"{"orbit":[0.1,-0.2]}"#).unwrap(), ViewRequest::Orbit([0.1, -0.2]));
+        assert_eq!(read(r#"{"save_camera":true}"#).unwrap(), ViewRequest::SaveCamera(true));
+        let ViewRequest::Settings(changes) =
+            read(r#"{"settings":{"schedule":"recursive","depth":3}}"#).unwrap()
         else {
             panic!("settings")
         };

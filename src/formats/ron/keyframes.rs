@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use super::source::{Raw, Source};
+use super::source::{Raw, SceneText};
 use crate::error::LoadError;
 use crate::formats::track::{Interpolation, Track};
 use crate::math::{Quat, Rgb, Vec2, Vec3};
@@ -122,7 +122,7 @@ impl Keyed for Quat {
     }
 }
 
-impl<'a> Source<'a> {
+impl<'a> SceneText<'a> {
     /// Whether a value has keys.
     pub(super) fn has_keys(&self, raw: Raw<'a>) -> bool {
         raw.0.starts_with(NAME) && self.variant(raw).is_some_and(|variant| variant.name == NAME)
@@ -143,7 +143,7 @@ impl<'a> Source<'a> {
         }
         self.clock().asked.set(true);
         let body = self.variant(raw).and_then(|variant| variant.body).unwrap_or("()");
-        let (keys, between) = match super::locate::items(body)[..] {
+        let (keys, between) = match super::scan::items(body)[..] {
             [keys] => (keys, Between::Linear),
             [keys, between] => (keys, self.choice(Raw(between), "interpolation", BETWEEN)?),
             _ => return Err(self.expected(raw, FORM)),

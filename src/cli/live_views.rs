@@ -27,7 +27,7 @@ const SHARE: u32 = 20;
 const DRAWN_HZ: u8 = 5;
 
 /// The onlookers, for one rendering after another.
-pub struct Onlookers {
+pub struct LiveViews {
     tev: Option<Tev>,
     preview: bool,
     form: Option<ProgressForm>,
@@ -35,17 +35,17 @@ pub struct Onlookers {
     turn: [AtomicU64; 2],
 }
 
-impl Onlookers {
+impl LiveViews {
     /// As they were asked for. A viewer that cannot be reached is told of before anything is rendered.
-    pub fn new(options: &LookOptions, scene: &Path) -> Result<Onlookers, Failure> {
+    pub fn new(options: &LookOptions, scene: &Path) -> Result<LiveViews, Failure> {
         let name = scene.file_name().unwrap_or_default().to_string_lossy();
         let tev = options.tev.as_ref().map(|address| Tev::connect(address, &name)).transpose()?;
         let is_seen = !ProgressDrawTarget::stderr().is_hidden();
         if options.preview && !is_seen {
-            output::tell(format_args!("warning: --preview shows nothing: standard error is not a terminal"));
+            output::note(format_args!("warning: --preview shows nothing: standard error is not a terminal"));
         }
         let (preview, form) = (options.preview && is_seen, options.progress);
-        Ok(Onlookers { tev, preview, form, turn: [AtomicU64::new(0), AtomicU64::new(1)] })
+        Ok(LiveViews { tev, preview, form, turn: [AtomicU64::new(0), AtomicU64::new(1)] })
     }
 
     /// The next rendering is one of several: its number from 0, and how many there are.
@@ -61,7 +61,7 @@ impl Onlookers {
     }
 
     /// A rendering begins.
-    pub fn look_at<'a>(&'a self, session: &Session, settings: &Settings, quiet: bool) -> Looking<'a> {
+    pub fn attach<'a>(&'a self, session: &Session, settings: &Settings, quiet: bool) -> AttachedViews<'a> {
         let target = match (quiet, self.preview) {
             (_, true) => ProgressDrawTarget::stderr_with_hz(DRAWN_HZ),
             (false, false) => ProgressDrawTarget::stderr(),
@@ -73,12 +73,12 @@ impl Onlookers {
         let meter = Meter::new(session, manner, &terminal);
         let picture = self.preview.then(|| picture_bar(&terminal));
         let next = Mutex::new(Instant::now() + EVERY);
-        Looking { tev: self.tev.as_ref(), terminal, meter, picture, settings: settings.clone(), next }
+        AttachedViews { tev: self.tev.as_ref(), terminal, meter, picture, settings: settings.clone(), next }
     }
 }
 
 /// Onlookers of one rendering.
-pub struct Looking<'a> {
+pub struct AttachedViews<'a> {
     tev: Option<&'a Tev>,
     terminal: MultiProgress,
     meter: Meter,
@@ -89,7 +89,7 @@ pub struct Looking<'a> {
     next: Mutex<Instant>,
 }
 
-impl Looking<'_> {
+impl AttachedViews<'_> {
     /// A tile is done.
     pub fn progress(&self, progress: &Progress) {
         self.meter.tick(progress);
@@ -155,7 +155,7 @@ impl Looking<'_> {
         let Some(warning) = tev.warning() else { return };
         let line = format!("warning: {warning}");
         if self.terminal.is_hidden() {
-            output::tell(format_args!("{line}"));
+            output::note(format_args!("{line}"));
         } else {
             // Above the bar. If it cannot be written, nobody is there to read it.
             let _ = self.terminal.println(line);

@@ -11,7 +11,7 @@ use crate::error::LoadError;
 
 /// Names to choose by. What has no name is called by its number.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Contents {
+pub struct ModelSummary {
     /// Of scenes.
     pub scenes: Vec<String>,
     /// Of variants of materials.
@@ -21,7 +21,7 @@ pub struct Contents {
 }
 
 /// Looks into the file at `path`.
-pub fn contents(path: &Path) -> Result<Contents, LoadError> {
+pub fn contents(path: &Path) -> Result<ModelSummary, LoadError> {
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     let root = Container::open(&bytes, path)?.parse(path)?;
     let name = |given: &Option<String>, number: usize| given.clone().unwrap_or_else(|| number.to_string());
@@ -31,7 +31,7 @@ pub fn contents(path: &Path) -> Result<Contents, LoadError> {
     let variants = variants.and_then(|value| Variants::deserialize(value).ok());
     let variants = variants.map_or_else(Vec::new, |read| read.variants);
     let (scenes, animations) = (root.scenes.iter().enumerate(), root.animations.iter().enumerate());
-    Ok(Contents {
+    Ok(ModelSummary {
         scenes: scenes.map(|(number, scene)| name(&scene.name, number)).collect(),
         variants: variants.iter().enumerate().map(|(number, variant)| variant.called(number)).collect(),
         animations: animations

@@ -1,6 +1,6 @@
 //! Where cameras stand that nobody has placed, and those that are to look from elsewhere; a floor.
 
-use super::extent::Extent;
+use super::bounding_points::BoundingPoints;
 use super::names::TakenNames;
 use super::{Edits, LoadOptions};
 use crate::error::LoadError;
@@ -10,19 +10,19 @@ use crate::world::{BlinnPhong, Camera, ColorInput, Material, OrbitCamera, Parent
 
 /// Marks a camera that was added, with the place it was given. While it is still there, it moves to where the image
 /// shows everything.
-pub(super) struct Added(pub Transform);
+pub(super) struct AutoCamera(pub Transform);
 
 /// How far a floor extends to each side, in diameters of what stands on it.
 const FLOOR: f64 = 100.0;
 
 /// Whether a camera was added, which stands where the shape of the image wants it.
 pub(crate) fn has_added_camera(world: &World) -> bool {
-    world.entities.query::<&Added>().iter().next().is_some()
+    world.entities.query::<&AutoCamera>().iter().next().is_some()
 }
 
 /// Puts cameras and a floor where they are wanted. What moves does not move them: `at_rest` reads the scene as it is
 /// without time.
-pub(super) fn arrange(
+pub(super) fn place(
     world: &mut World,
     options: &LoadOptions,
     at_rest: impl FnOnce() -> Result<World, LoadError>,
@@ -33,8 +33,8 @@ pub(super) fn arrange(
     }
     let moves = world.moves && options.time_s.is_some();
     let rest = if moves { Some(at_rest()?) } else { None };
-    let extent = Extent::of(rest.as_ref().unwrap_or(world));
-    let [least, most] = extent.as_ref().map_or([DVec3::NEG_ONE, DVec3::ONE], Extent::bounds);
+    let extent = BoundingPoints::of(rest.as_ref().unwrap_or(world));
+    let [least, most] = extent.as_ref().map_or([DVec3::NEG_ONE, DVec3::ONE], BoundingPoints::bounds);
     let cameras = cameras(world, extent.as_ref(), options, (0.5 * (least + most), (most - least).length()));
     for (entity, transform, camera) in cameras {
         // In world space: its parent no longer moves it. The entity is known to exist.
@@ -50,7 +50,7 @@ pub(super) fn arrange(
 /// The cameras that move. `middle` and `diameter` are those of the scene.
 fn cameras(
     world: &World,
-    extent: Option<&Extent>,
+    extent: Option<&BoundingPoints>,
     options: &LoadOptions,
     (middle, diameter): (DVec3, f64),
 ) -> Vec<(hecs::Entity, Transform, Camera)> {
@@ -58,8 +58,9 @@ fn cameras(
     let looked_at = look_at.as_ref().and_then(|[_, to]| point(to));
     // Whatever is wrong is found when the scene is compiled.
     let Ok(transforms) = transforms::to_world(world, &world.in_order()) else { return Vec::new() };
-    let mut query = world.entities.query::<(hecs::Entity, &Camera, Option<&Transform>, Option<&Added>)>();
-    let elsewhere = |(entity, camera, transform, added): (hecs::Entity, &Camera, _, Option<&Added>)| {
+    let mut query =
+        world.entities.query::<(hecs::Entity, &Camera, Option<&Transform>, Option<&AutoCamera>)>();
+    let elsewhere = |(entity, camera, transform, added): (hecs::Entity, &Camera, _, Option<&AutoCamera>)| {
         let is_added = added.is_some_and(|added| transform == Some(&added.0));
         if !is_added && orbit.is_none() && zoom.is_none() {
             return None;

@@ -11,19 +11,19 @@ use crate::world::{Mesh, Shape, World};
 const MOST_VERTICES: usize = 4_000_000;
 
 /// All shapes of a scene, where they stand.
-pub(super) struct Extent {
+pub(super) struct BoundingPoints {
     shapes: Vec<(DAffine3, Shape)>,
     /// For each mesh, the points that decide how far it reaches: the vertices that triangles use.
     points: Vec<Vec<Vec3>>,
 }
 
-impl Extent {
+impl BoundingPoints {
     /// The extent of a world; none if it is empty, or if its transforms make no sense.
-    pub fn of(world: &World) -> Option<Extent> {
-        Extent::up_to(world, MOST_VERTICES)
+    pub fn of(world: &World) -> Option<BoundingPoints> {
+        BoundingPoints::up_to(world, MOST_VERTICES)
     }
 
-    fn up_to(world: &World, most_vertices: usize) -> Option<Extent> {
+    fn up_to(world: &World, most_vertices: usize) -> Option<BoundingPoints> {
         let transforms: WorldTransforms = transforms::to_world(world, &world.in_order()).ok()?;
         let mut query = world.entities.query::<(hecs::Entity, &Shape)>();
         let placed =
@@ -41,7 +41,7 @@ impl Extent {
         if shapes.iter().map(vertices).sum::<usize>() > most_vertices {
             points.iter_mut().filter(|points| points.len() > 8).for_each(|points| *points = corners(points));
         }
-        (!shapes.is_empty()).then_some(Extent { shapes, points })
+        (!shapes.is_empty()).then_some(BoundingPoints { shapes, points })
     }
 
     /// The largest dot product of any point with `direction`, which may have any length (the support function).
@@ -121,16 +121,16 @@ mod tests {
     #[test]
     fn shapes_reach_as_far_as_their_points() {
         let world = world();
-        let extent = Extent::of(&world).unwrap();
+        let extent = BoundingPoints::of(&world).unwrap();
         assert_eq!(extent.bounds(), [DVec3::new(0.0, -5.0, -3.0), DVec3::new(11.0, 2.0, 8.0)]);
         // The ellipsoid's farthest point in a direction between its axes.
         let aslant = extent.along(DVec3::new(1.0, 1.0, 0.0));
         assert!((aslant - (10.0 + f64::sqrt(5.0))).abs() < 1e-12, "{aslant}");
         // Boxes reach as far along the axes, and at least as far between them.
-        let boxed = Extent::up_to(&world, 8).unwrap();
+        let boxed = BoundingPoints::up_to(&world, 8).unwrap();
         assert_eq!(boxed.bounds(), extent.bounds());
         assert_eq!(extent.along(DVec3::new(0.0, -1.0, 1.0)), 8.0);
         assert_eq!(boxed.along(DVec3::new(0.0, -1.0, 1.0)), 13.0);
-        assert!(Extent::of(&World::default()).is_none());
+        assert!(BoundingPoints::of(&World::default()).is_none());
     }
 }

@@ -13,13 +13,13 @@ use crate::world::{Light, SourceFiles, Transform, World};
 
 /// What surrounds a scene, in place of its own environments and skies. It lights the scene, and is seen behind it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Surroundings {
+pub enum EnvironmentPreset {
     /// Nothing: the scene's own environments and skies are only removed.
     None,
     /// A photographer's studio: two soft lights, a pale ceiling, a grey floor.
     Studio,
     /// A clear sky and its sun, as [`Light::Sky`] describes, at full brightness.
-    Sky(Sky),
+    Sky(SkyOptions),
     /// An equirectangular picture: a path, relative to the working folder. Its centre lies along −Z, its top along
     /// +Y; its values are radiance in W m⁻² sr⁻¹.
     Picture(#[serde(with = "super::film_file::as_text")] PathBuf),
@@ -27,17 +27,17 @@ pub enum Surroundings {
 
 /// Where the sun stands, and the haze in the air.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sky {
+pub struct SkyOptions {
     /// The sun's elevation above the horizon in degrees, from −90 to 90.
     pub elevation_degrees: f64,
     /// The sun's azimuth in degrees: 0 along −Z, 90 along +X. Any finite number.
     pub azimuth_degrees: f64,
-    /// How many times as much haze as on a clear day, from 0 to [`Sky::MOST_HAZE`].
+    /// How many times as much haze as on a clear day, from 0 to [`SkyOptions::MOST_HAZE`].
     pub haze: f32,
 }
 
-impl Sky {
-    /// The largest [`Sky::haze`].
+impl SkyOptions {
+    /// The largest [`SkyOptions::haze`].
     pub const MOST_HAZE: f32 = 100.0;
 
     /// The sky as a light.
@@ -49,7 +49,7 @@ impl Sky {
     }
 }
 
-impl Default for Sky {
+impl Default for SkyOptions {
     /// Half way up the sky, behind the left shoulder of someone looking along −Z: elevation 45°, azimuth 220°, haze
     /// 1.
     fn default() -> Self {
@@ -57,7 +57,7 @@ impl Default for Sky {
     }
 }
 
-impl FromStr for Surroundings {
+impl FromStr for EnvironmentPreset {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -67,7 +67,7 @@ impl FromStr for Surroundings {
             _ => {}
         }
         let Some(place) = text.strip_prefix("sky") else { return Ok(Self::Picture(text.into())) };
-        let mut sky = Sky::default();
+        let mut sky = SkyOptions::default();
         let Some(place) = place.strip_prefix(':') else {
             return if place.is_empty() { Ok(Self::Sky(sky)) } else { Ok(Self::Picture(text.into())) };
         };
@@ -85,7 +85,7 @@ impl FromStr for Surroundings {
     }
 }
 
-impl Surroundings {
+impl EnvironmentPreset {
     /// Reads `none`, `studio`, `sky`, `sky:ELEVATION` or `sky:ELEVATION,AZIMUTH` (in degrees, with a haze of 1), or
     /// else the path of a picture, which is made absolute so that it is found from any folder.
     ///
@@ -108,7 +108,7 @@ impl Surroundings {
 }
 
 /// Puts surroundings around a scene in place of its own environments.
-pub(super) fn surround(world: &mut World, surroundings: &Surroundings) -> Result<(), LoadError> {
+pub(super) fn surround(world: &mut World, surroundings: &EnvironmentPreset) -> Result<(), LoadError> {
     let old: Vec<_> = world.surroundings().collect();
     for entity in old {
         // It is known to exist.
@@ -116,10 +116,10 @@ pub(super) fn surround(world: &mut World, surroundings: &Surroundings) -> Result
     }
     let around = |image| Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
     let (name, light) = match surroundings {
-        Surroundings::None => return Ok(()),
-        Surroundings::Studio => ("studio", around(world.assets.add_made_image(studio::image()))),
-        Surroundings::Sky(sky) => ("sky", sky.light(Rgb::WHITE)),
-        Surroundings::Picture(path) => ("environment", around(read(world, path)?)),
+        EnvironmentPreset::None => return Ok(()),
+        EnvironmentPreset::Studio => ("studio", around(world.assets.add_made_image(studio::image()))),
+        EnvironmentPreset::Sky(sky) => ("sky", sky.light(Rgb::WHITE)),
+        EnvironmentPreset::Picture(path) => ("environment", around(read(world, path)?)),
     };
     let name = TakenNames::of(world).unique(name);
     world.entities.spawn((name, light, Transform::IDENTITY));
@@ -141,16 +141,16 @@ mod tests {
     #[test]
     fn names_are_read() {
         let sky = |elevation_degrees, azimuth_degrees| {
-            Ok(Surroundings::Sky(Sky { elevation_degrees, azimuth_degrees, haze: 1.0 }))
+            Ok(EnvironmentPreset::Sky(SkyOptions { elevation_degrees, azimuth_degrees, haze: 1.0 }))
         };
-        assert_eq!("studio".parse(), Ok(Surroundings::Studio));
+        assert_eq!("studio".parse(), Ok(EnvironmentPreset::Studio));
         assert_eq!("sky".parse(), sky(45.0, 220.0));
         assert_eq!("sky:10".parse(), sky(10.0, 220.0));
         assert_eq!("sky:-3.5,90".parse(), sky(-3.5, 90.0));
-        assert_eq!("sky.exr".parse(), Ok(Surroundings::Picture("sky.exr".into())));
-        assert_eq!("skyline/a.hdr".parse(), Ok(Surroundings::Picture("skyline/a.hdr".into())));
+        assert_eq!("sky.exr".parse(), Ok(EnvironmentPreset::Picture("sky.exr".into())));
+        assert_eq!("skyline/a.hdr".parse(), Ok(EnvironmentPreset::Picture("skyline/a.hdr".into())));
         for wrong in ["sky:", "sky:up", "sky:10,", "sky:91", "sky:nan"] {
-            assert!(wrong.parse::<Surroundings>().is_err(), "{wrong}");
+            assert!(wrong.parse::<EnvironmentPreset>().is_err(), "{wrong}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 /// Counts and names.
 #[derive(Default)]
-pub(super) struct Losses {
+pub(super) struct ImportReport {
     /// Whether there are animations, and no moment of them was asked for.
     pub animations: bool,
     /// Primitives without triangles.
@@ -19,7 +19,7 @@ pub(super) struct Losses {
     pub inside_out: usize,
 }
 
-impl Losses {
+impl ImportReport {
     /// A line for each kind of loss.
     pub(super) fn lines(&self) -> impl Iterator<Item = String> {
         let mut lines = Vec::new();

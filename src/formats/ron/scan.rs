@@ -67,15 +67,15 @@ pub(super) fn find_unclosed(text: &str) -> Option<Unclosed> {
     while offset < text.len() {
         let (token, length) = token(&text[offset..]);
         match token {
-            Token::Open(what) => open.push(Unclosed { offset, what }),
-            Token::Close(expected) => {
+            BracketToken::Open(what) => open.push(Unclosed { offset, what }),
+            BracketToken::Close(expected) => {
                 // At a surplus closing bracket the parser stops by itself.
                 let last = open.pop()?;
                 if last.what != expected {
                     return Some(last);
                 }
             }
-            Token::Unclosed(what) => return Some(Unclosed { offset, what }),
+            BracketToken::Unclosed(what) => return Some(Unclosed { offset, what }),
             _ => {}
         }
         offset += length;
@@ -91,9 +91,9 @@ pub(super) fn items(text: &str) -> Vec<&str> {
     while offset < text.len() {
         let (token, length) = token(&text[offset..]);
         let (ends_item, next_depth) = match token {
-            Token::Open(_) => (false, depth + 1),
-            Token::Close(_) => (depth <= 1, depth.saturating_sub(1)),
-            Token::Comma => (depth == 1, depth),
+            BracketToken::Open(_) => (false, depth + 1),
+            BracketToken::Close(_) => (depth <= 1, depth.saturating_sub(1)),
+            BracketToken::Comma => (depth == 1, depth),
             _ => (false, depth),
         };
         if depth == 0 && next_depth == 1 {
@@ -121,8 +121,8 @@ pub(super) fn skip_brackets(text: &str) -> &str {
     while offset < text.len() {
         let (token, length) = token(&text[offset..]);
         match token {
-            Token::Open(_) => depth += 1,
-            Token::Close(_) => depth = depth.saturating_sub(1),
+            BracketToken::Open(_) => depth += 1,
+            BracketToken::Close(_) => depth = depth.saturating_sub(1),
             _ => {}
         }
         offset += length;
@@ -139,9 +139,9 @@ pub(super) fn key_and_value(item: &str) -> Option<(&str, &str)> {
     while offset < item.len() {
         let (token, length) = token(&item[offset..]);
         match token {
-            Token::Open(_) => depth += 1,
-            Token::Close(_) => depth = depth.saturating_sub(1),
-            Token::Colon if depth == 0 => {
+            BracketToken::Open(_) => depth += 1,
+            BracketToken::Close(_) => depth = depth.saturating_sub(1),
+            BracketToken::Colon if depth == 0 => {
                 return Some((item[..offset].trim_end(), skip_blank(&item[offset + length..])));
             }
             _ => {}
@@ -152,7 +152,7 @@ pub(super) fn key_and_value(item: &str) -> Option<(&str, &str)> {
 }
 
 /// The tokens that matter for matching brackets.
-enum Token {
+enum BracketToken {
     /// What it is, in quotes.
     Open(&'static str),
     /// Which bracket it closes.
@@ -165,34 +165,34 @@ enum Token {
 }
 
 /// The token that `text` begins with (it is not empty), and its length in bytes.
-fn token(text: &str) -> (Token, usize) {
+fn token(text: &str) -> (BracketToken, usize) {
     let literal = |length: Option<usize>, what| match length {
-        Some(length) => (Token::Other, length),
-        None => (Token::Unclosed(what), text.len()),
+        Some(length) => (BracketToken::Other, length),
+        None => (BracketToken::Unclosed(what), text.len()),
     };
     let bytes = text.as_bytes();
     match bytes[0] {
-        b'(' => (Token::Open("\"(\""), 1),
-        b'[' => (Token::Open("\"[\""), 1),
-        b'{' => (Token::Open("\"{\""), 1),
-        b')' => (Token::Close("\"(\""), 1),
-        b']' => (Token::Close("\"[\""), 1),
-        b'}' => (Token::Close("\"{\""), 1),
-        b',' => (Token::Comma, 1),
-        b':' => (Token::Colon, 1),
+        b'(' => (BracketToken::Open("\"(\""), 1),
+        b'[' => (BracketToken::Open("\"[\""), 1),
+        b'{' => (BracketToken::Open("\"{\""), 1),
+        b')' => (BracketToken::Close("\"(\""), 1),
+        b']' => (BracketToken::Close("\"[\""), 1),
+        b'}' => (BracketToken::Close("\"{\""), 1),
+        b',' => (BracketToken::Comma, 1),
+        b':' => (BracketToken::Colon, 1),
         b'"' => literal(plain_string(text), "string"),
-        b'\'' => (Token::Other, character_literal(text)),
+        b'\'' => (BracketToken::Other, character_literal(text)),
         b'/' if text.starts_with("/*") => literal(block_comment(text), "comment"),
-        b'/' if text.starts_with("//") => (Token::Other, text.find('\n').unwrap_or(text.len())),
+        b'/' if text.starts_with("//") => (BracketToken::Other, text.find('\n').unwrap_or(text.len())),
         b'r' if starts_raw_string(&text[1..]) => literal(raw_string(text, 1), "string"),
         b'b' if bytes.get(1) == Some(&b'r') && starts_raw_string(&text[2..]) => {
             literal(raw_string(text, 2), "string")
         }
         b'a'..=b'z' | b'A'..=b'Z' | b'_' => {
             let word = bytes.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count();
-            (Token::Other, word)
+            (BracketToken::Other, word)
         }
-        _ => (Token::Other, text.chars().next().map_or(1, char::len_utf8)),
+        _ => (BracketToken::Other, text.chars().next().map_or(1, char::len_utf8)),
     }
 }
 

@@ -124,7 +124,7 @@ mod tests {
             Region { x0: 63, y0: 10, x1: 65, y1: 200 },
             Region::whole([1000, 700]),
         ] {
-            assert_eq!(tiles(region, 64), super::super::tiles(region, 64).len(), "{region:?}");
+            assert_eq!(tiles(region, 64), super::super::session::tiles(region, 64).len(), "{region:?}");
         }
     }
 }
