@@ -1,12 +1,12 @@
-//! How long the acceleration structure takes to build, in triangles a second, by size and
-//! quality, on all cores and on one.
+//! Speed at which the acceleration structure is built, in triangles per second, by size and quality, on all cores and
+//! on one.
 
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayfront::internals::bvh::{BuildQuality, Bvh, PrimitiveArrays};
 
-/// Everything from geometry to finished nodes and blocks.
+/// Builds everything from geometry to finished nodes and blocks.
 fn build(c: &mut Criterion) {
     for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
         let mesh = common::bumpy_sphere(triangles);

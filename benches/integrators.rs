@@ -1,4 +1,4 @@
-//! Both schedules on whole images, and waves of several sizes: rays a second on one thread.
+//! Both schedules on whole images, and waves of several sizes: rays per second on one thread.
 
 mod common;
 
@@ -25,7 +25,7 @@ fn open_stage() -> Stage {
     stage
 }
 
-/// A mesh of 70,000 triangles under three lamps.
+/// A mesh of 70,000 triangles under three lights.
 fn mesh() -> RenderSetup {
     let mut stage = open_stage();
     let shiny = stage.material(BlinnPhong { specular: grey(0.4), ..matte(grey(0.6)) });
@@ -51,7 +51,7 @@ fn glass_balls() -> RenderSetup {
     stage.setup()
 }
 
-/// Sixteen shadow rays a hit, and a lens.
+/// Sixteen shadow rays per hit, and a lens.
 fn soft_shadows() -> RenderSetup {
     let mut stage = open_stage();
     let plain = stage.material(matte(grey(0.7)));

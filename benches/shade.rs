@@ -1,4 +1,4 @@
-//! What lanes bring: a scene that is mostly shading, and the elementary functions, by instruction set.
+//! The benefit of SIMD lanes: a scene that is mostly shading, and the elementary functions, by instruction set.
 
 mod common;
 
@@ -14,7 +14,7 @@ use rayfront::world::BlinnPhong;
 
 const SAMPLES: u32 = 4;
 
-/// Textures and highlights under four lamps, and little to hit.
+/// Textures and highlights under four lights, with little geometry.
 fn lit_frame() -> RenderSetup {
     let mut stage = Stage::new([160, 120], SAMPLES);
     let checkers = stage.checkers(8.0);
@@ -31,7 +31,7 @@ fn lit_frame() -> RenderSetup {
     stage.setup()
 }
 
-/// A wavefront rendering on one thread, in rays a second.
+/// Wavefront rendering on one thread, in rays per second.
 fn render(c: &mut Criterion) {
     let setup = lit_frame();
     let mut worker = common::worker(&setup, Schedule::Wavefront);
@@ -57,7 +57,7 @@ enum Function {
     Acos,
 }
 
-/// A function of every value of a column.
+/// Applies a function to every value of a column.
 struct Column<'a> {
     function: Function,
     values: &'a [f32],
@@ -87,9 +87,9 @@ impl Kernel for Column<'_> {
     }
 }
 
-/// Values a second.
+/// Values per second.
 fn elementary(c: &mut Criterion) {
-    // A multiple of every lane width; within the first cache.
+    // A multiple of every lane width; fits into the first-level cache.
     const COUNT: usize = 2048;
     let values: Vec<f32> = (0..COUNT).map(|i| (i as f32 + 0.5) / COUNT as f32).collect();
     let mut out = vec![0.0; COUNT];

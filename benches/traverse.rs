@@ -1,5 +1,5 @@
-//! How many rays a second the kernels answer, by scene, class of ray and instruction set; for
-//! the widest set also by what the caller says of the queue, which chooses the kernel.
+//! Rays per second of the traversal kernels, by scene, class of ray and instruction set; for the widest set also by the
+//! coherence that the caller states for the queue, which selects the kernel.
 
 mod common;
 
@@ -53,7 +53,7 @@ fn bench_scene(c: &mut Criterion, name: &str, scene: &CompiledScene) {
     bench_closest(c, name, "diffuse bounce", scene, &classes.bounce);
 }
 
-/// Every instruction set, and the widest with each kind of queue.
+/// Every instruction set, and the widest with each coherence of the queue.
 fn variants() -> Vec<(&'static str, Isa, Coherence)> {
     let mut variants: Vec<_> =
         Isa::available().into_iter().map(|isa| (isa.name(), isa, Coherence::Unknown)).collect();

@@ -1,14 +1,14 @@
-//! A renderer for the CPU, as a library: scenes in, images out, or rays in and hits out. The same scene with the
-//! same settings gives the same image to the last bit, on every machine and with any number of threads.
+//! A renderer for the CPU, as a library: scenes in, images out, or rays in and hits out. The same scene with the same
+//! settings gives the same image to the last bit, on every machine and with any number of threads.
 //!
 //! | to | use | feature |
 //! |---|---|---|
 //! | trace rays through triangles, spheres and instances | [`query`] | none |
 //! | make a scene in a program | [`world`] | `render` |
 //! | render it | [`compile`], then [`render`] | `render` |
-//! | get at its pixels | [`film`] | `render` |
-//! | read scenes, models and pictures; save images and scenes | [`formats`] | `formats` |
-//! | say what went wrong | [`error`] | `render` |
+//! | access its pixels | [`film`] | `render` |
+//! | read scenes, models and images; save images and scenes | [`formats`] | `formats` |
+//! | handle errors | [`error`] | `render` |
 //!
 //! ```
 //! use rayfront::{compile::compile, formats, render::{Options, Session}};
@@ -16,8 +16,11 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
 //! # let image = folder.path().join("ball.png");
-//! # std::fs::write(folder.path().join("ball.ron"), "(settings: (size: (16, 9), samples: 1), entities: [(shape: Sphere(radius_m: 1)), \
-//! #     (name: \"top\", camera: Pinhole(vertical_fov_degrees: 40), transform: (translate: (0, 0, 5)))])")?;
+//! # std::fs::write(
+//! #     folder.path().join("ball.ron"),
+//! #     "(settings: (size: (16, 9), samples: 1), entities: [(shape: Sphere(radius_m: 1)), \
+//! #     (name: \"top\", camera: Pinhole(vertical_fov_degrees: 40), transform: (translate: (0, 0, 5)))])",
+//! # )?;
 //! # std::env::set_current_dir(&folder)?;
 //! let world = formats::load("ball.ron")?;
 //! let scene = compile(&world, Some("top"))?;                             // through the camera of that name
@@ -29,8 +32,8 @@
 //! # }
 //! ```
 //!
-//! Lengths are in metres, angles in radians, powers in watts; colours are linear with the primaries of Rec. 709
-//! (those of sRGB). Cameras look along −Z, +Y is up.
+//! Lengths are in metres, angles in radians, powers in watts; colours are linear with the primaries of Rec. 709 (those
+//! of sRGB). Cameras look along −Z, +Y is up.
 //!
 //! # Features
 //!
@@ -45,15 +48,15 @@
 //! | `basisu` | glTF files with KHR_texture_basisu | |
 //! | `python` | `formats` and `draco`, and the Python module | |
 //!
-//! For rays alone: `default-features = false`. To render and to read files:
+//! For ray queries only: `default-features = false`. To render and to read files:
 //! `default-features = false, features = ["formats", "draco"]`.
 //!
 //! Nothing outside these modules is part of the public interface, even where it is `pub`: see [`internals`].
 
 #![deny(unsafe_code)]
-// The front page names modules that come with features.
+// This page links to modules that come with features.
 #![cfg_attr(not(feature = "formats"), allow(rustdoc::broken_intra_doc_links))]
-// Without `cli`, what only the program uses is dead code.
+// Without `cli`, items that only the program uses are dead code.
 #![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 mod bvh;
@@ -100,7 +103,7 @@ mod view;
 #[cfg(feature = "render")]
 pub mod world;
 
-/// Compiles and runs the examples of the guide with the others.
+/// Compiles and runs the guide's examples as doctests.
 #[cfg(all(doctest, feature = "formats"))]
 #[doc = include_str!("LIBRARY.md")]
 struct Guide;

@@ -1,60 +1,60 @@
-//! How much memory the process may use. Large amounts are claimed before they are allocated, so that asking for too
-//! much ends in a message, not in the end of the process or of the machine.
+//! The memory budget of the process. Large amounts are reserved before they are allocated, so that a shortage ends in
+//! an error message, not in the end of the process or of the machine.
 
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What the process may use, as it was told and as the system allows.
+/// The budget of the process, within its own limit and those of the system.
 static OURS: Budget = Budget::of(u64::MAX);
 
-/// Bytes that are never handed out: for stacks, waves and the allocator itself.
+/// Bytes that are never granted: for stacks, waves and the allocator itself.
 pub const RESERVE: u64 = 48 << 20;
-/// Claims that add up to less than this are granted without asking the system.
+/// Reservations that add up to less than this are granted without a check of the system's limits.
 const SMALL: u64 = 4 << 20;
 
-/// Sets how many bytes the process may use in all from now on.
+/// Sets the number of bytes that the process may use in total from now on.
 pub fn set_limit(bytes: u64) {
     OURS.most.store(bytes, Ordering::Relaxed);
 }
 
-/// How many bytes the process may use in all, if that was said.
+/// Returns the number of bytes that the process may use in total, if it has been set.
 pub fn limit() -> Option<u64> {
     Some(OURS.most.load(Ordering::Relaxed)).filter(|bytes| *bytes < u64::MAX)
 }
 
-/// Claims memory for something that is about to be made. Keep the claim until it is made, so that others who claim at
-/// the same time know of it. Errors: there is not that much memory.
+/// Reserves memory for something that is about to be made. Keep the reservation until it is made, so that concurrent
+/// ones take it into account. Returns an error if there is not enough memory.
 pub fn reserve(what: impl Display, bytes: u64) -> Result<Reservation<'static>, Shortage> {
     OURS.reserve(what, bytes)
 }
 
-/// Bytes that can still be claimed, if the system tells.
+/// Returns the number of bytes that can still be reserved, if the system reports it.
 pub fn available() -> Option<u64> {
     OURS.left().map(|left| left.bytes.saturating_sub(RESERVE))
 }
 
-/// The most memory that has been resident, in bytes, if /proc tells.
+/// Returns the peak resident memory in bytes, if /proc reports it.
 pub fn peak() -> Option<u64> {
     status("VmHWM:")
 }
 
-/// What is resident now, in bytes.
+/// Returns the resident memory in bytes, if /proc reports it.
 pub fn resident() -> Option<u64> {
     status("VmRSS:")
 }
 
-/// The bytes into which all claims must fit.
+/// The budget into which all reservations must fit.
 struct Budget {
-    /// What the process may use in all.
+    /// The number of bytes that the process may use in total.
     most: AtomicU64,
-    /// What is being made.
+    /// Bytes that are reserved.
     claimed: AtomicU64,
-    /// Small claims since the last look.
+    /// Small reservations since the last check, in bytes.
     small: AtomicU64,
 }
 
-/// Memory for something that is being made.
+/// A reservation of memory for something that is being made.
 #[derive(Debug)]
 pub struct Reservation<'b> {
     claimed: &'b AtomicU64,
@@ -85,7 +85,7 @@ impl Shortage {
     }
 }
 
-/// Which limit is the tightest.
+/// The tightest limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum MemoryLimit {
     UserLimit,
@@ -147,7 +147,7 @@ impl Budget {
         }
     }
 
-    /// What is left under the tightest limit, before the reserve and claims are taken off.
+    /// Returns the memory left under the tightest limit, before the reserve and reservations are subtracted.
     fn left(&self) -> Option<FreeMemory> {
         let most = self.most.load(Ordering::Relaxed);
         let told = (most < u64::MAX).then(|| most.saturating_sub(resident().unwrap_or(0)));
@@ -162,7 +162,7 @@ impl Budget {
     }
 }
 
-/// A number of bytes in MB or GB, for people.
+/// Formats a number of bytes in MB or GB, human-readable.
 pub fn in_words(bytes: u64) -> String {
     match bytes as f64 {
         bytes if bytes >= 999.5e6 => format!("{:.2} GB", bytes / 1e9),
@@ -170,7 +170,7 @@ pub fn in_words(bytes: u64) -> String {
     }
 }
 
-/// A number of bytes as people write it: 800M, 1.5G, 2GiB.
+/// Parses a human-readable number of bytes: 800M, 1.5G, 2GiB.
 pub fn parse(text: &str) -> Result<u64, String> {
     let wrong = || format!("{text:?} is not an amount of memory: write it as 800M, 1.5G or 2GiB");
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
@@ -198,7 +198,7 @@ pub fn addresses_are_limited() -> bool {
     address_limits().iter().any(Option::is_some)
 }
 
-/// The bytes that the process may map in all, and of data.
+/// Returns the limits on the bytes that the process may map in total, and on those of data.
 fn address_limits() -> [Option<u64>; 2] {
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     ["Max address space", "Max data size"].map(|name| {
@@ -207,14 +207,15 @@ fn address_limits() -> [Option<u64>; 2] {
     })
 }
 
-/// The part of the allowed address space that the process has not mapped yet.
+/// Returns the part of the allowed address space that the process has not mapped yet.
 fn address_space() -> Option<u64> {
     let used = ["VmSize:", "VmData:"];
     let left = |(limit, used): (Option<u64>, &str)| Some(limit?.saturating_sub(status(used)?));
     address_limits().into_iter().zip(used).filter_map(left).min()
 }
 
-/// What the process's control group and its ancestors may still take, in versions 1 and 2 of control groups.
+/// Returns the bytes that the process's control group and its ancestors may still take, in versions 1 and 2 of control
+/// groups.
 fn control_group() -> Option<u64> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let rooms = groups.lines().filter_map(|line| {
@@ -230,13 +231,13 @@ fn control_group() -> Option<u64> {
             ),
             _ => return None,
         };
-        // Within a container the group's own path may be that of the host.
+        // Within a container the group's path may be that of the host.
         let path = Path::new(path.trim_start_matches('/'));
         let rooms = path.ancestors().filter_map(|group| {
             let folder = Path::new(base).join(group);
             let number =
                 |name: &str| std::fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
-            // The kernel gives back pages of files that have not been used for some time.
+            // The kernel reclaims pages of files that have not been used for some time.
             let stat = std::fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
             let files = stat.lines().find_map(|line| line.strip_prefix(file)?.parse::<u64>().ok());
             let used = number(used)?.saturating_sub(files.unwrap_or(0));
@@ -247,12 +248,12 @@ fn control_group() -> Option<u64> {
     rooms.min()
 }
 
-/// A line of /proc/self/status, in bytes.
+/// Returns the value of a line of /proc/self/status, in bytes.
 fn status(name: &str) -> Option<u64> {
     field("/proc/self/status", name)
 }
 
-/// The number in a line of a file of /proc, which has it in kibibytes, in bytes.
+/// Returns the value of a line of a file of /proc, which states it in kibibytes, in bytes.
 fn field(file: &str, name: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
@@ -264,7 +265,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_not_fit_is_refused_with_a_reason() {
+    fn oversized_reservation_is_rejected_with_a_reason() {
         let budget = Budget::of(1 << 40);
         // (No machine has an exabyte.)
         let shortage = budget.reserve("a film", 1 << 60).unwrap_err().or("use --crop").to_string();
@@ -277,7 +278,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn claims_count_as_long_as_they_live() {
+    fn reservations_count_until_they_are_dropped() {
         let budget = Budget::of(resident().unwrap() + (1 << 30));
         let half = 600 << 20;
         let first = budget.reserve("one", half).unwrap();
@@ -285,13 +286,13 @@ mod tests {
         assert!(message.ends_with("of what --memory allows: allow more"), "{message}");
         drop(first);
         drop(budget.reserve("two", half).unwrap());
-        // Many small ones together are checked, too.
+        // Many small reservations together are checked, too.
         let many: Result<Vec<_>, _> = (0..2000).map(|_| budget.reserve("a small one", 1 << 20)).collect();
         assert!(many.is_err());
     }
 
     #[test]
-    fn amounts_are_read_as_they_are_written() {
+    fn amounts_are_parsed_and_formatted() {
         assert_eq!(
             [parse("800M"), parse("1.5g"), parse("2 GiB")],
             [Ok(800_000_000), Ok(1_500_000_000), Ok(2 << 30)]

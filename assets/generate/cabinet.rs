@@ -1,13 +1,13 @@
-//! A crooked little table clock of few quads, for the stages of mesh loading (Figure 8).
-//! Its texture has wood in the left half and a dial in the right.
+//! A crooked little table clock of few quads, for the stages of mesh loading (Figure 8). Its texture has wood in the
+//! left half and a dial in the right.
 
 use glam::{DVec2, DVec3};
 
 use crate::mesh::{Face, Polygons, Solid, polar, sin_cos_degrees};
 use crate::solids::{Station, lathe, sweep};
 
-/// The clock with normals and texture coordinates, without normals, and as a loader sees
-/// it that takes the first three corners of every face for a triangle.
+/// The clock with normals and texture coordinates, without normals, and as read by a loader that takes the first three
+/// corners of every face for a triangle.
 pub fn stages() -> [(&'static str, Polygons); 3] {
     let solid = cabinet();
     let mut missing = solid.flat();
@@ -17,7 +17,7 @@ pub fn stages() -> [(&'static str, Polygons); 3] {
     [("cabinet", solid.smoothed(60.0)), ("cabinet_flat", solid.flat()), ("cabinet_missing", missing)]
 }
 
-/// How far the body leans at height `y` (metres).
+/// The sideways offset of the leaning body at height `y` (metres).
 fn lean(y: f64) -> f64 {
     0.022 * sin_cos_degrees(y * 900.0).0
 }
@@ -103,7 +103,7 @@ fn dial() -> Solid {
     for j in 0..=SIDE {
         for i in 0..=SIDE {
             let (x, y) = (2.0 * i as f64 / SIDE as f64 - 1.0, 2.0 * j as f64 / SIDE as f64 - 1.0);
-            // A square's grid bent to a disc.
+            // Maps a square grid to a disc.
             let p = DVec2::new(x * libm::sqrt(1.0 - y * y / 2.0), y * libm::sqrt(1.0 - x * x / 2.0));
             solid.vertex((p * radius).extend(height + 0.004 * (1.0 - p.length_squared())));
         }

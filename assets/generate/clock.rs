@@ -1,6 +1,6 @@
-//! The parts of a skeleton mantel clock, each a file, so that each can have its own
-//! material; scenes put them together (see `train` for where the wheels go). Drawn in
-//! millimetres, saved in metres. Plates and dial lie in XY and face +Z; y = 0 is the table.
+//! The parts of a skeleton mantel clock, each a file, so that each can have its own material; scenes assemble them (see
+//! `train` for the places of the wheels). Drawn in millimetres, saved in metres. Plates and dial lie in XY and face +Z;
+//! y = 0 is the table.
 
 use glam::{DVec2, DVec3};
 
@@ -16,15 +16,15 @@ pub const BALANCE: DVec2 = DVec2::new(0.0, 84.0);
 /// The pallet fork's pivot, on the line from the escape wheel to the balance.
 pub const PALLETS: DVec2 = DVec2::new(-5.434, 103.573);
 
-/// An arbor of the going train: what turns, where, by how much.
+/// An arbor of the going train: its place, its wheel and its pinion.
 pub struct Arbor {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// In the plane of the plates.
+    /// Its place in the plane of the plates.
     pub at: DVec2,
-    /// Teeth and module of its wheel, turned in degrees.
+    /// Teeth and module of its wheel, and its rotation in degrees.
     pub wheel: (u32, f64, f64),
-    /// Leaves of its pinion and how it is turned, driven by the arbor before.
+    /// Leaves of its pinion, which the arbor before drives, and its rotation in degrees.
     pub pinion: (u32, f64),
 }
 
@@ -45,7 +45,7 @@ pub fn train() -> Vec<Arbor> {
         let (driver_teeth, driver_module, driver_turn) = driver.wheel;
         let at = driver.at + polar(pitch_radius(driver_module, driver_teeth + leaves), direction);
         let turn = meshing_turn(driver_teeth, driver_turn, leaves, direction);
-        // The wheel sits on the same arbor; any turn would do, this one is as good as another.
+        // The wheel sits on the same arbor; any rotation would do.
         arbors.push(Arbor { name, at, wheel: (teeth, module, turn), pinion: (leaves, turn) });
     }
     arbors
@@ -96,7 +96,7 @@ fn turned(profile: &[(f64, f64)], segments: u32) -> Solid {
     lathe(&points, segments).rotated(0, 90.0)
 }
 
-/// From back plate to front plate, with pivots that end in the jewels.
+/// An arbor from back plate to front plate, with pivots that end in the jewels.
 fn arbor() -> Solid {
     let mut profile = vec![(0.0, -18.2), (0.7, -18.0), (0.7, -15.2), (1.5, -14.6), (1.6, -14.2)];
     profile.extend([(1.6, 14.2), (1.5, 14.6), (0.7, 15.2), (0.7, 18.0), (0.0, 18.2)]);
@@ -123,7 +123,7 @@ fn spiral_ribbon(inner: f64, outer: f64, coils: f64, thickness: f64, height: f64
     let path: Vec<Station> = (0..=steps)
         .map(|i| {
             let t = i as f64 / steps as f64;
-            // Kept a little unevenly, denser at the inside, like a real spring.
+            // Slightly uneven, denser at the inside, like a real spring.
             let radius = inner + (outer - inner) * t * (0.85 + 0.15 * t);
             let outward = polar(1.0, 360.0 * coils * t).extend(0.0);
             Station { origin: outward * radius, x: -outward, y: DVec3::Z }
@@ -134,7 +134,7 @@ fn spiral_ribbon(inner: f64, outer: f64, coils: f64, thickness: f64, height: f64
     sweep(&path, &section, false, 1.0)
 }
 
-/// Where the plates carry something: pivots of the train, dial feet, pillars.
+/// The places of the pillars between the plates.
 pub fn pillar_places() -> [DVec2; 5] {
     [
         CENTER + polar(53.0, 90.0),
@@ -304,7 +304,7 @@ fn balance() -> Solid {
     head.push((0.0, 2.2));
     let head: Vec<DVec2> = head.into_iter().map(DVec2::from).collect();
     for i in 0..18 {
-        // A lathe's axis is +Y; turned to point outwards.
+        // A lathe's axis is +Y; rotated to point outwards.
         let degrees = 20.0 * f64::from(i) + 10.0;
         let at = polar(25.0, degrees);
         solid.append(&lathe(&head, 14).rotated(2, degrees - 90.0).translated(at.x, at.y, 0.0));
@@ -313,8 +313,8 @@ fn balance() -> Solid {
     solid
 }
 
-/// The bridge over the balance: from a foot at x = −35 to the jewel at the origin, 2.4 mm
-/// thick, its underside at z = 0; the foot reaches down to z = −12.
+/// The bridge over the balance: from a foot at x = −35 to the jewel at the origin, 2.4 mm thick, its underside at z =
+/// 0; the foot reaches down to z = −12.
 fn balance_cock() -> Solid {
     let root = DVec2::new(-36.0, 0.0);
     let field = |p: DVec2| {
@@ -354,7 +354,7 @@ fn pallet_stone() -> Solid {
     extrude(&outline, &beveled(-0.9, 0.9, 0.12))
 }
 
-/// An outline in XY that is to lie flat, with +Z up after turning.
+/// Rotates an outline in XY to lie flat, with +Z upwards.
 fn lying(solid: Solid) -> Solid {
     solid.rotated(0, -90.0)
 }

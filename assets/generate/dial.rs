@@ -1,4 +1,4 @@
-//! Clock faces drawn with our own strokes.
+//! Clock faces, drawn with strokes.
 
 use glam::{DVec2, DVec3};
 
@@ -67,8 +67,8 @@ fn numeral(letters: &str) -> Vec<Stroke> {
 
 const HOURS: [&str; 12] = ["XII", "I", "II", "III", "IIII", "V", "VI", "VII", "VIII", "IX", "X", "XI"];
 
-/// Where a point is on a dial: radius, hour sector, and its place beside the sector's
-/// middle line (x to the right, y outwards).
+/// The place of a point on a dial: radius, hour sector, and offset from the sector's middle line (x to the right, y
+/// outwards).
 fn sector(p: DVec2) -> (f64, usize, DVec2) {
     let degrees = libm::atan2(p.x, p.y).to_degrees();
     let hour = (degrees / 30.0).round();
@@ -77,7 +77,7 @@ fn sector(p: DVec2) -> (f64, usize, DVec2) {
     (p.length(), hour.rem_euclid(12.0) as usize, local)
 }
 
-/// How far into a minute mark of half width `half` (same unit as the radius).
+/// The depth in a minute mark of half width `half` (same unit as the radius); negative outside.
 fn minute_mark(p: DVec2, half: f64) -> f64 {
     let degrees = libm::atan2(p.x, p.y).to_degrees();
     let off = degrees - (degrees / 6.0).round() * 6.0;
@@ -88,7 +88,7 @@ fn inked(ink: f64, pixel: f64) -> DVec3 {
     ENAMEL.lerp(INK, (ink / pixel + 0.5).clamp(0.0, 1.0))
 }
 
-/// The ring of the skeleton clock: 130 mm across the picture, ring from 44 to 64 mm.
+/// The ring of the skeleton clock: the image covers 130 mm, the ring lies between 44 and 64 mm.
 pub fn clock(uv: DVec2) -> DVec3 {
     let p = (uv - DVec2::splat(0.5)) * DVec2::new(130.0, -130.0);
     let (radius, hour, local) = sector(p);
@@ -99,7 +99,7 @@ pub fn clock(uv: DVec2) -> DVec3 {
         ink = ink.max(minute_mark(p, if on_hour { 0.55 } else { 0.22 }));
     }
     const HEIGHT: f64 = 9.8;
-    // The numerals fan out with the radius.
+    // The numerals widen with the radius.
     let glyph = DVec2::new(local.x / (1.14 * radius / 52.7).max(0.5), radius - 52.7) / HEIGHT;
     if glyph.y.abs() < 0.6 {
         let strokes = numeral(HOURS[hour]);

@@ -1,5 +1,5 @@
-//! A small electric generator with its parts in the open (Figure 11). Its shaft lies along
-//! Z, drawn in millimetres; the drive end faces +Z and y = 0 is the ground.
+//! A small electric generator with exposed parts (Figure 11). Its shaft lies along Z, drawn in millimetres; the drive
+//! end faces +Z and y = 0 is the ground.
 
 use glam::{DVec2, DVec3};
 
@@ -63,7 +63,7 @@ fn housing() -> Solid {
     solid
 }
 
-/// The cover of an end, with openings over the windings; outside faces +Z, it seats on z = 0.
+/// The cover of an end, with openings over the windings; the outside faces +Z, the seat is at z = 0.
 fn end_bell() -> Solid {
     let mut face = Outline::new(circle(DVec2::ZERO, 52.0, 96));
     for window in gears::windows(20.0, 47.0, 6, 7.0, 5.0) {
@@ -88,7 +88,7 @@ fn end_bell() -> Solid {
     solid
 }
 
-/// One winding: a bundle of wires bent to a flat loop about X, to be placed around Z.
+/// A winding: a bundle of wires bent to a flat loop about X, to be placed around Z.
 fn coil() -> Solid {
     let mut solid = Solid::default();
     for (dy, dx) in
@@ -105,7 +105,7 @@ fn coil() -> Solid {
                 Station { origin: at(i), x: tangent.cross(DVec3::Z), y: DVec3::Z }
             })
             .collect();
-        // The cross-section's axes are (outwards, up); seen along the way that is clockwise.
+        // The cross-section's axes are (outwards, up), which is clockwise seen along the path.
         let section: Vec<DVec2> = circle(DVec2::ZERO, 1.1, 8).into_iter().rev().collect();
         solid.append(&sweep(&path, &section, true, 1.0));
     }

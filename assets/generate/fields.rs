@@ -1,4 +1,4 @@
-//! Strips of small pictures that show what the fields of a scene do, for the guide to writing scenes.
+//! Strips of small images that show the effect of the fields of a scene, for the guide to writing scenes.
 
 mod materials;
 mod pictures;
@@ -16,18 +16,18 @@ use rayfront::formats;
 use rayfront::render::{Options, Session};
 use rayfront::world::World;
 
-/// Width and height of a picture, in pixels.
+/// Width and height of an image, in pixels.
 const SIDE: u32 = 140;
-/// Pixels between two pictures.
+/// Pixels between two images.
 const GAP: u32 = 4;
 
-/// Pictures side by side, of one scene with different values.
+/// Images of one scene with different values, side by side.
 pub struct Strip {
     pub name: &'static str,
     /// The parts of the scene, in which `VALUE` stands for one of the values.
     pub scene: &'static [&'static str],
     pub values: &'static [&'static str],
-    /// Width and height of a rendered pixel in the picture: more than 1 shows pixels enlarged.
+    /// Width and height of a rendered pixel in the image: more than 1 shows pixels enlarged.
     pub zoom: u32,
 }
 
@@ -43,7 +43,7 @@ pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
             let picture = strip.render(&folder, value)?;
             imageops::replace(&mut joined, &picture, number * i64::from(SIDE + GAP), 0);
         }
-        // Noise that nobody sees would take up a third of the file.
+        // Invisible noise would take up a third of the file.
         joined
             .pixels_mut()
             .flat_map(|pixel| &mut pixel.0)
@@ -56,13 +56,13 @@ pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// All of them.
+/// All strips.
 pub fn strips() -> impl Iterator<Item = &'static Strip> {
     scenes::STRIPS.iter().chain(materials::STRIPS)
 }
 
 impl Strip {
-    /// Reads the scene with a value, as if it were a file of the folder.
+    /// Loads the scene with a value, as if it were a file in the folder.
     pub fn load(&self, folder: &Path, value: &str) -> Result<World, Box<dyn Error>> {
         let mut file = tempfile::Builder::new().suffix(".ron").tempfile_in(folder)?;
         file.write_all(self.scene.concat().replace("VALUE", value).as_bytes())?;

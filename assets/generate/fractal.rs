@@ -1,5 +1,5 @@
-//! A quaternion Julia set (Norton 1982; distance estimate after Hart, Sandin and Kauffman
-//! 1989), its surface meshed by naive surface nets.
+//! A quaternion Julia set (Norton 1982; distance estimate after Hart, Sandin and Kauffman 1989), its surface meshed by
+//! naive surface nets.
 
 use std::collections::HashMap;
 
@@ -13,10 +13,10 @@ const C: DVec4 = DVec4::new(-0.291, -0.399, 0.339, 0.437);
 const CELLS: usize = 112;
 /// Half the side of the cube that is searched.
 const EXTENT: f64 = 1.35;
-/// The surface lies at this distance from the set: hides what the grid can't resolve.
+/// The distance of the surface from the set: hides details that the grid cannot resolve.
 const LEVEL: f64 = 0.008;
 
-/// An estimate of the distance to the set, less the level.
+/// An estimate of the distance to the set, minus the level.
 fn field(p: DVec3) -> f64 {
     let mut z = DVec4::new(p.x, p.y, p.z, 0.0);
     let mut derivative = 1.0;
@@ -85,7 +85,7 @@ pub fn julia() -> Polygons {
             }
         }
     }
-    // A quad for each grid edge that crosses the surface, around it the four cells.
+    // A quad for each grid edge that crosses the surface, between the vertices of the four cells around it.
     for k in 1..CELLS {
         for j in 1..CELLS {
             for i in 1..CELLS {

@@ -1,4 +1,4 @@
-//! Small pictures of all scenes, and a page of them.
+//! Small images of all scenes, and a page that shows them.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -8,7 +8,7 @@ use rayfront::compile::compile;
 use rayfront::formats;
 use rayfront::render::{Options, Session};
 
-/// Width or height of a picture, in pixels.
+/// Width of an image, in pixels.
 const WIDTH: u32 = 400;
 
 /// Renders every scene of a folder into `gallery/` in it, and writes `GALLERY.md`.
@@ -46,10 +46,10 @@ pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What a scene says about itself: the comment that it begins with.
+/// The caption of a scene: the comment that it begins with.
 fn caption(scene: &str) -> String {
     let lines = scene.lines().map(|line| line.trim_start_matches('(').trim_start());
     let comment: Vec<&str> = lines.map_while(|line| line.strip_prefix("//")).map(str::trim).collect();
-    // Some characters have a meaning in Markdown.
+    // Escapes characters with a meaning in Markdown.
     comment.join("\n").replace('<', "\\<").replace('*', "\\*")
 }

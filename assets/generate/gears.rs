@@ -11,16 +11,16 @@ pub fn pitch_radius(module: f64, teeth: u32) -> f64 {
     module * f64::from(teeth) / 2.0
 }
 
-/// By how many degrees the second of two meshing wheels is turned, when the first is turned
-/// by `first_turn` and the second's centre lies at `direction` from the first's.
+/// The rotation in degrees of the second of two meshing wheels, if the first is turned by `first_turn` and the second's
+/// centre lies at `direction` from the first's.
 pub fn meshing_turn(first_teeth: u32, first_turn: f64, second_teeth: u32, direction: f64) -> f64 {
     let fraction = (direction - first_turn) * f64::from(first_teeth) / 360.0;
     let turn = direction + 180.0 - (0.5 - fraction) * 360.0 / f64::from(second_teeth);
     turn - 360.0 / f64::from(second_teeth) * (turn * f64::from(second_teeth) / 360.0).floor()
 }
 
-/// An involute profile with a pressure angle of 20°, a little thinned for backlash. Below
-/// the base circle the flanks are radial, as in clocks.
+/// An involute profile with a pressure angle of 20°, a little thinned for backlash. Below the base circle the flanks
+/// are radial, as in clocks.
 pub fn teeth(module: f64, count: u32, flank_steps: usize) -> Loop {
     let pitch = pitch_radius(module, count);
     let base = pitch * 0.939_692_620_785_908_4;
@@ -52,7 +52,7 @@ pub fn teeth(module: f64, count: u32, flank_steps: usize) -> Loop {
     points
 }
 
-/// The gaps between `count` tapering spokes from a hub to a rim, with round corners.
+/// The gaps between `count` tapering spokes from a hub to a rim, with rounded corners.
 pub fn windows(hub: f64, rim: f64, count: u32, spoke_width: f64, fillet: f64) -> Vec<Loop> {
     let field = |p: DVec2| {
         let spoke = (0..count)
@@ -72,15 +72,15 @@ pub fn windows(hub: f64, rim: f64, count: u32, spoke_width: f64, fillet: f64) ->
 pub struct Wheel {
     /// Module of the teeth.
     pub module: f64,
-    /// How many teeth.
+    /// Number of teeth.
     pub teeth: u32,
-    /// Between root circle and windows.
+    /// Width between root circle and windows.
     pub rim: f64,
-    /// Radius.
+    /// Radius of the hub.
     pub hub: f64,
-    /// How many.
+    /// Number of spokes.
     pub spokes: u32,
-    /// Half way along.
+    /// Width of a spoke half-way along.
     pub spoke_width: f64,
     /// Half the thickness; the wheel lies about z = 0.
     pub half_thickness: f64,

@@ -1,4 +1,4 @@
-//! What light goes through: closed surfaces whose normals point out of the glass.
+//! Transparent bodies: closed surfaces whose normals point out of the glass.
 
 use glam::{DVec2, DVec3};
 
@@ -21,7 +21,7 @@ pub fn wine_glass() -> Solid {
     end_on_axis(profile)
 }
 
-/// What is drunk from [`wine_glass`], up to 128 mm. It reaches 0.4 mm into the glass, whose inner wall bounds it.
+/// The wine in [`wine_glass`], up to 128 mm. It reaches 0.4 mm into the glass, whose inner wall bounds it.
 pub fn wine() -> Solid {
     let mut profile = vec![DVec2::new(0.0, 89.6)];
     profile.extend(bezier([(0.0, 89.6), (12.2, 90.1), (35.8, 95.8), (36.8, 122.0)], 22));
@@ -45,7 +45,7 @@ pub fn tumbler() -> Solid {
     end_on_axis(profile)
 }
 
-/// What is in [`tumbler`], up to 70 mm. It reaches 0.4 mm into the glass.
+/// The drink in [`tumbler`], up to 70 mm. It reaches 0.4 mm into the glass.
 pub fn drink() -> Solid {
     let mut profile = vec![DVec2::new(0.0, 10.6)];
     profile.extend(bezier([(0.0, 10.6), (24.2, 10.6), (29.4, 11.6), (30.0, 16.0)], 8));
@@ -54,12 +54,12 @@ pub fn drink() -> Solid {
     end_on_axis(profile)
 }
 
-/// A cube of ice of 24 mm with worn edges.
+/// An ice cube of 24 mm with worn edges.
 pub fn ice_cube() -> Solid {
     extrude(&Outline::new(rounded_rectangle(24.0, 24.0, 4.0, 6)), &rounded(-12.0, 12.0, 4.0, 6))
 }
 
-/// The surface of a pool of 4 × 4 m about the origin, with waves: a closed body that is `depth` metres deep.
+/// A pool of 4 × 4 m about the origin, with waves on its surface: a closed body that is `depth` metres deep.
 pub fn pool(depth: f64) -> Solid {
     const SIDE: u32 = 128;
     // Waves of this height focus light about a metre below them.
@@ -148,8 +148,8 @@ fn end_on_axis(mut profile: Vec<DVec2>) -> Solid {
     solid
 }
 
-/// A brilliant of 57 facets and a girdle, radius 1, table upwards (+Y): what lies within
-/// all of its planes.
+/// A brilliant of 57 facets and a girdle, radius 1, table upwards (+Y): the intersection of the half-spaces of its
+/// planes.
 pub fn brilliant() -> Solid {
     let mut planes: Vec<(DVec3, f64)> = vec![(DVec3::Y, 0.34)];
     // (count, first azimuth, slope of the facet against the horizontal, distance from the origin).

@@ -6,8 +6,8 @@ use crate::mesh::{Solid, polar};
 use crate::outline::circle;
 use crate::solids::{Station, sweep};
 
-/// A tube along a curve that runs `around` times about the axis of a torus and `through`
-/// times about its ring, in metres, about the origin; +Z is the axis.
+/// A tube along a curve that runs `around` times about the axis of a torus and `through` times about its ring, in
+/// metres, about the origin; +Z is the axis.
 pub fn torus_knot(around: f64, through: f64, radius: f64) -> Solid {
     const STEPS: usize = 320;
     let at = |t: f64| {

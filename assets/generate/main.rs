@@ -1,8 +1,8 @@
-//! Makes everything in assets/ and the generated scene, the same bytes every time:
-//! `cargo run --release --example generate-assets [folder instead of the repository]`; with `gallery` in place
-//! of a folder, pictures of all scenes instead; with `fields`, pictures of what the fields of a scene do.
+//! Makes everything in assets/ and the generated scene, the same bytes every time: `cargo run --release --example
+//! generate-assets [folder instead of the repository]`. With `gallery` in place of a folder, renders images of all
+//! scenes instead; with `fields`, images that show the effect of the fields of a scene.
 //!
-//! All shapes and pictures are this project's own designs, made by calculation.
+//! All shapes and images are this project's own designs, made by calculation.
 
 mod cabinet;
 mod clock;

@@ -1,7 +1,7 @@
-//! Polygon meshes as the generators build them, and the binary PLY files that they become.
+//! Polygon meshes under construction, and the binary PLY files written from them.
 //!
-//! Renderers load triangles; these files keep quads and larger polygons, which halves
-//! their size and is what Figure 8 of the report is about.
+//! Renderers load triangles; these files keep quads and larger polygons, which halves their size and is the subject of
+//! Figure 8 of the report.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -34,12 +34,12 @@ pub fn rotation(axis: usize, degrees: f64) -> DMat3 {
     DMat3::from_cols(columns[0], columns[1], columns[2])
 }
 
-/// One polygon. Only faces of one group are smoothed into one another.
+/// A polygon. Only faces of the same group are smoothed into each other.
 #[derive(Clone, Debug)]
 pub struct Face {
     /// Indices of positions, counter-clockwise seen from the front.
     pub corners: Vec<u32>,
-    /// One a corner, v upwards, or empty.
+    /// One for each corner, v upwards; or empty.
     pub uvs: Vec<DVec2>,
     /// Smoothing group.
     pub group: u32,
@@ -48,7 +48,7 @@ pub struct Face {
 /// A polygon mesh under construction.
 #[derive(Clone, Debug, Default)]
 pub struct Solid {
-    /// Shared by all faces that touch there.
+    /// Shared by all faces that touch at a position.
     pub positions: Vec<DVec3>,
     /// The polygons.
     pub faces: Vec<Face>,
@@ -66,7 +66,7 @@ impl Solid {
         self.faces.push(Face { corners: corners.to_vec(), uvs: Vec::new(), group });
     }
 
-    /// Adds another solid beside this one; their smoothing groups stay apart.
+    /// Adds another solid; their smoothing groups stay separate.
     pub fn append(&mut self, other: &Solid) {
         let first_vertex = self.positions.len() as u32;
         let first_group = self.faces.iter().map(|f| f.group + 1).max().unwrap_or(0);
@@ -86,19 +86,19 @@ impl Solid {
         self
     }
 
-    /// Turned about X (0), Y (1) or Z (2).
+    /// Rotates about X (0), Y (1) or Z (2).
     pub fn rotated(self, axis: usize, degrees: f64) -> Solid {
         let matrix = rotation(axis, degrees);
         self.map(|p| matrix * p)
     }
 
-    /// Moved.
+    /// Moves by an offset.
     pub fn translated(self, x: f64, y: f64, z: f64) -> Solid {
         self.map(|p| p + DVec3::new(x, y, z))
     }
 
-    /// Texture coordinates by projecting each face along the axis that it faces most;
-    /// `size` is the length that one image covers.
+    /// Sets texture coordinates by projecting each face along the axis that it faces most; `size` is the length that
+    /// the image covers.
     pub fn with_box_uvs(mut self, size: f64) -> Solid {
         for index in 0..self.faces.len() {
             let n = self.face_normal(&self.faces[index]);
@@ -119,7 +119,7 @@ impl Solid {
         self
     }
 
-    /// Texture coordinates by projection along Z: the image covers `size` about the origin.
+    /// Sets texture coordinates by projection along Z: the image covers `size` about the origin.
     pub fn with_planar_uvs(mut self, size: f64) -> Solid {
         for face in &mut self.faces {
             let uv = |&c: &u32| self.positions[c as usize].truncate() / size + DVec2::splat(0.5);
@@ -140,8 +140,8 @@ impl Solid {
         sum
     }
 
-    /// Normals at the corners, averaged over those faces of the group at the same vertex
-    /// that bend by less than `crease_degrees`; equal corners become one vertex.
+    /// Computes normals at the corners, averaged over the faces of the group at the same vertex that bend by less than
+    /// `crease_degrees`; equal corners become one vertex.
     pub fn smoothed(&self, crease_degrees: f64) -> Polygons {
         let limit = sin_cos_degrees(crease_degrees).1;
         let normals: Vec<DVec3> =
@@ -191,7 +191,7 @@ impl Solid {
         result
     }
 
-    /// Without normals and texture coordinates: renders flat.
+    /// The mesh without normals and texture coordinates, to be rendered flat.
     pub fn flat(&self) -> Polygons {
         Polygons {
             positions: self.positions.iter().map(|p| p.to_array().map(|c| c as f32)).collect(),
@@ -206,21 +206,21 @@ impl Solid {
 pub struct Polygons {
     /// Vertices.
     pub positions: Vec<[f32; 3]>,
-    /// One a vertex, or empty.
+    /// One for each vertex, or empty.
     pub normals: Vec<[f32; 3]>,
-    /// One a vertex, v upwards, or empty.
+    /// One for each vertex, v upwards; or empty.
     pub uvs: Vec<[f32; 2]>,
     /// Polygons of up to 255 corners.
     pub faces: Vec<Vec<u32>>,
 }
 
 impl Polygons {
-    /// How many triangles a renderer makes of it.
+    /// The number of triangles that a renderer makes of it.
     pub fn triangle_count(&self) -> usize {
         self.faces.iter().map(|f| f.len() - 2).sum()
     }
 
-    /// All lengths times `factor`: the mechanical parts are drawn in millimetres.
+    /// Multiplies all lengths by `factor`: the mechanical parts are drawn in millimetres.
     pub fn scaled(mut self, factor: f64) -> Polygons {
         for p in &mut self.positions {
             *p = p.map(|c| (f64::from(c) * factor) as f32);

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-/// A well mixed number for a lattice point.
+/// A well-mixed hash of a lattice point.
 fn hash(x: i64, y: i64, z: i64) -> u32 {
     let mut h = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
         ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f).rotate_left(21)
@@ -14,12 +14,12 @@ fn hash(x: i64, y: i64, z: i64) -> u32 {
     (h >> 32) as u32
 }
 
-/// In [0, 1), for a lattice point.
+/// A number in [0, 1) for a lattice point.
 pub fn lattice(x: i64, y: i64) -> f64 {
     f64::from(hash(x, y, 7)) / 4_294_967_296.0
 }
 
-/// About −1 to 1, smooth, zero at whole numbers.
+/// Smooth noise from about −1 to 1, zero at whole numbers.
 pub fn noise(p: DVec3) -> f64 {
     let cell = p.floor();
     let f = p - cell;
@@ -37,7 +37,7 @@ pub fn noise(p: DVec3) -> f64 {
     mix(mix(row(0, 0), row(1, 0), v), mix(row(0, 1), row(1, 1), v), w) * 1.2
 }
 
-/// Octaves of noise, each of twice the frequency and half the height.
+/// The sum of octaves of noise, each of twice the frequency and half the height.
 pub fn fractal(p: DVec3, octaves: u32) -> f64 {
     let (mut sum, mut height, mut q) = (0.0, 0.5, p);
     for _ in 0..octaves {
@@ -48,7 +48,7 @@ pub fn fractal(p: DVec3, octaves: u32) -> f64 {
     sum
 }
 
-/// [`fractal`] in the plane.
+/// The noise of [`fractal`] in the plane.
 pub fn fractal2(p: DVec2, octaves: u32) -> f64 {
     fractal(p.extend(0.37), octaves)
 }

@@ -24,7 +24,7 @@ impl Outline {
         Self { outer: oriented(outer, true), holes: Vec::new() }
     }
 
-    /// With one more hole.
+    /// Adds a hole.
     pub fn with_hole(mut self, hole: Loop) -> Self {
         self.holes.push(oriented(hole, false));
         self
@@ -36,7 +36,7 @@ impl Outline {
     }
 }
 
-/// Twice the signed area, positive when counter-clockwise.
+/// Twice the signed area, positive if counter-clockwise.
 pub fn doubled_area(points: &[DVec2]) -> f64 {
     let next = points.iter().cycle().skip(1);
     points.iter().zip(next).map(|(p, q)| p.perp_dot(*q)).sum()
@@ -54,7 +54,7 @@ pub fn circle(center: DVec2, radius: f64, segments: usize) -> Loop {
     (0..segments).map(|i| center + polar(radius, 360.0 * i as f64 / segments as f64)).collect()
 }
 
-/// A rectangle about the origin with round corners.
+/// A rectangle about the origin with rounded corners.
 pub fn rounded_rectangle(width: f64, height: f64, radius: f64, corner_segments: usize) -> Loop {
     let (x, y) = (width / 2.0 - radius, height / 2.0 - radius);
     let mut points = Vec::new();
@@ -83,23 +83,23 @@ pub fn inset(points: &[DVec2], distance: f64) -> Loop {
 pub mod distance {
     use glam::DVec2;
 
-    /// To a disc.
+    /// The distance to a disc.
     pub fn disc(p: DVec2, center: DVec2, radius: f64) -> f64 {
         p.distance(center) - radius
     }
 
-    /// To a ring of half width `half_width` about a circle.
+    /// The distance to a ring of half width `half_width` about a circle.
     pub fn ring(p: DVec2, center: DVec2, radius: f64, half_width: f64) -> f64 {
         (p.distance(center) - radius).abs() - half_width
     }
 
-    /// To a bar with round ends of radius `ra` at `a` and `rb` at `b`.
+    /// The distance to a bar with round ends of radius `ra` at `a` and `rb` at `b`.
     pub fn bar(p: DVec2, a: DVec2, b: DVec2, ra: f64, rb: f64) -> f64 {
         let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
         p.distance(a.lerp(b, along)) - (ra + (rb - ra) * along)
     }
 
-    /// To a strip along a quadratic curve from `a` by `b` to `c`.
+    /// The distance to a strip along a quadratic curve from `a` by `b` to `c`.
     pub fn curve(p: DVec2, a: DVec2, b: DVec2, c: DVec2, half_width: f64) -> f64 {
         const PIECES: usize = 24;
         let at = |i: usize| {
@@ -110,20 +110,20 @@ pub mod distance {
         pieces.fold(f64::INFINITY, f64::min)
     }
 
-    /// To either, with a fillet of about `k` where they meet.
+    /// The distance to the union of two shapes, with a fillet of about `k` where they meet.
     pub fn smooth_union(a: f64, b: f64, k: f64) -> f64 {
         let h = (k - (a - b).abs()).max(0.0) / k;
         a.min(b) - h * h * k * 0.25
     }
 
-    /// To what lies in both, the corner rounded by about `k`.
+    /// The distance to the intersection of two shapes, its corner rounded by about `k`.
     pub fn smooth_intersection(a: f64, b: f64, k: f64) -> f64 {
         -smooth_union(-a, -b, k)
     }
 }
 
-/// The shapes where `field` is negative within `[low, high]`, from a grid of squares of
-/// side `cell`, simplified to within `tolerance`. The border must be positive.
+/// The shapes where `field` is negative within `[low, high]`, traced on a grid of squares of side `cell` and simplified
+/// to within `tolerance`. The field must be positive at the border.
 pub fn contours(
     field: impl Fn(DVec2) -> f64,
     low: DVec2,
@@ -137,8 +137,8 @@ pub fn contours(
     let at = |i: usize, j: usize| low + DVec2::new(i as f64 - 0.293, j as f64 - 0.271) * cell;
     let values: Vec<f64> = (0..columns * rows).map(|k| field(at(k % columns, k / columns))).collect();
     let inside = |i: usize, j: usize| values[j * columns + i] < 0.0;
-    // Directed steps from grid edge to grid edge with the shape on the left. An edge is
-    // (column, row, whether it goes up).
+    // Directed steps from grid edge to grid edge with the shape on the left. An edge is (column, row, true if it goes
+    // up).
     let mut next: BTreeMap<(usize, usize, bool), (usize, usize, bool)> = BTreeMap::new();
     for j in 0..rows - 1 {
         for i in 0..columns - 1 {
@@ -146,8 +146,8 @@ pub fn contours(
             let edges = [(i, j, false), (i + 1, j, true), (i, j + 1, false), (i, j, true)];
             let crossing = |k: usize| corners[k] != corners[(k + 1) % 4];
             for k in (0..4).filter(|&k| crossing(k) && corners[k]) {
-                // Going around counter-clockwise, the shape is left at edge k, so the contour
-                // comes in there; it leaves where the shape was entered before.
+                // Counter-clockwise around the cell, edge k leaves the shape, so the contour enters the cell there; it
+                // exits where the shape was entered before.
                 let back = (1..4).map(|step| (k + 4 - step) % 4).find(|&b| crossing(b) && !corners[b]);
                 next.insert(edges[k], edges[back.expect("crossings come in pairs")]);
             }
@@ -177,7 +177,7 @@ pub fn contours(
     nested(loops)
 }
 
-/// Gives each clockwise loop to the counter-clockwise one that it lies in.
+/// Assigns each clockwise loop to the smallest counter-clockwise one around it.
 fn nested(loops: Vec<Loop>) -> Vec<Outline> {
     let (outer, holes): (Vec<_>, Vec<_>) = loops.into_iter().partition(|l| doubled_area(l) > 0.0);
     let mut outlines: Vec<_> = outer.into_iter().map(|outer| Outline { outer, holes: Vec::new() }).collect();
@@ -190,7 +190,7 @@ fn nested(loops: Vec<Loop>) -> Vec<Outline> {
     outlines
 }
 
-/// Whether the point is inside the polygon (even-odd).
+/// Returns true if the point is inside the polygon (even-odd).
 pub fn contains(points: &[DVec2], p: DVec2) -> bool {
     let mut inside = false;
     for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
@@ -201,7 +201,7 @@ pub fn contains(points: &[DVec2], p: DVec2) -> bool {
     inside
 }
 
-/// Douglas and Peucker's simplification of a closed loop.
+/// Simplifies a closed loop (Douglas and Peucker).
 fn simplified(points: &[DVec2], tolerance: f64) -> Loop {
     let n = points.len();
     let farthest = |from: usize| {

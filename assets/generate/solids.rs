@@ -1,4 +1,4 @@
-//! The three ways in which nearly everything here is made: extruded, turned, swept.
+//! The three methods by which nearly everything here is made: extruding, turning, sweeping.
 
 use glam::{DVec2, DVec3};
 
@@ -6,8 +6,8 @@ use crate::mesh::{Face, Solid, sin_cos_degrees};
 use crate::outline::{Outline, inset};
 use crate::triangulate::triangulate;
 
-/// A flat shape given height: walls through the rows of `profile`, each an inset from the
-/// outline and a height (rising), and a cap at both ends.
+/// Extrudes a flat shape: walls through the rows of `profile`, each an inset from the outline and a height (rising),
+/// and a cap at both ends.
 pub fn extrude(outline: &Outline, profile: &[(f64, f64)]) -> Solid {
     let mut solid = Solid::default();
     let mut rows: Vec<Outline> = Vec::new();
@@ -46,8 +46,7 @@ pub fn beveled(bottom: f64, top: f64, bevel: f64) -> [(f64, f64); 4] {
     [(bevel, bottom), (0.0, bottom + bevel), (0.0, top - bevel), (bevel, top)]
 }
 
-/// The profile of a plate with its upper edges rounded by `radius` in `steps`, its lower
-/// edges cut off a little.
+/// The profile of a plate with its upper edges rounded by `radius` in `steps`, its lower edges cut off a little.
 pub fn rounded(bottom: f64, top: f64, radius: f64, steps: usize) -> Vec<(f64, f64)> {
     let mut profile = vec![(radius * 0.3, bottom), (0.0, bottom + radius * 0.3)];
     for i in 0..=steps {
@@ -57,8 +56,8 @@ pub fn rounded(bottom: f64, top: f64, radius: f64, steps: usize) -> Vec<(f64, f6
     profile
 }
 
-/// A profile of (radius, height) points turned about Y. Upwards on the right side of the
-/// axis is outside. Points with radius 0 become one vertex. `u` runs around, `v` along.
+/// Turns a profile of (radius, height) points about Y. The right side of a profile that runs upwards is outside. Points
+/// with radius 0 become one vertex. `u` runs around, `v` along.
 pub fn lathe(profile: &[DVec2], segments: u32) -> Solid {
     let mut solid = Solid::default();
     let mut length = vec![0.0];
@@ -117,7 +116,7 @@ pub fn bezier(points: [(f64, f64); 4], steps: usize) -> impl Iterator<Item = DVe
     })
 }
 
-/// One place along a sweep: where the cross-section's origin and axes lie.
+/// A place along a sweep: the origin and the axes of the cross-section.
 #[derive(Clone, Copy, Debug)]
 pub struct Station {
     /// The cross-section's origin.
@@ -128,8 +127,8 @@ pub struct Station {
     pub y: DVec3,
 }
 
-/// A cross-section (counter-clockwise, seen against the direction of travel) moved through
-/// the stations. Open sweeps get caps. `u` runs along the way `repeat_u` times, `v` around.
+/// Moves a cross-section (counter-clockwise, seen against the direction of travel) through the stations. Open sweeps
+/// get caps. `u` runs along the path `repeat_u` times, `v` around.
 pub fn sweep(stations: &[Station], section: &[DVec2], closed: bool, repeat_u: f64) -> Solid {
     let mut solid = Solid::default();
     for s in stations {
@@ -162,8 +161,7 @@ pub fn sweep(stations: &[Station], section: &[DVec2], closed: bool, repeat_u: f6
     solid
 }
 
-/// Stations along an open path that turn as little as possible (double reflection, Wang and
-/// others 2008).
+/// Stations with minimal rotation along an open path (double reflection, Wang and others 2008).
 pub fn stations(path: &[DVec3], up: DVec3) -> Vec<Station> {
     let tangent = |i: usize| {
         let (a, b) = (i.saturating_sub(1), (i + 1).min(path.len() - 1));

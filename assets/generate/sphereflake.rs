@@ -1,6 +1,5 @@
-//! Haines' sphereflake ("A Proposal for Standard Graphics Environments", IEEE CG&A 1987),
-//! from its published description: every ball carries nine of a third of its size, six
-//! around its equator and three around its far pole.
+//! Haines' sphereflake ("A Proposal for Standard Graphics Environments", IEEE CG&A 1987), from its published
+//! description: every ball carries nine of a third of its size, six around its equator and three around its far pole.
 
 use std::fmt::Write;
 
@@ -8,7 +7,7 @@ use glam::DVec3;
 
 use crate::mesh::{polar, sin_cos_degrees};
 
-/// How often balls grow balls.
+/// The depth of the recursion.
 const LEVELS: u32 = 4;
 
 struct Ball {
@@ -22,7 +21,7 @@ fn grow(balls: &mut Vec<Ball>, center: DVec3, radius: f64, axis: DVec3, side: DV
         return;
     }
     let other = axis.cross(side);
-    // (how many, first azimuth, elevation above the equator towards the far pole)
+    // (count, first azimuth, elevation above the equator towards the far pole)
     for (count, first, elevation) in [(6, 0.0, 0.0), (3, 30.0, 54.735_610_317_245_346)] {
         let (sin, cos) = sin_cos_degrees(elevation);
         for i in 0..count {

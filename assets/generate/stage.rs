@@ -1,4 +1,4 @@
-//! What stands behind, below and beside things: a photographer's backdrop, a table top, a tool.
+//! Surroundings for other objects: a photographer's backdrop, a table top, a tool.
 
 use glam::DVec2;
 
@@ -6,8 +6,8 @@ use crate::mesh::Solid;
 use crate::outline::{Outline, circle, rounded_rectangle};
 use crate::solids::{Station, bezier, extrude, lathe, rounded, sweep};
 
-/// A sheet that runs along the floor (+Z towards the camera), bends upwards and becomes the
-/// wall: 8 m wide, 5 m deep, 4 m high, in metres.
+/// A sheet that runs along the floor (+Z towards the camera), bends upwards and becomes the wall: 8 m wide, 5 m deep, 4
+/// m high, in metres.
 pub fn cyclorama() -> Solid {
     // The extra points beside the bend keep its normals out of the flat parts.
     let mut line = vec![DVec2::new(3.0, 0.0), DVec2::new(-0.78, 0.0)];
@@ -28,16 +28,15 @@ pub fn cyclorama() -> Solid {
     solid
 }
 
-/// A wooden board of 1.4 × 0.8 m, 30 mm thick, its top at y = 0; grain along X, the image
-/// covers 0.7 m.
+/// A wooden board of 1.4 × 0.8 m, 30 mm thick, its top at y = 0; grain along X, the image covers 0.7 m.
 pub fn table_top() -> Solid {
     let outline = Outline::new(rounded_rectangle(1.4, 0.8, 0.03, 10));
     let profile = rounded(-0.03, 0.0, 0.006, 5);
     extrude(&outline, &profile).rotated(0, -90.0).with_box_uvs(0.7)
 }
 
-/// The turned handle of a screwdriver along Y, from y = 0 (where the blade goes in) to
-/// 58 mm, at most 12 mm thick; millimetres.
+/// The turned handle of a screwdriver along Y, from y = 0 (where the blade goes in) to 58 mm, at most 12 mm thick;
+/// millimetres.
 pub fn screwdriver_handle() -> Solid {
     let mut profile = vec![DVec2::ZERO, DVec2::new(2.6, 0.0), DVec2::new(3.0, 0.4), DVec2::new(3.0, 5.0)];
     profile.extend([(2.6, 5.6), (2.6, 6.4), (3.4, 7.0)].map(DVec2::from));
@@ -50,7 +49,7 @@ pub fn screwdriver_handle() -> Solid {
     lathe(&profile, 48)
 }
 
-/// Its blade, from y = 0 down to a flat tip at y = −62; millimetres.
+/// The blade of the screwdriver, from y = 0 down to a flat tip at y = −62; millimetres.
 pub fn screwdriver_blade() -> Solid {
     // (y, half width, half thickness)
     let rows =

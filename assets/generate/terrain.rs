@@ -1,5 +1,5 @@
-//! A square of mountains, worn down by rain: drops run downhill, take soil along where they
-//! are fast and leave it where they slow down (after Beyer 2015).
+//! A square of mountains, eroded by rain: drops run downhill, take up soil where they are fast and leave it where they
+//! slow down (after Beyer 2015).
 
 use glam::{DVec2, DVec3};
 use rand::rngs::ChaCha8Rng;
@@ -106,7 +106,7 @@ impl Terrain {
         self.at(p.clamp(DVec2::ZERO, DVec2::splat(self.side as f64 - 1.001))).0
     }
 
-    /// How much the ground around a grid point is tilted: 0 flat, towards 1 steep.
+    /// The tilt of the ground around a grid point: 0 if flat, towards 1 if steep.
     pub fn steepness(&self, p: DVec2) -> f64 {
         let rise = |step: DVec2| (self.height(p + step) - self.height(p - step)) / 4.0;
         let slope = DVec2::new(rise(DVec2::new(2.0, 0.0)), rise(DVec2::new(0.0, 2.0))).length();
@@ -114,7 +114,7 @@ impl Terrain {
         1.0 - 1.0 / libm::sqrt(1.0 + slope * slope)
     }
 
-    /// A block of land on a square metre about the origin, its cut sides going down to y = −0.05.
+    /// A block of land on a square metre about the origin, its cut sides reaching down to y = −0.05.
     pub fn solid(&self) -> Solid {
         let side = self.side;
         let mut solid = Solid::default();

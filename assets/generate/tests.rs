@@ -1,4 +1,4 @@
-//! What the shapes promise: they are closed, their outsides face outwards, their teeth mesh.
+//! Tests of the shapes: they are closed, their outsides face outwards, their teeth mesh.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use crate::outline::{Outline, circle, contours, distance, doubled_area};
 use crate::triangulate::triangulate;
 use crate::{clock, dynamo, fields, fractal, gears, glass, knot};
 
-/// Directed edges between places that have no partner in the other direction.
+/// The number of directed edges between positions that have no partner in the other direction.
 fn open_edges(mesh: &Polygons) -> usize {
     let place = |corner: u32| mesh.positions[corner as usize].map(f32::to_bits);
     let mut balance: HashMap<_, i32> = HashMap::new();
@@ -22,7 +22,7 @@ fn open_edges(mesh: &Polygons) -> usize {
     balance.values().filter(|&&count| count != 0).count()
 }
 
-/// By the divergence theorem; positive when the faces look outwards.
+/// The volume by the divergence theorem; positive if the faces point outwards.
 fn volume(mesh: &Polygons) -> f64 {
     let at = |corner: u32| DVec3::from(mesh.positions[corner as usize].map(f64::from));
     let fan =
@@ -117,7 +117,7 @@ fn meshing_wheels_do_not_touch() {
 }
 
 #[test]
-fn strips_can_be_made() {
+fn strips_have_images_and_load_with_every_value() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fields");
     for strip in fields::strips() {
         assert!(folder.join(format!("{}.png", strip.name)).exists(), "{} has no picture", strip.name);

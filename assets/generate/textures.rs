@@ -1,4 +1,4 @@
-//! Pictures, computed pixel by pixel in the unit square (x to the right, y down).
+//! Images, computed pixel by pixel in the unit square (x to the right, y down).
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ pub fn save_all(folder: &Path, terrain: &Terrain) -> Result<(), ImageError> {
     paint(384, 384, |p| ground(p, terrain)).save(folder.join("terrain.png"))
 }
 
-/// sRGB components from 0 to 1 for each pixel's centre, averaged over 2 × 2 points.
+/// Paints an image: `color` returns sRGB components from 0 to 1, and each pixel is the average of 2 × 2 points.
 pub fn paint(width: u32, height: u32, color: impl Fn(DVec2) -> DVec3) -> RgbImage {
     let size = DVec2::new(f64::from(width), f64::from(height));
     RgbImage::from_fn(width, height, |x, y| {
@@ -48,7 +48,7 @@ fn checker(p: DVec2) -> DVec3 {
     if (cell.x + cell.y) % 2.0 == 0.0 { DVec3::new(0.93, 0.91, 0.87) } else { DVec3::new(0.13, 0.14, 0.17) }
 }
 
-/// A Julia set of z² + c, coloured by how fast points escape.
+/// A Julia set of z² + c, coloured by the speed at which points escape.
 fn julia(p: DVec2) -> DVec3 {
     let mut z = (p - DVec2::splat(0.5)) * DVec2::new(3.3, 2.2);
     let c = DVec2::new(-0.7969, 0.1564);
@@ -112,8 +112,8 @@ fn brushed(p: DVec2) -> DVec3 {
     DVec3::splat(0.70 + 0.12 * coarse + 0.16 * fine)
 }
 
-/// All around a photographer's studio (u around, v down): a dim room, a large soft box at
-/// the left, a strip light at the right, a lit ceiling.
+/// The panorama of a photographer's studio (u around, v down): a dim room, a large soft box at the left, a strip light
+/// at the right, a lit ceiling.
 fn studio(p: DVec2) -> DVec3 {
     let room = DVec3::new(0.20, 0.21, 0.235).lerp(DVec3::new(0.46, 0.47, 0.50), smooth(0.62, 0.0, p.y));
     let floor = DVec3::new(0.25, 0.20, 0.16);
@@ -145,7 +145,7 @@ fn cabinet(p: DVec2) -> DVec3 {
     body.lerp(DVec3::new(0.86, 0.66, 0.30), smooth(0.009, 0.005, band))
 }
 
-/// Grass where it is flat and low, rock where it is steep, snow on top.
+/// Grass on flat and low ground, rock where it is steep, snow on top.
 fn ground(p: DVec2, terrain: &Terrain) -> DVec3 {
     let grid = p * (terrain.side - 1) as f64;
     let height = terrain.height(grid);

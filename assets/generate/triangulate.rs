@@ -1,11 +1,11 @@
-//! Polygons with holes to triangles, by cutting ears (Meisters 1975); holes are first
-//! joined to the outer loop by bridges.
+//! Splits polygons with holes into triangles by ear clipping (Meisters 1975); holes are first joined to the outer loop
+//! by bridges.
 
 use glam::DVec2;
 
 use crate::outline::Outline;
 
-/// Triangles over the points of the outline's loops, numbered through in their order.
+/// Triangles over the points of the outline's loops, which are numbered in their order.
 pub fn triangulate(outline: &Outline) -> Vec<[u32; 3]> {
     let points: Vec<DVec2> = outline.loops().flatten().copied().collect();
     let mut ring: Vec<usize> = (0..outline.outer.len()).collect();
@@ -48,7 +48,7 @@ fn bridge(points: &[DVec2], ring: &mut Vec<usize>, hole: &[usize], others: &[Vec
     ring.splice(r + 1..r + 1, detour);
 }
 
-/// Whether the way from ring vertex `r` towards `target` starts inside the ring.
+/// Returns true if the way from ring vertex `r` towards `target` starts inside the ring.
 fn in_cone(points: &[DVec2], ring: &[usize], r: usize, target: DVec2) -> bool {
     let n = ring.len();
     let before = points[ring[(r + n - 1) % n]];
@@ -77,12 +77,12 @@ fn cut_ears(points: &[DVec2], mut ring: Vec<usize>) -> Vec<[u32; 3]> {
         let n = ring.len();
         at %= n;
         let corners = [ring[(at + n - 1) % n], ring[at], ring[(at + 1) % n]];
-        // After a whole round without an ear, what is left is degenerate: cut anyway.
+        // After a whole round without an ear, the rest is degenerate: cut anyway.
         if failures > n || is_ear(points, &ring, corners) {
             triangles.push(corners.map(|c| c as u32));
             ring.remove(at);
             failures = 0;
-            // The next but one: ears all around give better triangles than a fan.
+            // Skips the next corner: ears all around give better triangles than a fan.
             at += 1;
         } else {
             at += 1;

@@ -1,6 +1,6 @@
-//! Scenes and rays for benchmarks, all made here: no benchmark reads a file.
+//! Scenes and rays for benchmarks, all generated here: no benchmark reads a file.
 
-// Each benchmark is a crate of its own and uses a part of this.
+// Each benchmark is a crate of its own and uses only a part of this module.
 #![allow(dead_code)]
 
 use std::f64::consts::TAU;
@@ -125,7 +125,7 @@ impl Stage {
         self.0.entities.spawn((light, transform));
     }
 
-    /// Adds a lamp without size.
+    /// Adds a point light.
     pub fn point_light(&mut self, watts: f32, place: Vec3) {
         let light = Light::Point { power_w: Rgb::splat(watts), falloff: Falloff::InverseSquare };
         self.light(light, look(place, Vec3::ZERO));
@@ -136,7 +136,7 @@ impl Stage {
         self.0.entities.spawn((Camera::Pinhole { vertical_fov: 0.7 }, look(from, Vec3::ZERO)));
     }
 
-    /// Adds a checkerboard of 64 × 64 fields of 8 × 8 texels, repeated as often as asked.
+    /// Adds a checkerboard of 64 × 64 fields of 8 × 8 texels, repeated `repeats` times.
     pub fn checkers(&mut self, repeats: f32) -> ColorInput {
         let side = 512;
         let texel = |i: u32| {
@@ -149,12 +149,12 @@ impl Stage {
         ColorInput::Texture(self.0.assets.add_texture(texture))
     }
 
-    /// Ready to render.
+    /// Compiles the scene.
     pub fn compile(&self) -> CompiledScene {
         compile(&self.0, None).expect("a benchmark's scene is sound")
     }
 
-    /// Ready to render, with its settings.
+    /// Compiles the scene to a render setup, with its settings.
     pub fn setup(&self) -> RenderSetup {
         rayfront::internals::render::setup(self.compile(), &self.0.settings)
     }
@@ -180,7 +180,7 @@ pub fn grey(value: f32) -> ColorInput {
     ColorInput::Constant(Rgb::splat(value))
 }
 
-/// A material that light passes.
+/// A glass material.
 pub fn glass() -> BlinnPhong {
     BlinnPhong {
         diffuse: grey(0.0),
@@ -192,7 +192,7 @@ pub fn glass() -> BlinnPhong {
     }
 }
 
-/// A square lamp above the origin.
+/// A visible square light with sides of 1 m.
 pub fn area_light(watts: f32, samples: u32) -> Light {
     Light::Area {
         power_w: Rgb::splat(watts),
@@ -204,11 +204,11 @@ pub fn area_light(watts: f32, samples: u32) -> Light {
     }
 }
 
-/// Renders the frame's whole image on this thread; returns how many rays that took.
+/// Renders the whole image on this thread; returns it and the number of rays.
 pub fn render(setup: &RenderSetup, worker: &mut Worker, isa: Isa, samples: u32) -> (Film, u64) {
     let mut statistics = RayStatistics::default();
     let prepared = Prepared::now(setup);
-    // Without photons: what they take is measured with whole images.
+    // Without photons: their cost is measured with whole images.
     let work = Work { setup, pilot: prepared.pilot.as_ref(), photons: None, isa };
     let film = worker.render(work, Region::whole(setup.size), 0..samples, &mut statistics);
     (film, statistics.rays.total())
@@ -219,20 +219,20 @@ pub fn worker(setup: &RenderSetup, schedule: Schedule) -> Worker {
     Worker::new(setup, schedule, rayfront::render::DEFAULT_WAVE, Sorting::default())
 }
 
-/// Rays of four classes through one scene, from the coherent to the scattered.
+/// Rays of four classes through one scene, from coherent to scattered.
 pub struct RayClasses {
-    /// From a pinhole, row by row.
+    /// Camera rays from a pinhole, row by row.
     pub primary: RayBatch,
-    /// From what they hit to one lamp.
+    /// From primary hits to one light.
     pub shadow: RayBatch,
-    /// From there into the hemisphere, up to 0.5 m.
+    /// From primary hits into the hemisphere, up to 0.5 m.
     pub ambient_occlusion: RayBatch,
-    /// From there into the hemisphere, cosine weighted, without end.
+    /// From primary hits into the hemisphere, cosine-weighted, without end.
     pub bounce: RayBatch,
 }
 
 impl RayClasses {
-    /// Rays of an image of `side` × `side` pixels; of the secondary ones as many as there are hits.
+    /// Rays of an image of `side` × `side` pixels; each secondary class has one ray for each hit.
     pub fn new(scene: &CompiledScene, side: u32, lamp: Vec3) -> Self {
         let mut classes = Self {
             primary: primary(scene, side),

@@ -1,4 +1,4 @@
-//! Geometry to tree: references, build, collapse, blocks.
+//! From geometry to a tree: references, build, collapse, blocks.
 
 use std::ops::Range;
 
@@ -18,11 +18,11 @@ use crate::simd::prefer_large_pages;
 /// The arrays that primitive ids refer to.
 #[derive(Clone, Copy)]
 pub struct PrimitiveArrays<'a> {
-    /// Vertices.
+    /// Vertex positions.
     pub positions: &'a [[f32; 3]],
-    /// Triangles by vertex indices; a triangle's id is its place here.
+    /// Triangles by vertex indices; a triangle's id is its index.
     pub triangles: &'a [[u32; 3]],
-    /// Centres and radii; a sphere's id is its place here with the [`super::SPHERE`] bit.
+    /// Centres and radii; a sphere's id is its index with the [`super::SPHERE`] bit.
     pub spheres: &'a [[f32; 4]],
 }
 
@@ -35,14 +35,14 @@ impl PrimitiveArrays<'_> {
     pub(super) fn sphere_bounds(&self, sphere: u32) -> Aabb {
         let [x, y, z, radius] = self.spheres[sphere as usize];
         let (center, radius) = (Vec3::new(x, y, z), Vec3::splat(radius));
-        // Centre ± radius may cancel: pad by what went into it, not by what came out.
+        // Centre ± radius may cancel: pad by the size of the operands, not of the result.
         let extra = (center.abs() + radius) * super::layout::PADDING;
         Aabb { min: center - radius - extra, max: center + radius + extra }
     }
 }
 
 impl Bvh {
-    /// Adds a tree over some of the geometry; `None` if there is nothing in it.
+    /// Adds a tree over parts of the geometry; `None` if they are empty.
     pub fn add_tree(
         &mut self,
         geometry: &PrimitiveArrays,
@@ -52,15 +52,15 @@ impl Bvh {
         self.add(&Primitives { geometry, triangles, spheres, instances: Vec::new() })
     }
 
-    /// Adds the world's tree over geometry and over all instances, whose subtrees must
-    /// have been added before.
+    /// Adds the world's tree over parts of the geometry and over all instances, whose subtrees must have been added
+    /// before.
     pub fn add_root(&mut self, geometry: &PrimitiveArrays, triangles: Range<u32>, spheres: Range<u32>) {
         let instances = self.instances.par_iter().map(|instance| self.around(instance)).collect();
         self.root = self.add(&Primitives { geometry, triangles, spheres, instances });
     }
 
-    /// A padded box in world space around an instance: around the transformed boxes of what is below its topmost
-    /// node, which is a good deal less than its own box transformed.
+    /// A padded box in world space around an instance: around the transformed boxes of its topmost node's children,
+    /// which is a good deal smaller than its own box transformed.
     fn around(&self, instance: &Instance) -> Aabb {
         let Root { child, bounds } = instance.root;
         if child.kind() != ChildKind::Node {
@@ -94,7 +94,7 @@ impl Bvh {
         make_room(&mut self.nodes, plan.nodes.len());
         make_room(&mut self.triangles, plan.triangles.len());
         make_room(&mut self.spheres, plan.spheres.len());
-        // The size of these chunks does not matter, but with chunks of one there would be much to steal.
+        // The size of these chunks hardly matters, but chunks of one would cause much work stealing.
         self.nodes.par_extend(plan.nodes.par_iter().with_min_len(64).map(|index| wide_node(&nodes, *index)));
         let triangles = plan.triangles.par_iter().with_min_len(256);
         self.triangles.par_extend(triangles.map(|index| triangle_block(geometry, leaf(index))));
@@ -107,7 +107,7 @@ impl Bvh {
     }
 }
 
-/// Makes room for more. Rays come to a large tree in no order, so it had better lie in large pages.
+/// Reserves memory for more elements. Rays visit a large tree in no order, so large pages are better.
 fn make_room<T>(array: &mut Vec<T>, more: usize) {
     array.reserve(more);
     prefer_large_pages(array.spare_capacity_mut());
@@ -129,13 +129,13 @@ pub(super) fn triangle_block(geometry: &PrimitiveArrays, ids: &[u32]) -> Triangl
     let mut block = TriangleBlock::EMPTY;
     for (lane, id) in ids.iter().enumerate() {
         let corners = geometry.corners(*id);
-        // Rounding may let rays hit a triangle without area beside its ends: as one point it is never hit.
+        // Rounding may let rays hit a triangle without area beside its ends: collapsed to a point, it is never hit.
         block.set(lane, if has_area(corners) { corners } else { [corners[0]; 3] }, *id);
     }
     block
 }
 
-/// Whether three corners are not on one line: products of differences of floats of like size are exact.
+/// True if three corners are not collinear: products of differences of floats of like size are exact.
 fn has_area(corners: [[f32; 3]; 3]) -> bool {
     let [a, b, c] = corners.map(|corner| Vec3::from_array(corner).as_dvec3());
     (b - a).cross(c - a) != DVec3::ZERO
@@ -154,7 +154,7 @@ fn sphere_block(geometry: &PrimitiveArrays, ids: &[u32]) -> SphereBlock {
     block
 }
 
-/// The box around a transformed box. A little larger than necessary: rays are transformed with rounding, too.
+/// The box around a transformed box, a little larger than necessary: rays are transformed with rounding, too.
 fn transformed(bounds: &Aabb, rows: &[[f32; 4]; 3]) -> Aabb {
     let (center, half) = (bounds.center(), bounds.size() * 0.5);
     let mut out = Aabb::EMPTY;

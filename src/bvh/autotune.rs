@@ -1,51 +1,50 @@
-//! Which of two kernels is faster, found out by the clock on the rays at hand.
+//! Finds out which of two kernels is faster, by timing them on the rays at hand.
 //!
-//! Boxes for each ray, lanes in use and the like say little: what they cost differs from processor to processor, and
-//! with where the tree lies in memory. So now and then the slower kernel answers a queue, and is compared with what
-//! the other one took for the queues before and after it, which are much alike. The answers do not depend on any of
-//! this.
+//! The number of boxes per ray, the lanes in use and the like are poor predictors: their cost varies with the processor
+//! and with the tree's place in memory. So now and then the slower kernel traces a queue, and its time is compared with
+//! the other kernel's for the queues before and after, which are much alike. The hits do not depend on any of this.
 
-/// The part of an estimate that a new measurement makes up.
+/// The weight of a new measurement in an estimate.
 const NEW: f32 = 0.4;
-/// Queues between two comparisons: at first, and the most, if one is ahead each time.
+/// The number of queues between two comparisons: at first, and at most, if one kernel is ahead each time.
 const TURNS: [u32; 2] = [4, 64];
-/// A kernel that is this many times as fast, as a logarithm, is ahead, or far ahead.
+/// A kernel whose speed-up exceeds this, as a logarithm, is ahead, or far ahead.
 const AHEAD: f32 = 0.15;
 const FAR_AHEAD: f32 = 0.6;
-/// The most that one comparison counts for, as a logarithm: a thread may have been interrupted.
+/// The most that one comparison counts, as a logarithm: a thread may have been interrupted.
 const MOST: f32 = 0.7;
 
-/// Two kernels, and how they compare.
+/// The compared speed of two kernels.
 #[derive(Clone, Copy)]
 pub(super) struct KernelTimer {
-    /// Natural logarithm of how many times as long the first one takes, if they have been compared.
+    /// The natural logarithm of the first kernel's time divided by the second's, once they have been compared.
     ratio: Option<f32>,
-    /// What the faster one took for a ray of the last queue.
+    /// The faster kernel's time per ray in the last queue.
     before: Option<f32>,
-    /// The same of the slower one, if that was its turn.
+    /// The slower kernel's time per ray, if it has just had its turn.
     between: Option<f32>,
-    /// Queues before the next comparison.
+    /// The number of queues between comparisons, and those left before the next.
     turns: u32,
     left: u32,
 }
 
 impl KernelTimer {
-    /// The first one is taken to be faster until they have been compared.
+    /// Takes the first kernel to be faster until they have been compared.
     pub const NEW: KernelTimer =
         KernelTimer { ratio: None, before: None, between: None, turns: TURNS[0], left: 0 };
 
-    /// The one that is faster, as far as is known.
+    /// The kernel that is faster, as far as is known.
     pub fn faster(&self) -> usize {
         usize::from(self.ratio.is_some_and(|ratio| ratio > 0.0))
     }
 
-    /// Which one answers next.
+    /// The kernel to run next.
     pub fn next(&self) -> usize {
         let is_turn = self.left == 0 && self.before.is_some() && self.between.is_none();
         self.faster() ^ usize::from(is_turn)
     }
 
-    /// What one of them took for a ray, in whatever unit.
+    /// Records a kernel's time per ray, in any unit.
     pub fn record(&mut self, runner: usize, time: f32) {
         let faster = self.faster();
         let time = time.max(f32::MIN_POSITIVE);
@@ -64,14 +63,14 @@ impl KernelTimer {
         }
     }
 
-    /// Records how many times as long as the other one the slower one took.
+    /// Records the ratio of the slower kernel's time to the faster one's.
     fn compare(&mut self, times: f32) {
         let faster = self.faster();
         let ahead = times.ln().clamp(-MOST, MOST);
         let ratio = if faster == 0 { -ahead } else { ahead };
         let ratio = self.ratio.map_or(ratio, |before| before + NEW * (ratio - before));
         self.ratio = Some(ratio);
-        // The other one is ahead now, and what is known of the last queue is not its own.
+        // The other kernel is ahead now, and the recorded time is not its own.
         if self.faster() != faster {
             self.before = None;
         }
@@ -88,20 +87,20 @@ impl KernelTimer {
 mod tests {
     use super::*;
 
-    /// Has them answer this many queues, for each of which they take these times; returns how many each of them got.
+    /// Runs the kernels for this many queues, with these times for each; returns the number of queues of each kernel.
     fn run(race: &mut KernelTimer, queues: u32, took: [f32; 2]) -> [u32; 2] {
         let mut runs = [0; 2];
         for queue in 0..queues {
             let runner = race.next();
             runs[runner] += 1;
-            // Queues become dearer and cheaper again.
+            // The cost of queues rises and falls.
             race.record(runner, took[runner] * (1.5 + (queue as f32 * 0.1).sin()));
         }
         runs
     }
 
     #[test]
-    fn the_faster_one_runs_and_may_change() {
+    fn faster_kernel_runs_most_queues_and_may_change() {
         let mut race = KernelTimer::NEW;
         let [_, second] = run(&mut race, 300, [100.0, 200.0]);
         assert!((4..12).contains(&second), "{second}");
@@ -110,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_as_fast_is_compared_more_often() {
+    fn equally_fast_kernels_are_compared_more_often() {
         let mut race = KernelTimer::NEW;
         let [_, second] = run(&mut race, 300, [100.0, 105.0]);
         assert!(second > 30, "{second}");

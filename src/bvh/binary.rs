@@ -1,33 +1,33 @@
-//! The binary tree that is folded into wide nodes.
+//! The binary tree that is collapsed into wide nodes.
 
 use super::collapse::{CollapseChoice, Costs};
 use super::layout::{BLOCK, Child, ChildKind};
 use super::reference::{Reference, SimdAabb};
 use crate::math::Aabb;
 
-/// Where a range larger than a block is cut, each part has at least this many references, unless kinds are mixed or
-/// there is room for an exception ([`NodeBudget`]). So there are hardly more than a quarter as many blocks as references,
+/// The fewest references on either side of a cut through a range larger than a block, unless kinds are mixed or there
+/// is budget for an exception ([`NodeBudget`]). So there are hardly more than a quarter as many blocks as references,
 /// which bounds memory.
 pub const FEWEST: usize = 4;
-/// A block with more references than these may be halved ([`Nodes::block`]).
+/// A block with more references than this may be halved ([`Nodes::block`]).
 const WHOLE: usize = 6;
-/// For this many references there may be an exception, which costs two nodes.
+/// One exception, which costs two nodes, is allowed for this many references.
 const EXCEPTION: usize = 16;
 
 /// A node of the binary tree, depth first: the first child follows its parent. 48 bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct BinaryNode {
-    /// Around all below.
+    /// The bounds of the subtree.
     pub bounds: Aabb,
-    /// Of a block: its first place in the order. Else: how far behind this node the second child is.
+    /// For a block, its first index in the order; for an inner node, the distance to its second child.
     pub offset: u32,
-    /// References of a block; 0 for an inner node.
+    /// The number of references of a block; 0 for an inner node.
     pub count: u8,
-    /// What a block holds.
+    /// The kind of a block's primitives.
     pub kind: ChildKind,
-    /// What it becomes, once that is known.
+    /// The child word of the wide tree, once it is known.
     pub child: Child,
-    /// Which nodes below it become children of a wide node.
+    /// The choice of nodes below it that become children of a wide node.
     pub opening: CollapseChoice,
 }
 
@@ -41,26 +41,26 @@ impl BinaryNode {
         opening: CollapseChoice::NONE,
     };
 
-    /// Whether what it holds fits a block.
+    /// True if its contents fit a block.
     #[inline(always)]
     pub fn is_block(&self) -> bool {
         self.count > 0
     }
 
-    /// Whether it has children: a block may, if it could be two smaller ones.
+    /// True if it has children. A block may, if it could be two smaller ones.
     #[inline(always)]
     pub fn has_children(&self) -> bool {
         !self.is_block() || !self.opening.is_none()
     }
 
-    /// How far behind it its second child is, if it has any; the first one follows it.
+    /// The distance to its second child, if it has any; the first one follows it.
     #[inline(always)]
     pub fn second(&self) -> usize {
         if self.is_block() { 2 } else { self.offset as usize }
     }
 }
 
-/// One block holds it: up to 8 of a kind, or a single instance.
+/// True if one block can hold the references: up to 8 of a kind, or a single instance.
 #[inline(always)]
 pub fn is_block(references: &[Reference]) -> bool {
     let kind = references[0].kind();
@@ -68,40 +68,39 @@ pub fn is_block(references: &[Reference]) -> bool {
     references.len() <= most && references.iter().all(|r| r.kind() == kind)
 }
 
-/// A binary tree and what its leaves hold.
+/// A binary tree and the contents of its leaves.
 pub struct Tree {
     /// The nodes, the root first.
     pub nodes: Vec<BinaryNode>,
-    /// Ids of primitives, by leaves; between leaves there may be gaps.
+    /// Ids of primitives, leaf by leaf; there may be gaps between leaves.
     pub order: Vec<u32>,
 }
 
-/// A subtree as its parent sees it.
+/// The bounds and costs of a subtree, for its parent.
 #[derive(Clone, Copy)]
 pub struct Summary {
     bounds: SimdAabb,
     costs: Costs,
 }
 
-/// How many nodes a subtree may have. A large triangle among small ones is best off alone,
-/// but if every leaf held one there would be eight times as many as there need be.
+/// The number of nodes that a subtree may have. A large triangle among small ones is best off in a leaf of its own, but
+/// if every leaf held one primitive there would be eight times as many as necessary.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeBudget {
-    /// How many.
+    /// The number of nodes.
     pub nodes: usize,
     mixed: bool,
 }
 
 impl NodeBudget {
-    /// For a tree; `mixed`: over more than one kind, or over instances.
+    /// The budget of a tree; `mixed`: over more than one kind, or over instances.
     pub fn new(references: usize, mixed: bool) -> Self {
         let exceptions = if mixed { 0 } else { references / EXCEPTION };
         Self { nodes: Self::least(references, mixed) + 2 * exceptions, mixed }
     }
 
-    /// What a tree without exceptions needs at most: where every block has seven references and is
-    /// halved, there are two leaves for each seven. Two such trees and a node above need no
-    /// more than one over all their references.
+    /// The most nodes that a tree without exceptions needs: if every block has seven references and is halved, there
+    /// are two leaves for each seven. Two such trees and a node above need no more than one over all their references.
     fn least(references: usize, mixed: bool) -> usize {
         if mixed { 2 * references - 1 } else { 2 * (2 * references / 7).max(1) - 1 }
     }
@@ -113,7 +112,7 @@ impl NodeBudget {
         if references <= BLOCK || exception { 1 } else { FEWEST }
     }
 
-    /// For the two sides of a cut.
+    /// Divides the budget between the two sides of a cut.
     #[inline(always)]
     pub fn split(&self, left: usize, right: usize) -> [NodeBudget; 2] {
         let [first, second] = [left, right].map(|references| Self::least(references, self.mixed));
@@ -123,14 +122,14 @@ impl NodeBudget {
     }
 }
 
-/// A subtree under construction, in memory that has been allocated before.
+/// A subtree under construction, in preallocated memory.
 pub struct Nodes<'a> {
     free: &'a mut [BinaryNode],
     used: usize,
 }
 
 impl<'a> Nodes<'a> {
-    /// Memory for this many nodes.
+    /// Allocates memory for this many nodes.
     pub fn room(nodes: usize) -> Vec<BinaryNode> {
         vec![BinaryNode::EMPTY; nodes]
     }
@@ -140,7 +139,7 @@ impl<'a> Nodes<'a> {
         Self { free, used: 0 }
     }
 
-    /// How many there are.
+    /// The number of nodes so far.
     pub fn count(&self) -> usize {
         self.used
     }
@@ -156,9 +155,9 @@ impl<'a> Nodes<'a> {
         self.used += nodes.len();
     }
 
-    /// Adds a block, whose first reference has the place `first`. If it has many references, `cut` halves them: it
-    /// puts those of one half in front and says how many they are. A wide node that has a child to spare takes the
-    /// halves instead of the block, so that a ray tests half as many of what it does not hit.
+    /// Adds a block whose first reference has index `first`. If it has many references, `cut` halves them: it moves one
+    /// half to the front and returns its size. A wide node with a child to spare takes the halves instead of the block,
+    /// so that a ray tests half as many primitives that it misses.
     #[inline(always)]
     pub fn block(
         &mut self,
@@ -193,7 +192,7 @@ impl<'a> Nodes<'a> {
         bounds
     }
 
-    /// Adds a node, whose first child comes next, and returns its place.
+    /// Adds a node, whose first child comes next, and returns its index.
     #[inline(always)]
     pub fn begin(&mut self) -> usize {
         self.push(BinaryNode::EMPTY);
@@ -218,7 +217,7 @@ impl<'a> Nodes<'a> {
         self.complete(node, second, &left, &right)
     }
 
-    /// Completes a node, once both children are there.
+    /// Completes a node, once both children are built.
     #[inline(always)]
     pub fn complete(&mut self, node: usize, second: usize, left: &Summary, right: &Summary) -> Summary {
         let bounds = left.bounds.union(right.bounds);

@@ -1,8 +1,7 @@
-//! The binary tree walked as it is: what the wide one is measured against.
+//! Traversal of the binary tree itself: the baseline for the wide one.
 //!
-//! Nodes are as in PBRT (4th ed., 7.3.4): 32 bytes each, depth first, with a stack; of two children, the one that the
-//! ray comes to first is visited first. Leaves are the wide tree's blocks with the wide tree's test, so that the two
-//! differ in nothing but the way to the leaves.
+//! Nodes are as in PBRT (4th ed., 7.3.4): 32 bytes each, depth first, traversed with a stack, the nearer child first.
+//! Leaves are the wide tree's blocks with the wide tree's test, so that the two differ only in the way to the leaves.
 
 use super::BuildQuality;
 use super::assemble::{PrimitiveArrays, triangle_block};
@@ -22,12 +21,12 @@ pub struct BinaryBvh {
     blocks: Vec<TriangleBlock>,
 }
 
-/// 32 bytes.
+/// A node of 32 bytes.
 struct BinaryBvhNode {
     bounds: Aabb,
-    /// A leaf's block; else the second child, whose sibling follows its parent.
+    /// A leaf's block; for an inner node, the second child. The first child follows its parent.
     next: u32,
-    /// Of an inner node: the axis along which the second child lies beyond the first. Of a leaf: 3.
+    /// The axis along which the second child lies beyond the first (`gap_axis`); 3 for a leaf.
     axis: u32,
 }
 
@@ -35,7 +34,7 @@ const LEAF: u32 = 3;
 const _: () = assert!(size_of::<BinaryBvhNode>() == 32);
 
 impl BinaryBvh {
-    /// Over all triangles of `geometry`, built as the wide tree is.
+    /// Builds a tree over all triangles of `geometry`, as the wide tree is built.
     pub fn new(geometry: &PrimitiveArrays, quality: BuildQuality) -> Self {
         let count = geometry.triangles.len() as u32;
         let mut binary = Self { nodes: Vec::new(), blocks: Vec::new() };
@@ -59,19 +58,18 @@ impl BinaryBvh {
         binary
     }
 
-    /// Bytes that it takes.
+    /// The memory that it takes, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])
     }
 
-    /// The nearest hit of each ray, as [`super::closest`] finds it.
+    /// Finds the nearest hit of each ray, as [`super::closest`] does.
     pub fn closest(&self, isa: Isa, rays: Rays, hits: HitsMut) {
         dispatch(isa, BinaryWalk { tree: self, rays, hits });
     }
 }
 
-/// Along which axis two boxes' centres are farthest from each other; with 4 more if the second
-/// lies before the first.
+/// The axis along which two boxes' centres are farthest apart, plus 4 if the second lies before the first.
 fn gap_axis(first: &BinaryNode, second: &BinaryNode) -> u32 {
     let way = second.bounds.center() - first.bounds.center();
     let axis = way.abs().max_position() as u32;

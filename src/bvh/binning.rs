@@ -1,36 +1,36 @@
-//! Where to cut a range of references in two: the binned surface area heuristic
-//! (Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007).
+//! Cuts a range of references in two: the binned surface area heuristic (Wald, "On fast construction of SAH-based
+//! bounding volume hierarchies", 2007).
 
 use glam::{Mat4, Vec4, Vec4Swizzles};
 
 use super::layout::BLOCK;
 use super::reference::{Reference, SimdAabb};
 
-/// The most bins that an axis is cut into.
+/// The largest number of bins on an axis.
 pub const BINS: usize = 16;
 
 /// 2^23: added to a small number, it leaves that number, rounded, in the low bits.
 const TO_INTEGER: f32 = 8_388_608.0;
 
-/// From a centre to its bin on each axis.
+/// The mapping from a centre to its bin on each axis.
 #[derive(Clone, Copy)]
 pub struct Binning {
-    /// How many there are on each axis.
+    /// The number of bins on each axis.
     bins: usize,
     origin: Vec4,
     scale: Vec4,
 }
 
 impl Binning {
-    /// For centres that lie in `centers`; others fall into the outermost bins.
+    /// Creates bins for centres in `centers`; others fall into the outermost bins.
     #[inline(always)]
     pub fn new(centers: &SimdAabb, bins: usize) -> Self {
         let size = centers.max - centers.min;
-        // An axis has one bin if the box is flat along it, or as long as floats go.
+        // An axis has one bin if the box is flat along it, or if its length overflows.
         let fine = size.cmpgt(Vec4::splat(1e-30)) & size.cmplt(Vec4::INFINITY);
         let fine = fine & glam::BVec4A::new(true, true, true, false);
         let scale = Vec4::select(fine, Vec4::splat(bins as f32) / size, Vec4::ZERO);
-        // Numbers are rounded to bins, so the first bin's middle is the origin.
+        // Coordinates are rounded to bins, so the first bin's middle is the origin.
         let half = Vec4::select(fine, size * (0.5 / bins as f32), Vec4::ZERO);
         Self { bins, origin: centers.min + half, scale }
     }
@@ -50,28 +50,28 @@ impl Binning {
     }
 }
 
-/// What fell into each bin of the three axes.
+/// The boxes and counts of the bins on the three axes.
 pub struct Bins {
-    /// How many of them there are on each axis.
+    /// The number of bins in use on each axis.
     used: usize,
     min: [[Vec4; 3]; BINS],
     max: [[Vec4; 3]; BINS],
     count: [[u32; 4]; BINS],
 }
 
-/// A cut: what has a smaller bin on the axis goes left.
+/// A cut: references in a smaller bin on the axis go left.
 #[derive(Clone, Copy, Debug)]
 pub struct Cut {
-    /// Which axis.
+    /// The axis.
     pub axis: usize,
     /// The first bin on the right.
     pub plane: usize,
-    /// Half areas times blocks, both sides together.
+    /// Half areas times blocks, summed over both sides.
     pub cost: f32,
 }
 
 impl Default for Bins {
-    /// Room for bins.
+    /// Bins of which none is in use.
     fn default() -> Self {
         Bins { used: 0, min: [[Vec4::ZERO; 3]; BINS], max: [[Vec4::ZERO; 3]; BINS], count: [[0; 4]; BINS] }
     }
@@ -98,8 +98,8 @@ impl Bins {
         }
     }
 
-    /// The cut with the least cost, each reference counting for `weight`; `None` if no cut leaves `fewest` on both
-    /// sides. All three axes at once, one in each lane.
+    /// The cut with the least cost, with each reference counting as `weight`; `None` if no cut leaves `fewest` on both
+    /// sides. Computes all three axes together, one in each lane.
     #[inline(always)]
     pub fn best(&self, weight: u32, fewest: usize) -> Option<Cut> {
         let count = self.used;
@@ -155,14 +155,14 @@ impl AxisBoxes {
         }
     }
 
-    /// Expected costs: the areas times the blocks to test; infinite where there are too few.
+    /// The expected costs: the areas times the blocks to test; infinite if there are too few references.
     #[inline(always)]
     fn cost(&self, weight: u32, fewest: usize) -> Vec4 {
         let product = |axis: usize| {
             let d = self.max[axis] - self.min[axis];
             d * d.yzxw()
         };
-        // A box a row, the three products of its sides in the columns.
+        // A row for each box, with the three products of its sides in the columns.
         let sides = Mat4::from_cols(product(0), product(1), product(2), Vec4::ZERO).transpose();
         let blocks = |count: u32| {
             let is_enough = count as usize >= fewest;
@@ -173,18 +173,18 @@ impl AxisBoxes {
     }
 }
 
-/// Moves those with a doubled centre below the threshold to the front; returns how many there are.
+/// Moves references with a doubled centre below the threshold to the front; returns their number.
 #[inline(always)]
 pub fn partition(references: &mut [Reference], axis: usize, threshold: f32) -> usize {
     let threshold = Vec4::splat(threshold);
     partition_by(references, |r| r.center().cmplt(threshold).bitmask() >> axis & 1 != 0)
 }
 
-/// Moves those that `left` picks to the front; returns how many there are.
+/// Moves references that `left` picks to the front; returns their number.
 #[inline(always)]
 pub fn partition_by(references: &mut [Reference], left: impl Fn(&Reference) -> bool) -> usize {
-    // Without a branch on what cannot be predicted: every reference is swapped with the first one of the right side,
-    // which then begins behind it or stays where it is.
+    // Without a branch, whose outcome could not be predicted: every reference is swapped with the first one of the
+    // right side, which then begins behind it or stays where it is.
     let mut middle = 0;
     for i in 0..references.len() {
         let is_left = left(&references[i]);

@@ -1,4 +1,4 @@
-//! Every triangle for every ray: what a tree is measured against.
+//! Brute force: every primitive for every ray, the baseline for a tree.
 
 use super::leaf::{self, LeafContext};
 use super::ray::LocalRay;
@@ -7,9 +7,9 @@ use super::{Bvh, HitsMut};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
-/// The nearest hit of a ray among all triangles and spheres, without looking at the tree. Made for scenes without
+/// Finds the nearest hit of a ray among all triangles and spheres, without the tree. Meant for scenes without
 /// instances, which it ignores. Distances may differ in their last bits from those of the tree, which raises them to
-/// where the ray enters a leaf.
+/// the ray's entry into a leaf.
 pub fn closest(isa: Isa, bvh: &Bvh, ray: &Ray<f32>) -> Hit {
     dispatch(isa, BruteForce { bvh, ray })
 }

@@ -1,11 +1,10 @@
-//! The top of a large tree: primitives to buckets in one pass, by the cuts of a tree over a
-//! sample of them (as sample sort chooses its splitters).
+//! The top of a large tree: distributes primitives to buckets in one pass, by the cuts of a tree over a sample of them
+//! (as sample sort chooses its splitters).
 //!
-//! Near the root a cut hardly depends on single primitives, but a builder that bins and
-//! partitions all of them at every level spends half of its time there, in main memory and
-//! with little for other threads to do. Here chunks go through all levels at once, in
-//! parallel; what is in a bucket fits a cache. The sample and the chunks do not depend on
-//! the number of threads.
+//! Near the root a cut hardly depends on single primitives, but a builder that bins and partitions all of them at every
+//! level spends half of its time there, in main memory and with little parallelism. Here each chunk goes through all
+//! levels in one pass, in parallel with the others; the contents of a bucket fit a cache. The sample and the chunks do
+//! not depend on the number of threads.
 
 use rayon::prelude::*;
 
@@ -13,24 +12,24 @@ use super::binning::{BINS, Binning, Bins, partition};
 use super::primitives::Primitives;
 use super::reference::{Reference, SimdAabb};
 
-/// Levels of cuts; two to this power is the number of buckets.
+/// The most levels of cuts; two to the power of the levels is the number of buckets.
 const MOST_LEVELS: u32 = 8;
-/// The most buckets.
+/// The largest number of buckets.
 pub const MOST: usize = 1 << MOST_LEVELS;
-/// References that a bucket should hold.
+/// The desired number of references in a bucket.
 const BUCKET: usize = 4096;
-/// References in a chunk.
+/// The number of references in a chunk.
 const CHUNK: usize = 1 << 14;
-/// References that are sorted side by side.
+/// The number of references that are classified together.
 const AT_ONCE: usize = 16;
-/// The most references that cuts are chosen by.
+/// The largest sample that cuts are chosen from.
 const SAMPLE: usize = 1 << 17;
-/// No cut is chosen by fewer.
+/// The smallest sample that a cut is chosen from.
 const FEWEST: usize = 16;
-/// Samples with more are cut by several threads.
+/// Larger samples are cut by several threads.
 const PARALLEL: usize = 2048;
 
-/// A plane: what has its doubled centre below it goes left.
+/// A plane: references with their doubled centre below it go left.
 #[derive(Clone, Copy)]
 struct Divider {
     threshold: f32,
@@ -38,7 +37,7 @@ struct Divider {
 }
 
 impl Divider {
-    /// Everything goes left.
+    /// Sends everything left.
     const NONE: Divider = Divider { threshold: f32::INFINITY, axis: 0 };
 
     #[inline(always)]
@@ -47,7 +46,7 @@ impl Divider {
     }
 }
 
-/// The cuts, in the order of the buckets between which they lie: bucket, cut, bucket, …
+/// The cuts, in the order of the buckets that they separate: bucket, cut, bucket, …
 struct Dividers {
     levels: u32,
     dividers: Vec<Divider>,
@@ -67,8 +66,8 @@ impl Dividers {
         Self { levels, dividers }
     }
 
-    /// The buckets of references with these doubled centres. Several at once, a level after
-    /// the other: each step down waits for the one before it, but not for its neighbours'.
+    /// The buckets of references with these doubled centres. They advance together, level by level: each step down
+    /// depends on the one before it, but not on its neighbours'.
     #[inline(always)]
     fn buckets(&self, centers: &[[f32; 4]; AT_ONCE]) -> [u8; AT_ONCE] {
         let mut buckets = [0; AT_ONCE];
@@ -109,18 +108,18 @@ fn divide(sample: &mut [Reference], weight: u32, dividers: &mut [Divider]) {
     }
 }
 
-/// Which primitive is in which bucket.
+/// The assignment of primitives to buckets.
 pub struct Buckets {
-    /// There are two to this power.
+    /// The binary logarithm of the number of buckets.
     pub levels: u32,
-    /// Places of primitives; of each chunk those of the first bucket first.
+    /// Indices of primitives, sorted by buckets within each chunk.
     sorted: Vec<u32>,
-    /// For each chunk where its part of each bucket ends, within the chunk.
+    /// For each chunk, the end of each bucket's part within the chunk.
     ends: Vec<Vec<u32>>,
 }
 
 impl Buckets {
-    /// Sorts primitives, by cuts for which one in `sampled` is looked at.
+    /// Sorts primitives by cuts that are chosen from a sample of one in `sampled`.
     pub fn new(sampled: usize, primitives: &Primitives) -> Self {
         let dividers = Dividers::new(sampled, primitives);
         let levels = dividers.levels;
@@ -130,7 +129,7 @@ impl Buckets {
         Self { levels, sorted, ends }
     }
 
-    /// How many primitives each bucket holds.
+    /// The number of primitives in each bucket.
     pub fn sizes(&self) -> Vec<usize> {
         let mut sizes = vec![0; 1 << self.levels];
         for ends in &self.ends {
@@ -142,7 +141,7 @@ impl Buckets {
         sizes
     }
 
-    /// The places of a bucket's primitives, ascending.
+    /// The indices of a bucket's primitives, ascending.
     pub fn members(&self, bucket: usize) -> impl Iterator<Item = u32> {
         self.sorted.chunks(CHUNK).zip(&self.ends).flat_map(move |(chunk, ends)| {
             let start = if bucket == 0 { 0 } else { ends[bucket - 1] as usize };
@@ -151,7 +150,7 @@ impl Buckets {
     }
 }
 
-/// The most bytes that sorting `count` primitives takes, of which its result keeps a part.
+/// The peak memory in bytes of sorting `count` primitives, of which the result keeps a part.
 pub fn peak_bytes(count: usize, sampled: usize) -> usize {
     let sample = count.div_ceil(sampled.max(count / SAMPLE)) * size_of::<Reference>();
     let ends = count.div_ceil(CHUNK) * (MOST * 4 + size_of::<Vec<u32>>());
@@ -159,7 +158,7 @@ pub fn peak_bytes(count: usize, sampled: usize) -> usize {
     count * 4 + ends + sample + MOST * 512
 }
 
-/// Writes the places from `first` on to `chunk`, by buckets, and returns where each ends.
+/// Writes the indices from `first` on to `chunk`, sorted by buckets, and returns the end of each bucket.
 fn sort_chunk(first: usize, chunk: &mut [u32], dividers: &Dividers, primitives: &Primitives) -> Vec<u32> {
     const { assert!(MOST_LEVELS <= u8::BITS && CHUNK.is_multiple_of(AT_ONCE)) };
     let mut keys = [0u8; CHUNK];

@@ -1,8 +1,8 @@
-//! Primitives to binary tree, in parallel, the same tree whatever the number of threads.
+//! Builds a binary tree over primitives in parallel; the tree does not depend on the number of threads.
 //!
-//! Large sets go to buckets first ([`super::buckets`]); each bucket, and a small set as a
-//! whole, is cut in two by the surface area heuristic ([`super::binning`]) until every
-//! part fits a block. The costs of collapsing are computed on the way back up.
+//! Large sets are distributed to buckets first ([`super::buckets`]); each bucket, and a small set as a whole, is cut in
+//! two by the surface area heuristic ([`super::binning`]) until every part fits a block. The costs of collapsing are
+//! computed on the way back up.
 
 use rayon::prelude::*;
 
@@ -16,29 +16,27 @@ use super::reference::{Reference, SimdAabb};
 
 /// Subtrees with fewer references are built by one thread.
 pub(super) const PARALLEL: usize = 8192;
-/// Cuts of larger ranges are chosen by about this many of their references.
+/// Cuts of larger ranges are chosen from a sample of about this many references.
 const SAMPLE: usize = 512;
 /// One primitive in this many is in the sample that chooses the first cuts.
 const SAMPLED: usize = 8;
-/// As [`SAMPLED`], where time counts most.
+/// [`SAMPLED`] for the fast build.
 const SAMPLED_FAST: usize = 32;
-/// The fast build cuts larger ranges in the middle.
+/// The fast build cuts ranges larger than this in the middle.
 const MIDDLE: usize = 128;
-/// From this depth on ranges are halved by count, so that no input makes a deep tree.
+/// From this depth on, ranges are halved by count, so that no input makes a deep tree.
 pub(super) const MAX_SAH_DEPTH: u32 = 48;
 
 /// Bytes for what does not grow with the input: stacks, tasks, the thread pool's queues.
 const SMALL: usize = 1 << 15;
 
-/// A bound on the bytes that a build allocates besides the finished arrays, known before it
-/// starts: for 10^6 triangles 79 each, 90 with cuts through triangles. `mixed`:
-/// over more than one kind of primitive, or over instances.
+/// A bound on the bytes that a build allocates besides the finished arrays, known before it starts: for 10^6 triangles
+/// 79 each, 90 with spatial splits. `mixed`: over more than one kind of primitive, or over instances.
 ///
-/// With n references and N = [`NodeBudget`]`(n)` binary nodes (48 bytes each) the most are alive:
+/// With n references and N = [`NodeBudget`]`(n)` binary nodes (48 bytes each), the peak is one of these:
 ///
-/// - at `Fast` and `Default` either the lists by buckets (4 n, and their ends), the order
-///   (4 n), the buckets' references (32 n, were all built at once) and nodes; or the order,
-///   the buckets' nodes and those joined;
+/// - at `Fast` and `Default` either the lists by buckets (4 n, and their ends), the order (4 n), the buckets'
+///   references (32 n, if all were built together) and nodes; or the order, the buckets' nodes and the joined nodes;
 /// - at `High`, where n counts copies, references, nodes and order;
 /// - afterwards the order, the nodes, and at most 16 bytes a node of lists, which is less.
 pub fn peak_bytes(count: usize, mixed: bool, quality: BuildQuality) -> usize {
@@ -48,7 +46,7 @@ pub fn peak_bytes(count: usize, mixed: bool, quality: BuildQuality) -> usize {
         let room = count + super::spatial::budget(count);
         return room * (reference + 4) + NodeBudget::new(room, mixed).nodes * node + SMALL;
     }
-    // Every bucket may round up.
+    // Each bucket may round up.
     let nodes = (NodeBudget::new(count.max(1), mixed).nodes + 4 * super::buckets::MOST) * node;
     let sort =
         super::buckets::peak_bytes(count, if quality == BuildQuality::Fast { SAMPLED_FAST } else { SAMPLED });
@@ -93,7 +91,7 @@ pub fn build(primitives: &Primitives, quality: BuildQuality) -> Tree {
         only.nodes.shrink_to_fit();
         return Tree { nodes: std::mem::take(&mut only.nodes), order };
     }
-    // Parts that hold something are joined by one node fewer than there are parts.
+    // Joining the non-empty parts takes one node fewer than there are parts.
     let count: usize = parts.iter().flatten().map(|part| part.used + 1).sum();
     let mut nodes = Nodes::room(count);
     let mut joined = Nodes::new(&mut nodes);
@@ -127,7 +125,7 @@ impl BucketTree {
     }
 }
 
-/// Joins the buckets' trees as the buckets were cut.
+/// Joins the buckets' trees along the cuts between the buckets.
 fn join_parts(parts: &mut [Option<BucketTree>], nodes: &mut Nodes) -> Option<Summary> {
     if let [part] = parts {
         let part = part.take()?;
@@ -146,7 +144,7 @@ fn join_parts(parts: &mut [Option<BucketTree>], nodes: &mut Nodes) -> Option<Sum
     Some(nodes.complete(node, second, &left, &right))
 }
 
-/// Where in the tree a range is.
+/// The position of a range in the tree.
 #[derive(Clone, Copy)]
 pub(super) struct TreePosition {
     pub depth: u32,
@@ -154,13 +152,13 @@ pub(super) struct TreePosition {
 }
 
 impl TreePosition {
-    /// Those of the two sides of a cut.
+    /// The positions of the two sides of a cut.
     pub fn below(&self, left: usize, right: usize) -> [TreePosition; 2] {
         self.room.split(left, right).map(|room| TreePosition { depth: self.depth + 1, room })
     }
 }
 
-/// What one thread needs to build a subtree.
+/// The state of one thread that builds a subtree.
 struct SubtreeBuilder {
     is_fast: bool,
     bins: Bins,
@@ -198,8 +196,8 @@ impl SubtreeBuilder {
         nodes.complete(node, child, &left, &right)
     }
 
-    /// Partitions the range and returns where its second half begins; both have at least as many references as they
-    /// must.
+    /// Partitions the range and returns the start of its second half; both have at least the required number of
+    /// references.
     fn split(&mut self, references: &mut [Reference], place: TreePosition) -> usize {
         let fewest = place.room.fewest(references.len());
         let allowed = fewest..=references.len() - fewest;
@@ -222,7 +220,7 @@ impl SubtreeBuilder {
         halve(references)
     }
 
-    /// As [`Self::split`], but by one reference in `stride`; 0 if there is no good cut.
+    /// [`Self::split`] by a sample of one reference in `stride`; 0 if there is no good cut.
     #[inline(always)]
     fn split_sampled(&mut self, references: &mut [Reference], stride: usize, fewest: usize) -> usize {
         // Sweeping 16 bins for a dozen references would take longer than binning them.
@@ -243,8 +241,8 @@ impl SubtreeBuilder {
     }
 }
 
-/// Where there is no good cut: separates the kinds if a block could hold all, else halves the range along the longest
-/// side of the box of the centroids.
+/// The fallback if there is no good cut: separates the kinds if a block could hold all, else halves the range along the
+/// longest side of the box of the centroids.
 pub(super) fn halve(references: &mut [Reference]) -> usize {
     let kind = references[0].kind();
     if references.len() <= BLOCK {

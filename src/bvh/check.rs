@@ -1,4 +1,4 @@
-//! Oracles: what a sound tree looks like, and what it is expected to cost.
+//! Oracles: the validity of a tree, and its expected cost.
 
 use std::collections::HashMap;
 
@@ -6,24 +6,24 @@ use super::collapse::NODE_COST;
 use super::layout::{BLOCK, Bvh, Child, ChildKind, Root};
 use crate::math::{Aabb, NONE, Vec3};
 
-/// A triangle that is in several leaves is looked for at points, this many along each side.
+/// A triangle in several leaves is checked at points, this many along each side.
 const POINTS: u32 = 16;
 
 /// A primitive in a leaf.
 struct LeafPrimitive {
     id: u32,
-    /// Around all of it (an instance has no box of its own here).
+    /// The bounds of the whole primitive (empty for an instance).
     bounds: Aabb,
-    /// Of a triangle.
+    /// The corners of a triangle.
     corners: Option<[Vec3; 3]>,
 }
 
-/// The leaves that each primitive is in; instances apart.
+/// The leaves that hold each primitive; instances have separate keys.
 type LeavesByPrimitive = HashMap<(bool, u32), (LeafPrimitive, Vec<Aabb>)>;
 
 impl Bvh {
     /// Checks that every box lies in its parent's, and every primitive of a tree in a leaf's box; a triangle may
-    /// instead lie, part by part, in the boxes of several leaves. Says what is wrong if that is not so.
+    /// instead lie, part by part, in the boxes of several leaves. Returns a description of what is wrong.
     pub fn validate(&self) -> Result<(), String> {
         let Some(root) = self.root else { return Ok(()) };
         self.validate_tree(root)?;
@@ -37,9 +37,8 @@ impl Bvh {
         Ok(())
     }
 
-    /// The cost that the surface area heuristic expects of a ray through the world's tree,
-    /// in block tests: each node's and block's half area as a part of the root's, a node
-    /// counting [`NODE_COST`].
+    /// The expected cost of a ray through the world's tree by the surface area heuristic, in block tests: each node's
+    /// and block's half area as a fraction of the root's, a node weighted with [`NODE_COST`].
     pub fn expected_cost(&self) -> f64 {
         let Some(root) = self.root else { return 0.0 };
         let area = |bounds: &Aabb| f64::from(bounds.half_area());
@@ -92,7 +91,7 @@ impl Bvh {
         seen.values().try_for_each(|(content, leaves)| content.validate(leaves))
     }
 
-    /// What a leaf holds.
+    /// The contents of a leaf.
     fn contents(&self, child: Child) -> Vec<LeafPrimitive> {
         let index = child.index();
         match child.kind() {
@@ -135,7 +134,7 @@ impl LeafPrimitive {
     }
 }
 
-/// Whether points all over a triangle are each in a box.
+/// True if points all over a triangle are each in a box.
 fn is_covered(corners: [Vec3; 3], boxes: &[Aabb]) -> bool {
     let corners = corners.map(|corner| corner.as_dvec3());
     let boxes: Vec<_> = boxes.iter().map(|b| (b.min.as_dvec3(), b.max.as_dvec3())).collect();

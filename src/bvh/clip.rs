@@ -1,15 +1,15 @@
-//! Boxes of parts of triangles.
+//! Bounding boxes of clipped triangles.
 
 use glam::Vec4;
 
 use super::layout::PADDING;
 use super::reference::SimdAabb;
 
-/// A triangle in double precision, for cutting.
+/// A triangle in double precision, for clipping.
 pub struct Clipper {
     corners: [[f64; 3]; 3],
-    /// By how much the boxes of parts grow, as the box of the whole triangle does: hits are
-    /// as inexact on a part as they are on the whole.
+    /// The padding of the boxes of parts, which is that of the whole triangle: hits are as inexact on a part as on the
+    /// whole.
     padding: Vec4,
 }
 
@@ -22,9 +22,9 @@ impl Clipper {
         Self { corners: corners.map(|corner| corner.map(f64::from)), padding }
     }
 
-    /// The padded box around what lies between two planes across an axis; empty if nothing
-    /// does. Never too small: double precision errs by far less than the padding, except
-    /// where floats have hardly any digits left, hence the next floats outwards.
+    /// The padded box around the part between two planes across an axis; empty if there is none. Never too small:
+    /// double precision errs by far less than the padding, except where floats have hardly any digits left, hence the
+    /// next floats outwards.
     #[inline]
     pub fn between(&self, axis: usize, low: f32, high: f32) -> SimdAabb {
         let (low, high) = (f64::from(low), f64::from(high));
@@ -71,9 +71,9 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Every point of a triangle is in the box of the slab that it is in.
+        /// Every point of a triangle is in the box of its slab.
         #[test]
-        fn parts_hold_their_points(
+        fn box_of_a_part_contains_the_points_of_the_part(
             corners in prop::array::uniform3(prop::array::uniform3(-10.0f32..10.0)),
             weights in prop::array::uniform3(0.0f64..1.0),
             planes in prop::array::uniform2(-10.0f32..10.0),

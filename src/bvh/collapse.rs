@@ -1,35 +1,33 @@
-//! Binary tree to wide nodes with the least expected cost, by dynamic programming
-//! (Ylitie, Karras and Laine, "Efficient incoherent ray traversal on GPUs through
-//! compressed wide BVHs", 2017, section 4). The costs are computed while the binary tree is
-//! built, from its leaves up, and not kept; what is kept for a node is how to open it.
+//! Collapses a binary tree into wide nodes with the least expected cost, by dynamic programming (Ylitie, Karras and
+//! Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", 2017, section 4). The costs are
+//! computed while the binary tree is built, from its leaves up, and discarded; a node stores only how to open it.
 
 use smallvec::SmallVec;
 
 use super::binary::BinaryNode;
 use super::layout::{Child, ChildKind, WIDTH};
 
-/// Cost of testing a node's 16 boxes, in block tests.
+/// The cost of testing a node's 16 boxes, in block tests.
 pub const NODE_COST: f32 = 0.8;
 
 /// The cost of a binary subtree as at most 1, 2, … 16 children of a wide node.
 #[derive(Clone, Copy, Debug)]
 pub struct Costs {
     cost: [f32; WIDTH],
-    /// Leaves, or 16 if there are more. Nothing gets cheaper with more roots than leaves.
+    /// The number of leaves, at most 16. More roots than leaves never reduce the cost.
     most: usize,
 }
 
-/// How to open a binary node: for each number of roots that it may have, how many of them
-/// go to its first child, in four bits; 0 for a wide node of its own. The lowest four bits
-/// are those of the wide node's own children.
+/// The way to open a binary node: for each number of roots that it may have, the number of them that go to its first
+/// child, in four bits; 0 for a wide node of its own. The lowest four bits are for the wide node's own children.
 #[derive(Clone, Copy, Debug)]
 pub struct CollapseChoice(u64);
 
 impl CollapseChoice {
-    /// Of a block that stays one.
+    /// The choice of a block that stays whole.
     pub const NONE: CollapseChoice = CollapseChoice(0);
 
-    /// Whether it is [`CollapseChoice::NONE`].
+    /// True for [`CollapseChoice::NONE`].
     #[inline(always)]
     pub fn is_none(self) -> bool {
         self.0 == 0
@@ -45,12 +43,12 @@ impl CollapseChoice {
 }
 
 impl Costs {
-    /// A block.
+    /// The costs of a block.
     pub fn block(half_area: f32) -> Self {
         Self { cost: [half_area; WIDTH], most: 1 }
     }
 
-    /// A block that can be two, with the areas of its halves, if that is better.
+    /// The costs of a block that can be two, from the areas of its halves, if that is better.
     pub fn halved(half_area: f32, [left, right]: [f32; 2]) -> Option<(Self, CollapseChoice)> {
         let mut cost = [left + right; WIDTH];
         cost[0] = half_area;
@@ -59,7 +57,7 @@ impl Costs {
         (cost[1] < half_area).then_some((Self { cost, most: 2 }, opening))
     }
 
-    /// A node over two subtrees.
+    /// The costs of a node over two subtrees.
     #[inline]
     pub fn node(half_area: f32, left: &Costs, right: &Costs) -> (Self, CollapseChoice) {
         let most = (left.most + right.most).min(WIDTH);
@@ -94,7 +92,7 @@ impl Costs {
     }
 }
 
-/// Which binary nodes become what.
+/// The roles of the binary nodes in the wide tree.
 pub struct CollapsePlan {
     /// Binary nodes that become wide ones, depth first.
     pub nodes: Vec<u32>,
@@ -102,12 +100,12 @@ pub struct CollapsePlan {
     pub triangles: Vec<u32>,
     /// Leaves that become blocks of spheres, in their order.
     pub spheres: Vec<u32>,
-    /// Wide nodes on the longest path.
+    /// The number of wide nodes on the longest path.
     pub depth: usize,
 }
 
 impl CollapsePlan {
-    /// Writes every child's word into the tree. Its nodes and blocks come after those that there are already
+    /// Plans a tree and writes every child's word into it. Its nodes and blocks come after the existing ones
     /// (`before`); `order` holds the ids of instances.
     pub fn new(tree: &mut [BinaryNode], order: &[u32], before: [usize; 3]) -> Self {
         let leaves = tree.iter().filter(|node| !node.has_children()).count();
@@ -140,7 +138,7 @@ impl CollapsePlan {
     }
 }
 
-/// The binary nodes that are the children of a wide node.
+/// Collects the binary nodes that are the children of a wide node.
 pub fn open(tree: &[BinaryNode], index: usize, children: &mut SmallVec<[u32; WIDTH]>) {
     open_as(tree, index, 1, true, children);
 }

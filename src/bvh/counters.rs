@@ -1,5 +1,5 @@
-//! What a ray costs, counted by the kernel for one ray. Without counting, the same kernel is called with `NoCounter`,
-//! and then nothing of it is compiled.
+//! Counts the work of a ray in the single-ray kernel. Without counting, the same kernel is called with `NoCounter`, and
+//! the counting compiles to nothing.
 
 use super::Bvh;
 use super::layout::{SphereBlock, TriangleBlock};
@@ -9,13 +9,13 @@ use super::traverse::{any_counted, closest_counted};
 use crate::math::Ray;
 use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
-/// Is told where a ray goes.
+/// Receives the events of a traversal.
 pub(super) trait Counter {
-    /// Into a node, whose children's boxes are tested.
+    /// Records a visit of a node, whose children's boxes are tested.
     fn node(&mut self);
-    /// Into a leaf of that many primitives.
+    /// Records a visit of a leaf with that many primitives.
     fn leaf(&mut self, primitives: impl FnOnce() -> usize);
-    /// Into an instance.
+    /// Records the entry into an instance.
     fn instance(&mut self);
 }
 
@@ -31,21 +31,21 @@ impl Counter for NoCounter {
     fn instance(&mut self) {}
 }
 
-/// What one ray did, or several.
+/// The work of one ray, or of several.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Visits {
-    /// Nodes, of sixteen boxes each.
+    /// Visited nodes, of sixteen boxes each.
     pub nodes: u64,
-    /// Leaves.
+    /// Visited leaves.
     pub leaves: u64,
     /// Triangles and spheres in them.
     pub primitives: u64,
-    /// Instances.
+    /// Entered instances.
     pub instances: u64,
 }
 
 impl Visits {
-    /// Adds another ray's.
+    /// Adds the counts of another ray.
     pub fn add(&mut self, other: Visits) {
         self.nodes += other.nodes;
         self.leaves += other.leaves;
@@ -70,19 +70,19 @@ impl Counter for Visits {
     }
 }
 
-/// How many places of a block are taken.
+/// The number of used slots of a triangle block.
 #[inline(always)]
 pub(super) fn triangles(block: &TriangleBlock) -> usize {
     block.words.iter().filter(|word| PrimitiveRef(**word).is_used()).count()
 }
 
-/// The same for spheres.
+/// The number of used slots of a sphere block.
 #[inline(always)]
 pub(super) fn spheres(block: &SphereBlock) -> usize {
     block.words.iter().filter(|word| PrimitiveRef(**word).is_used()).count()
 }
 
-/// What it costs to find a ray's nearest hit, or with `any` whether there is one, by itself.
+/// Counts the work of finding a ray's nearest hit, or any hit if `any`, with the single-ray kernel.
 pub fn visits(isa: Isa, bvh: &Bvh, ray: &Ray<f32>, any: bool, stack: &mut Stack) -> Visits {
     dispatch(isa, Count { bvh, ray, any, stack })
 }

@@ -1,4 +1,4 @@
-//! Queues in the order of the classes of their rays' directions.
+//! Sorts queues by the direction classes of their rays.
 
 use super::Rays;
 use super::hit_sink::{HitSink, write_lanes};
@@ -6,23 +6,24 @@ use super::triangle::Longest;
 use crate::math::NONE;
 use crate::simd::{Float, Int};
 
-/// Classes of directions: along each axis forwards or backwards, and along which of them farthest.
+/// The number of direction classes: forwards or backwards along each axis, and the axis along which the direction is
+/// longest.
 pub(super) const CLASSES: usize = 3 * OCTANTS;
-/// Forwards or backwards along each axis.
+/// The number of octants: forwards or backwards along each axis.
 pub(super) const OCTANTS: usize = 8;
 
-/// Room for a queue's order.
+/// Buffers for sorting a queue.
 #[derive(Default)]
 pub(super) struct DirectionClasses {
     /// The class of each ray of the queue.
     classes: Vec<u32>,
-    /// The place that each ray of the queue has in the order of classes.
+    /// The position of each ray of the queue in the sorted order.
     places: Vec<u32>,
-    /// In that order the rays' numbers in the queue, if they were asked for.
+    /// The rays' indices in the queue in sorted order, if they were requested.
     numbers: Vec<u32>,
-    /// In that order two rows a ray: origin and `t_min`, direction and `t_max`.
+    /// Two rows a ray in sorted order: origin and `t_min`, direction and `t_max`.
     rows: Vec<[f32; 4]>,
-    /// In that order what the rays have hit: t, u, v and primitive.
+    /// The rays' hits in sorted order: t, u, v and primitive.
     hits: Vec<[f32; 4]>,
 }
 
@@ -33,8 +34,8 @@ impl DirectionClasses {
         &self.classes
     }
 
-    /// The rays from one place in the order on, a lane each: origins, directions, `t_min` and `t_max`.
-    /// Lanes behind the last ray are undetermined.
+    /// Loads the rays from a sorted position on, a lane each: origins, directions, `t_min` and `t_max`. Lanes behind
+    /// the last ray are undefined.
     #[inline(always)]
     pub fn rays<F: Float>(&self, at: usize) -> ([F; 3], [F; 3], F, F) {
         let rows = &self.rows[2 * at..];
@@ -44,14 +45,14 @@ impl DirectionClasses {
         ([ox, oy, oz], [dx, dy, dz], t_min, t_max)
     }
 
-    /// Keeps what the rays from one place in the order on have hit. It also overwrites places behind the last of
-    /// them, which must therefore be kept later.
+    /// Stores the hits of the rays from a sorted position on. It also overwrites positions behind the last of them,
+    /// which must therefore be stored later.
     #[inline(always)]
     pub fn keep<F: Float>(&mut self, at: usize, [t, u, v]: [F; 3], primitive: F::Int) {
         F::store_rows([t, u, v, primitive.reinterpret()], &mut self.hits[at..]);
     }
 
-    /// Answers a queue of which every result has been kept, where nothing was hit in an instance.
+    /// Writes all hits of a queue to the sink, once they have been stored. None may be in an instance.
     #[inline(always)]
     pub fn answer<F: Float, A: HitSink>(&self, count: usize, sink: &mut A) {
         for at in (0..count).step_by(F::WIDTH) {
@@ -61,12 +62,12 @@ impl DirectionClasses {
         }
     }
 
-    /// The number in the queue of the ray at a place of the order, if numbers were asked for.
+    /// The index in the queue of the ray at a sorted position, if indices were requested.
     pub fn number(&self, place: usize) -> usize {
         self.numbers[place] as usize
     }
 
-    /// Orders a queue; returns the end of each class. (A counting sort: rays of one class keep their order.)
+    /// Sorts a queue; returns the end of each class. (A counting sort: rays of one class keep their order.)
     #[inline(always)]
     pub fn sort<F: Float>(&mut self, rays: &Rays, numbered: bool) -> [usize; CLASSES] {
         let count = rays.len();
@@ -106,7 +107,7 @@ impl DirectionClasses {
         ends
     }
 
-    /// Finds the class of each ray; returns where each class's rays end in a queue sorted by class.
+    /// Computes the class of each ray; returns the end of each class in a queue sorted by class.
     #[inline(always)]
     pub fn classify<F: Float>(&mut self, rays: &Rays) -> [usize; CLASSES] {
         let count = rays.len();
@@ -132,8 +133,7 @@ impl DirectionClasses {
     }
 }
 
-/// The class of each of some directions: the longest axis times 8, and a bit for each axis that they go back
-/// along.
+/// The class of each direction: 8 times the longest axis, plus a bit for each axis along which it goes backwards.
 #[inline(always)]
 pub(super) fn class_of<F: Float>([x, y, z]: &[F; 3]) -> F::Int {
     let mut class = Longest::new([*x, *y, *z]).axis() * F::Int::splat(OCTANTS as u32);
@@ -142,7 +142,7 @@ pub(super) fn class_of<F: Float>([x, y, z]: &[F; 3]) -> F::Int {
     class + z.to_bits().shr::<31>().shl::<2>()
 }
 
-/// Where each class's rays begin in a queue sorted by class.
+/// The start of each class in a queue sorted by class.
 #[inline(always)]
 pub(super) fn starts(ends: &[usize; CLASSES]) -> [usize; CLASSES] {
     let mut starts = [0; CLASSES];
@@ -153,7 +153,7 @@ pub(super) fn starts(ends: &[usize; CLASSES]) -> [usize; CLASSES] {
 /// The numbers of lanes.
 pub(super) const NUMBERS: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
-/// The front of a column, which may end within a register.
+/// Loads the front of a column, which may end within a register.
 #[inline(always)]
 pub(super) fn padded<F: Float>(column: &[f32]) -> F {
     if column.len() >= F::WIDTH {

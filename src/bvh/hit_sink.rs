@@ -1,20 +1,20 @@
-//! Where the answers of a query go: what every kernel writes to.
+//! Hit sinks: the destinations of a query's results, which all kernels write to.
 
 use super::HitsMut;
 use crate::math::{Hit, NONE};
 use crate::simd::{Float, Int};
 
-/// What takes answers.
+/// Receives the results of a query.
 pub(super) trait HitSink {
-    /// Whether the first hit is as good as the nearest.
+    /// True if any hit will do.
     const ANY: bool;
-    /// The answer for a ray. A miss has no primitive.
+    /// Writes the result for a ray. A miss has no primitive.
     fn write(&mut self, index: usize, hit: &Hit);
-    /// The answers for rays that follow each other.
+    /// Writes the results for consecutive rays.
     fn write_all(&mut self, first: usize, hits: &Hits);
 }
 
-/// Hits by columns, all of one length.
+/// Columns of hits, all of one length.
 pub(super) struct Hits<'a> {
     pub t: &'a [f32],
     pub u: &'a [f32],
@@ -23,7 +23,7 @@ pub(super) struct Hits<'a> {
     pub instance: &'a [u32],
 }
 
-/// Answers `count` rays that follow each other, a lane each: t, u, v; primitive and instance.
+/// Writes the results for `count` consecutive rays, a lane each: t, u, v; primitive and instance.
 #[inline(always)]
 pub(super) fn write_lanes<F: Float, A: HitSink>(
     sink: &mut A,
@@ -50,10 +50,10 @@ pub(super) fn write_lanes<F: Float, A: HitSink>(
     sink.write_all(first, &hits);
 }
 
-/// Answers for a part of a queue.
+/// A sink for a part of a queue.
 pub(super) struct Offset<'a, A> {
     pub sink: &'a mut A,
-    /// Where the part begins.
+    /// The index of the part's first ray.
     pub by: usize,
 }
 
@@ -93,7 +93,7 @@ impl HitSink for HitsMut<'_> {
     }
 }
 
-/// 1 for each ray that is blocked, 0 for the others.
+/// Any-hit sink: 1 for each ray that is blocked, 0 for the others.
 pub(super) struct Occluded<'a>(pub &'a mut [u32]);
 
 impl HitSink for Occluded<'_> {

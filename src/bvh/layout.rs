@@ -1,4 +1,4 @@
-//! The flattened tree as it lies in memory.
+//! The memory layout of the flattened tree.
 
 use super::BuildQuality;
 use super::sidedness::{PrimitiveRef, Sidedness};
@@ -6,19 +6,19 @@ use crate::math::{Aabb, DAffine3, NONE, Vec3};
 use crate::simd::prefetch;
 use crate::simd::sixteen::shift;
 
-/// Children of a node.
+/// The number of children of a node.
 pub const WIDTH: usize = 16;
-/// Primitives of a block.
+/// The number of primitives of a block.
 pub const BLOCK: usize = 8;
 
-/// Boxes grow by this part of their own coordinates, and slab distances by the same part
-/// of themselves; both are needed for rounding never to cull a hit.
+/// Boxes grow by this fraction of their own coordinates, and slab distances by the same fraction of themselves; both
+/// are needed so that rounding never culls a hit.
 pub const PADDING: f32 = 1.0 / 524_288.0;
 
-/// Set in the primitive ids of spheres; triangles have it clear.
+/// Set in the primitive ids of spheres, clear in those of triangles.
 pub const SPHERE: u32 = 1 << 31;
 
-/// What a child word points at: the kind in the two high bits, an index below.
+/// A child word: the kind in the two high bits, an index below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Child(pub u32);
 
@@ -39,13 +39,13 @@ impl Child {
     /// The largest index.
     pub const MAX_INDEX: usize = (1 << 30) - 1;
 
-    /// A word from its parts.
+    /// Packs a kind and an index.
     pub fn new(kind: ChildKind, index: usize) -> Self {
         assert!(index <= Self::MAX_INDEX, "more than 2^30 nodes or blocks");
         Self((kind as u32) << 30 | index as u32)
     }
 
-    /// What it points at.
+    /// The kind of the child.
     #[inline(always)]
     pub fn kind(self) -> ChildKind {
         match self.0 >> 30 {
@@ -56,17 +56,17 @@ impl Child {
         }
     }
 
-    /// Where.
+    /// The index of the child among its kind.
     #[inline(always)]
     pub fn index(self) -> usize {
         (self.0 & Self::MAX_INDEX as u32) as usize
     }
 }
 
-/// Cache lines of a node.
+/// The number of cache lines of a node.
 pub const NODE_LINES: usize = size_of::<Node>() / 64;
 
-/// 16 boxes and what is in them. 512 bytes: planes of one kind lie together, a cache line each.
+/// 16 boxes and their contents. 512 bytes: planes of one kind lie together, a cache line each.
 ///
 /// ```text
 /// min.x ×16 │ max.x ×16 │ min.y ×16 │ max.y ×16 │ min.z ×16 │ max.z ×16 │ child ×16 │ order ×8
@@ -74,24 +74,24 @@ pub const NODE_LINES: usize = size_of::<Node>() / 64;
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
-    /// By axis, the low planes, then the high ones. Unused boxes are inside out and never hit.
+    /// The planes by axis, the low ones before the high ones. Unused boxes are inverted and never hit.
     pub planes: [[[f32; WIDTH]; 2]; 3],
-    /// What each box holds.
+    /// The child words of the boxes.
     pub child: [u32; WIDTH],
-    /// The order in which rays want the boxes, by octant: bit i of it is set where they go down along axis i. That of
-    /// the opposite octant is the same from back to front.
+    /// The boxes from front to back, by octant: bit i of an octant is set for rays that go down along axis i. The order
+    /// of the opposite octant is its reverse.
     pub order: [Order; 8],
 }
 
 impl Node {
-    /// All 16 boxes unused.
+    /// A node with all 16 boxes unused.
     pub const EMPTY: Node = Node {
         planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
         child: [0; WIDTH],
         order: [0; 8],
     };
 
-    /// Fills one of the boxes.
+    /// Sets one of the boxes.
     pub fn set(&mut self, slot: usize, bounds: &Aabb, child: Child) {
         for axis in 0..3 {
             self.planes[axis][0][slot] = bounds.min[axis];
@@ -100,13 +100,13 @@ impl Node {
         self.child[slot] = child.0;
     }
 
-    /// The boxes from back to front, as rays of an octant see them.
+    /// The boxes from back to front, for rays of an octant.
     #[inline(always)]
     pub fn back_to_front(&self, octant: u32) -> Order {
         self.order[(octant as usize % 8) ^ 7]
     }
 
-    /// The planes across an axis that a ray meets first, which begin at place 0 or 16, and those on the other side.
+    /// The near planes across an axis, which begin at index 0 or 16 (`first`), and the far ones.
     #[inline(always)]
     pub fn planes_across(&self, axis: usize, first: u32) -> (&[f32; WIDTH], &[f32; WIDTH]) {
         let planes = &self.planes[axis];
@@ -115,25 +115,25 @@ impl Node {
         (from(first), from(!first))
     }
 
-    /// One of the boxes.
+    /// The bounds of one of the boxes.
     pub fn bounds(&self, slot: usize) -> Aabb {
         let corner = |side: usize| Vec3::from_array(self.planes.map(|axis| axis[side][slot]));
         Aabb { min: corner(0), max: corner(1) }
     }
 }
 
-/// A node's children from front to back: see [`crate::simd::sixteen::slot`].
+/// A permutation of a node's children: see [`crate::simd::sixteen::slot`].
 pub type Order = u64;
 
 impl Node {
-    /// Finds the orders, once all boxes are set: by their centres along the octants' diagonals.
+    /// Computes the orders from the boxes' centres along the octants' diagonals, once all boxes are set.
     pub fn put_in_order(&mut self) {
         for octant in 0..4 {
             let sign = |axis: usize| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
             let mut depths = [(0.0, 0); WIDTH];
             for (slot, depth) in depths.iter_mut().enumerate() {
                 let center = |axis: usize| self.planes[axis][0][slot] + self.planes[axis][1][slot];
-                // NaN where a box is not used.
+                // NaN for unused boxes.
                 *depth = (center(0) * sign(0) + center(1) * sign(1) + center(2), slot as u64);
             }
             depths.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -145,22 +145,22 @@ impl Node {
     }
 }
 
-/// Up to 8 triangles, 320 bytes. Unused ones are degenerate and never hit.
+/// Up to 8 triangles, 320 bytes. Unused slots are degenerate and never hit.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
-    /// Axis, then corner, then triangle.
+    /// The coordinates by axis, corner and triangle.
     pub vertex: [[[f32; BLOCK]; 3]; 3],
-    /// Which triangles, and from which side they are there: [`PrimitiveRef`]s.
+    /// The [`PrimitiveRef`]s of the triangles.
     pub words: [u32; BLOCK],
 }
 
 impl TriangleBlock {
-    /// No triangle.
+    /// A block without triangles.
     pub const EMPTY: TriangleBlock =
         TriangleBlock { vertex: [[[0.0; BLOCK]; 3]; 3], words: [PrimitiveRef::UNUSED.0; BLOCK] };
 
-    /// Puts a triangle in one of the places.
+    /// Stores a triangle in slot `place`.
     pub fn set(&mut self, place: usize, corners: [[f32; 3]; 3], primitive: u32) {
         for (corner, position) in corners.into_iter().enumerate() {
             for (axis, value) in position.into_iter().enumerate() {
@@ -170,13 +170,13 @@ impl TriangleBlock {
         self.words[place] = PrimitiveRef::new(primitive, Sidedness::Always).0;
     }
 
-    /// The id of one of the triangles, [`NONE`] where there is none.
+    /// The id of the triangle in slot `place`, [`NONE`] if it is unused.
     pub fn id(&self, place: usize) -> u32 {
         let word = PrimitiveRef(self.words[place]);
         if word.is_used() { word.number() } else { NONE }
     }
 
-    /// The corners of one of the triangles.
+    /// The corners of the triangle in slot `place`.
     #[inline(always)]
     pub fn corners(&self, place: usize) -> [[f32; 3]; 3] {
         // (`map` is not inlined where this is called most.)
@@ -190,33 +190,33 @@ impl TriangleBlock {
     }
 }
 
-/// Up to 8 spheres, 192 bytes. Unused ones have no radius (NaN) and are never hit.
+/// Up to 8 spheres, 192 bytes. Unused slots have a NaN radius and are never hit.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct SphereBlock {
-    /// By axis.
+    /// The centres by axis.
     pub center: [[f32; BLOCK]; 3],
-    /// In metres; below 0 where the sphere may be met as a vast one (`sphere::stored_radius`).
+    /// The radii in metres; negative for spheres that may count as vast (`sphere::stored_radius`).
     pub radius: [f32; BLOCK],
-    /// Which spheres, and from which side they are there: [`PrimitiveRef`]s.
+    /// The [`PrimitiveRef`]s of the spheres.
     pub words: [u32; BLOCK],
 }
 
 impl SphereBlock {
-    /// No sphere.
+    /// A block without spheres.
     pub const EMPTY: SphereBlock = SphereBlock {
         center: [[0.0; BLOCK]; 3],
         radius: [f32::NAN; BLOCK],
         words: [PrimitiveRef::UNUSED.0; BLOCK],
     };
 
-    /// The id of one of the spheres, [`NONE`] where there is none.
+    /// The id of the sphere in slot `place`, [`NONE`] if it is unused.
     pub fn id(&self, place: usize) -> u32 {
         let word = PrimitiveRef(self.words[place]);
         if word.is_used() { word.number() | SPHERE } else { NONE }
     }
 
-    /// The centre and the stored radius of one of the spheres.
+    /// The centre and the stored radius of the sphere in slot `place`.
     #[inline(always)]
     pub fn sphere(&self, place: usize) -> ([f32; 3], f32) {
         let [x, y, z] = &self.center;
@@ -224,23 +224,23 @@ impl SphereBlock {
     }
 }
 
-/// A subtree placed somewhere: rays enter it through `to_local`, and t means the same
-/// on both sides because directions are not made unit length there.
+/// A placed subtree: rays enter it through `to_local`, and t means the same on both sides because directions are not
+/// normalized.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// World to local for directions, three rows of three. From points, the translation is subtracted first: see
+    /// World to local for directions, three rows of three. For points, the translation is subtracted first: see
     /// [`Instance::place`].
     pub to_local: [[f32; 3]; 3],
     /// Local to world, three rows of four.
     pub to_world: [[f32; 4]; 3],
     /// The subtree, with its box in its own space; it holds no other instance.
     pub root: Root,
-    /// From which side its primitives are there, if it is not for them to say.
+    /// The sidedness of all its primitives; `None` if they keep their own.
     pub sidedness: Option<Sidedness>,
 }
 
 impl Instance {
-    /// Places a subtree. The transform must have an inverse.
+    /// Places a subtree. The transform must be invertible.
     pub fn new(to_world: &DAffine3, root: Root) -> Self {
         let row = |m: &DAffine3, r: usize| {
             let c = m.matrix3;
@@ -259,8 +259,8 @@ impl Instance {
         }
     }
 
-    /// Where the origin of its space lies in the world. A point near an instance that is far from the world's origin
-    /// loses nothing when this is subtracted from it, but all of its last digits when it is turned first.
+    /// The position of the local origin in the world. Subtracting it first keeps the precision of a point near an
+    /// instance that is far from the world's origin; rotating first would lose all of its last digits.
     #[inline(always)]
     pub fn place(&self) -> [f32; 3] {
         let [x, y, z] = &self.to_world;
@@ -271,42 +271,42 @@ impl Instance {
 /// The whole structure: all trees lie in the same arrays, the parts of each together.
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    /// Inner nodes, depth first, children of a node together.
+    /// Inner nodes, depth first.
     pub nodes: Vec<Node>,
-    /// Triangles.
+    /// Blocks of triangles.
     pub triangles: Vec<TriangleBlock>,
-    /// Spheres.
+    /// Blocks of spheres.
     pub spheres: Vec<SphereBlock>,
     /// Subtrees placed in the world.
     pub instances: Vec<Instance>,
-    /// Whether some primitive is not [`Sidedness::Always`] there.
+    /// True if the sidedness of some primitive or instance is not [`Sidedness::Always`].
     pub conditional: bool,
-    /// The world's tree, if there is anything at all.
+    /// The world's tree; `None` if the world is empty.
     pub root: Option<Root>,
-    /// The most entries that a traversal's stack can hold.
+    /// The largest number of entries on a traversal stack.
     pub stack_size: usize,
-    /// How much work goes into the trees that are added from now on.
+    /// The build quality of trees that are added from now on.
     pub quality: BuildQuality,
-    /// What building took so far.
+    /// The time and memory of building so far.
     pub statistics: BuildStatistics,
 }
 
-/// What building took, of all trees together.
+/// The time and memory of building, for all trees together.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BuildStatistics {
     /// Wall-clock time.
     pub time: std::time::Duration,
-    /// The most bytes that the builder can have held besides the finished arrays and what the caller gave it: a
-    /// bound, for the largest of the trees.
+    /// A bound on the builder's memory in bytes, besides the finished arrays and the caller's data, for the largest of
+    /// the trees.
     pub peak_bytes: usize,
 }
 
-/// A tree with its box.
+/// A tree with its bounds.
 #[derive(Clone, Copy, Debug)]
 pub struct Root {
     /// Its topmost node or block.
     pub child: Child,
-    /// Around everything in it.
+    /// The bounds of the whole tree.
     pub bounds: Aabb,
 }
 
@@ -327,7 +327,7 @@ impl Default for Bvh {
 }
 
 impl Bvh {
-    /// Asks for the memory of a node or block that will be visited soon.
+    /// Prefetches a node or a block of triangles that will be visited soon.
     #[inline(always)]
     pub(super) fn fetch(&self, child: Child) {
         match child.kind() {
@@ -341,7 +341,7 @@ impl Bvh {
         }
     }
 
-    /// Sets from which side each primitive of the trees is there, and the same for what instances place.
+    /// Sets the sidedness of each primitive, by id, and that of each instance.
     pub fn set_sidedness(&mut self, of: impl Fn(u32) -> Sidedness, placed: &[Option<Sidedness>]) {
         let mut conditional = false;
         let mut set = |word: &mut u32, flag: u32| {
@@ -361,7 +361,7 @@ impl Bvh {
         self.conditional = conditional;
     }
 
-    /// Bytes that it takes.
+    /// The memory that it takes, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
             + size_of_val(&self.triangles[..])
@@ -370,7 +370,7 @@ impl Bvh {
     }
 }
 
-/// The box grown by [`PADDING`] of its coordinates.
+/// A box grown by [`PADDING`] of its coordinates.
 pub fn pad(bounds: Aabb) -> Aabb {
     Aabb { min: bounds.min - bounds.min.abs() * PADDING, max: bounds.max + bounds.max.abs() * PADDING }
 }
@@ -381,7 +381,7 @@ mod tests {
     use crate::simd::sixteen::slot;
 
     #[test]
-    fn children_come_from_back_to_front() {
+    fn order_of_each_octant_lists_all_children_by_depth() {
         let mut node = Node::EMPTY;
         let corners = [[0.0, 0.0, 0.0], [5.0, 1.0, 0.0], [1.0, 7.0, 0.0], [2.0, 2.0, 9.0]];
         for (slot, corner) in corners.into_iter().enumerate() {
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_are_whole_cache_lines() {
+    fn node_and_block_sizes_are_whole_cache_lines() {
         assert_eq!(size_of::<Node>(), 512);
         assert_eq!(size_of::<TriangleBlock>(), 320);
         assert_eq!(size_of::<SphereBlock>(), 192);

@@ -1,4 +1,4 @@
-//! What happens at a leaf: the canonical test of its block, and which hit is kept.
+//! Leaf tests: the canonical test of a block, and the choice of the best hit.
 
 use super::hit_sink::HitSink;
 use super::layout::{Instance, SPHERE, SphereBlock, TriangleBlock};
@@ -8,45 +8,45 @@ use super::{Bvh, sphere, triangle};
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::{Float, Int, Lanes, Mask};
 
-/// Where a ray is when it comes to a leaf.
+/// The state of a ray at a leaf.
 #[derive(Clone, Copy)]
 pub(super) struct LeafContext<'a> {
-    /// Where it enters the leaf's box: no hit in it counts as nearer.
+    /// The entry distance of the leaf's box: no hit in it counts as nearer.
     pub near: f32,
-    /// Only hits beyond this count.
+    /// The lower end of the t range, exclusive.
     pub t_min: f32,
-    /// The instance that it is in.
+    /// The instance that the leaf is in.
     pub instance: u32,
-    /// Asks what is there.
+    /// Any-hit filter.
     pub filter: AnyHitFilter<'a>,
-    /// Whether some primitives may not be there.
+    /// True if hits of some primitives may be rejected.
     conditional: bool,
     instances: &'a [Instance],
 }
 
 impl<'a> LeafContext<'a> {
-    /// At a leaf of a tree.
+    /// The context at a leaf of a tree.
     #[inline(always)]
     pub fn new(bvh: &'a Bvh, near: f32, t_min: f32, instance: u32, filter: AnyHitFilter<'a>) -> Self {
         let Bvh { conditional, instances, .. } = bvh;
         Self { near, t_min, instance, filter, conditional: *conditional, instances }
     }
 
-    /// In a tree whose primitives are all there.
+    /// The context in a tree of which every hit counts.
     #[inline(always)]
     pub fn everywhere(near: f32, t_min: f32) -> LeafContext<'static> {
         let filter = AnyHitFilter::ACCEPT_ALL;
         LeafContext { near, t_min, instance: NONE, filter, conditional: false, instances: &[] }
     }
 
-    /// From which side primitives are there, if their instance says it for all.
+    /// The sidedness of all primitives, if their instance overrides it.
     #[inline(always)]
     fn given(&self) -> Option<Sidedness> {
         self.instances.get(self.instance as usize).and_then(|instance| instance.sidedness)
     }
 }
 
-/// The best hits of rays in lanes; `t` is below 0 for a ray that is done.
+/// The best hits of rays in lanes; `t` is negative for a finished ray.
 #[derive(Clone, Copy)]
 pub(super) struct Best<F: Float> {
     pub t: F,
@@ -56,8 +56,8 @@ pub(super) struct Best<F: Float> {
 }
 
 impl<F: Float> Best<F> {
-    /// Takes those hits with a primitive that are better; says which. `near` is where each ray enters the
-    /// primitive's leaf.
+    /// Takes the better hits with a primitive and returns their lanes. `near` is each ray's entry into the primitive's
+    /// leaf.
     #[inline(always)]
     pub fn take<A: HitSink>(
         &mut self,
@@ -77,7 +77,7 @@ impl<F: Float> Best<F> {
         better
     }
 
-    /// One after another, as many as there are lanes, none of them in an instance.
+    /// The hits by lane, of which as many are valid as there are lanes, none of them in an instance.
     #[inline(always)]
     pub fn hits(&self) -> [Hit; 16] {
         let (mut t, mut u, mut v, mut primitive) = ([0.0; 16], [0.0; 16], [0.0; 16], [0; 16]);
@@ -93,15 +93,15 @@ impl<F: Float> Best<F> {
     }
 }
 
-/// Rays in lanes that can ask. (No closure: it would be compiled without the instruction set.)
+/// The any-hit filters of rays in lanes. (Not a closure: it would be compiled without the instruction set.)
 pub(super) trait AnyHitFilters {
-    /// The ray in a lane.
+    /// The filter of the ray in a lane.
     fn filter(&self, lane: usize) -> AnyHitFilter<'_>;
 }
 
-/// Where rays in lanes hit a primitive, and which of these hits are better than the best ones so far, of which t and
-/// primitive are given. At equal distance the smaller number wins. (No primitive is both in the world and in an
-/// instance, so the number of the instance is never needed.)
+/// The distances at which rays in lanes hit a primitive, and the lanes whose hits are better than the best ones so far,
+/// given by t and primitive. At equal distance the smaller id wins. (No primitive is both in the world and in an
+/// instance, so the instance's id is never needed.)
 #[inline(always)]
 pub(super) fn better_in_lanes<F: Float>(
     hits: &BlockHits<F>,
@@ -132,14 +132,14 @@ pub(super) fn better_in_lanes<F: Float>(
     }
 }
 
-/// Where hits with a primitive, no farther than the best ones so far, are better.
+/// The lanes whose hits with a primitive, no farther than the best ones so far, are better.
 #[inline(always)]
 fn precedes<F: Float>(t: F, primitive: u32, (best, best_primitive): (F, F::Int)) -> F::Mask {
     t.lt(best) | F::Int::splat(primitive).lt(best_primitive)
 }
 
-/// Which of the better hits are there, each at the first of its two distances at which it is. (Most have only one. A
-/// sphere that is not there where a ray enters it may be there where it leaves.)
+/// The accepted ones of the better hits, each at the first accepted one of its two distances. (Most have only one. A
+/// sphere may be rejected where a ray enters it and accepted where the ray leaves.)
 #[inline(always)]
 fn ask<F: Float>(
     hits: &BlockHits<F>,
@@ -171,7 +171,7 @@ fn ask<F: Float>(
     (F::load(&t), F::Mask::from_bits(there))
 }
 
-/// Tests a block of triangles; where any hit will do it says whether there is a hit no farther than `best`.
+/// Tests a block of triangles; for any-hit queries, returns true if there is a hit no farther than `best`.
 #[inline(always)]
 pub(super) fn triangles<L: Lanes, A: HitSink>(
     block: &TriangleBlock,
@@ -190,7 +190,7 @@ pub(super) fn triangles<L: Lanes, A: HitSink>(
     false
 }
 
-/// The same as [`triangles`] for spheres.
+/// Tests a block of spheres, as [`triangles`] does.
 #[inline(always)]
 pub(super) fn spheres<L: Lanes, A: HitSink>(
     block: &SphereBlock,
@@ -208,7 +208,7 @@ pub(super) fn spheres<L: Lanes, A: HitSink>(
     false
 }
 
-/// Where hits count, and which of them lie no farther than `limit`.
+/// The hit distances, no nearer than `near`, and the lanes whose hits count and lie no farther than `limit`.
 #[inline(always)]
 pub(super) fn acceptable<T: Float>(hits: &BlockHits<T>, near: T, t_min: T, limit: T) -> (T, T::Mask) {
     // NaN distances fail the first comparison.
@@ -216,8 +216,8 @@ pub(super) fn acceptable<T: Float>(hits: &BlockHits<T>, near: T, t_min: T, limit
     (t, hits.mask & hits.t.gt(t_min) & t.le(limit))
 }
 
-/// Takes the hits of a block that are better than `best`; where any hit will do it says whether there is one.
-/// `flag` is that of the primitives' ids.
+/// Takes the hits of a block that are better than `best`; for any-hit queries, returns true if there is one. `flag` is
+/// that of the primitives' ids.
 #[inline(always)]
 fn accept<T: Float, A: HitSink>(
     hits: &BlockHits<T>,
@@ -268,14 +268,14 @@ fn accept<T: Float, A: HitSink>(
     false
 }
 
-/// Of equally distant hits, the one with the smaller numbers wins.
+/// True if `found` is better than `best`. Of equally distant hits, the one with the smaller ids wins.
 #[inline(always)]
 pub(super) fn is_better(found: &Hit, best: &Hit) -> bool {
     found.t < best.t
         || (found.t == best.t && (found.primitive, found.instance) < (best.primitive, best.instance))
 }
 
-/// Whether the ray meets something, perhaps where it leaves a sphere.
+/// True if the hit counts, perhaps moved to where the ray leaves a sphere.
 #[inline(always)]
 fn is_there(hit: &mut Hit, word: PrimitiveRef, side: f32, far: f32, visit: &LeafContext, best: &Hit) -> bool {
     let front = side > 0.0;
@@ -284,7 +284,7 @@ fn is_there(hit: &mut Hit, word: PrimitiveRef, side: f32, far: f32, visit: &Leaf
         Sidedness::Always => true,
         Sidedness::Front => front,
         Sidedness::Back => !front,
-        // What would not be taken anyway need not be asked for.
+        // The filter is only called for hits that would be taken.
         Sidedness::Filtered => is_better(hit, best) && visit.filter.accepts(hit, front),
     };
     if here || sidedness == Sidedness::Front || !front || far.is_nan() || far <= hit.t {

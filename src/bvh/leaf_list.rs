@@ -1,11 +1,11 @@
-//! A kernel for trees of a few leaves: a ray a lane, every leaf in turn.
+//! The kernel for trees of a few leaves: a ray a lane, every leaf in turn.
 //!
-//! In a Cornell box a ray meets most of the boxes there are, and getting into and out of a traversal costs more than
-//! the traversal. Here no tree is walked: 16 rays meet the boxes of all leaves, then the triangles and spheres in
-//! those that at least one of them enters. No decision is that of a single ray.
+//! In a Cornell box a ray meets most of the boxes, and starting and ending a traversal costs more than the traversal.
+//! Here no tree is traversed: 16 rays are tested against the boxes of all leaves, then against the triangles and
+//! spheres of those that at least one of them enters. No decision depends on a single ray.
 //!
-//! Rays are first sorted by the way they go, so that all rays of a group meet the same sides of boxes first and
-//! rename their axes alike, and leaves come from front to back.
+//! Rays are first sorted by direction class, so that all rays of a group meet the same sides of boxes first and permute
+//! their axes alike, and leaves come from front to back.
 
 use std::ops::Range;
 
@@ -22,21 +22,21 @@ use super::triangle::{AcceptedRange, ExactRays, Shear, TrianglePlane, intersect_
 use crate::math::NONE;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 
-/// Trees with more blocks than this are walked. (Measured on cut-down bumpy meshes.)
+/// Trees with more blocks than this are traversed. (Measured on cut-down bumpy meshes.)
 const MOST_BLOCKS: usize = 12;
 
 /// The leaves of a tree.
 pub(super) struct LeafList {
     leaves: Vec<Leaf>,
-    /// What is in them, one leaf after another.
+    /// The primitives in them, one leaf after another.
     obstacles: Obstacles,
-    /// For each octant the leaves from front to back.
+    /// For each octant, the leaves from front to back.
     front_to_back: [Vec<u8>; OCTANTS],
-    /// Whether rays may have to ask what is there.
+    /// True if hits of some primitives may be rejected.
     conditional: bool,
 }
 
-/// [`LeafList::trace`].
+/// [`LeafList::trace`] as a kernel.
 pub(super) struct LeafListQuery<'a, 'r, A> {
     pub few: &'a LeafList,
     pub rays: &'a Rays<'r>,
@@ -52,7 +52,7 @@ impl<A: HitSink> Kernel for LeafListQuery<'_, '_, A> {
     }
 }
 
-/// Answers a fan of rays of a queue, and says whether it did: rays without ends have no shaft.
+/// Traces a bundle of rays of a queue. Returns false if it did not: rays without ends have no shaft.
 pub(super) struct LeafListBundleQuery<'a, 'r, A> {
     pub few: &'a LeafList,
     pub rays: &'a Rays<'r>,
@@ -72,10 +72,10 @@ impl<A: HitSink> Kernel for LeafListBundleQuery<'_, '_, A> {
     }
 }
 
-/// The planes of a leaf's box, lower ones first, and its triangles, for each axis along which a ray
-/// may go farthest, or its spheres.
+/// The planes of a leaf's box, lower ones first, and its triangles for each longest axis that a ray may have, or its
+/// spheres.
 struct Leaf {
-    /// The number of its first obstacle, and a bit for each.
+    /// The index of its first obstacle, and a bit for each.
     first: usize,
     all: u32,
     planes: [[f32; 3]; 2],
@@ -89,10 +89,10 @@ struct ListedSphere {
     candidate: PrimitiveCandidate,
 }
 
-/// A triangle with renamed axes.
+/// A triangle with permuted axes.
 struct ListedTriangle {
     corners: [[f32; 3]; 3],
-    /// With axes as they are.
+    /// The plane with the original axes.
     plane: TrianglePlane,
     candidate: PrimitiveCandidate,
 }
@@ -105,15 +105,15 @@ struct Lines<F> {
     t_max: F,
 }
 
-/// Rays that go one way.
+/// Rays of one direction class.
 struct RayGroup<F: Float> {
     origin: [F; 3],
     direction: [F; 3],
     near_scale: [F; 3],
     far_scale: [F; 3],
-    /// Which plane of a box they meet first.
+    /// The near planes of boxes along each axis: 0 for the low ones, 1 for the high ones.
     near_side: [usize; 3],
-    /// The origins with renamed axes.
+    /// The origins with permuted axes.
     renamed: [F; 3],
     shear: [F; 3],
     t_min: F,
@@ -121,7 +121,7 @@ struct RayGroup<F: Float> {
 }
 
 impl LeafList {
-    /// The leaves of a tree, if they are few and there is no instance.
+    /// Collects the leaves of a tree, if they are few and there is no instance.
     pub fn new(bvh: &Bvh) -> Option<Self> {
         let root = bvh.root?;
         if bvh.triangles.len() + bvh.spheres.len() > MOST_BLOCKS || !bvh.instances.is_empty() {
@@ -137,7 +137,7 @@ impl LeafList {
                     let node = &bvh.nodes[child.index()];
                     for (slot, child) in node.child.iter().enumerate() {
                         let planes = [0, 1].map(|side| node.planes.map(|axis| axis[side][slot]));
-                        // Unused boxes are inside out.
+                        // Unused boxes are inverted.
                         if planes[0][0] <= planes[1][0] {
                             todo.push((Child(*child), planes));
                         }
@@ -165,7 +165,7 @@ impl LeafList {
         Some(Self { leaves, obstacles, front_to_back, conditional: bvh.conditional })
     }
 
-    /// Answers all rays.
+    /// Traces all rays.
     #[inline(always)]
     fn trace<L: Lanes, A: HitSink>(&self, rays: &Rays, classes: &mut DirectionClasses, sink: &mut A) {
         let width = L::Queue::WIDTH;
@@ -188,7 +188,7 @@ impl LeafList {
         classes.answer::<L::Queue, A>(rays.len(), sink);
     }
 
-    /// Answers rays that may meet some of the obstacles, bit by bit. They go much the same way.
+    /// Traces rays that may hit only some of the obstacles, given as bits. They go in much the same direction.
     #[inline(always)]
     fn trace_bundle<F: Float, A: HitSink>(
         &self,
@@ -226,7 +226,7 @@ impl LeafList {
         }
     }
 
-    /// Takes rays of one class through the leaves, looking at some of the obstacles.
+    /// Takes rays of one class through the leaves, testing some of the obstacles.
     #[inline(always)]
     fn visit<F: Float, A: HitSink>(
         &self,
@@ -297,14 +297,14 @@ impl Leaf {
         Self { first: 0, all: 0, planes, triangles, spheres: Vec::new() }
     }
 
-    /// How far along an octant's diagonal it begins.
+    /// The position of its nearest corner along an octant's diagonal.
     fn depth(&self, octant: usize) -> f32 {
         let [low, high] = &self.planes;
         (0..3).map(|axis| if octant >> axis & 1 == 0 { low[axis] } else { -high[axis] }).sum()
     }
 }
 
-/// The rays of a group in their queue.
+/// The rays of a group in a sorted queue.
 struct QueuedGroup<'a> {
     rays: &'a Rays<'a>,
     classes: &'a DirectionClasses,
@@ -317,7 +317,7 @@ impl AnyHitFilters for QueuedGroup<'_> {
     }
 }
 
-/// Rays that follow each other in their queue.
+/// Consecutive rays of a queue.
 struct InQueue<'a> {
     rays: &'a Rays<'a>,
     at: usize,
@@ -329,7 +329,7 @@ impl AnyHitFilters for InQueue<'_> {
     }
 }
 
-/// A triangle's plane and rays.
+/// The plane of a triangle, and rays.
 struct OnPlane<'a, F> {
     plane: &'a TrianglePlane,
     origin: &'a [F; 3],
@@ -350,7 +350,7 @@ impl<F: Float> RayGroup<F> {
         let (zero, one) = (F::zero(), F::one());
         let (mut near_scale, mut far_scale) = ([zero; 3], [zero; 3]);
         let (mut reciprocal, mut near_side) = ([one; 3], [0; 3]);
-        // NaN where something is not finite.
+        // NaN if something is not finite.
         let mut zeros = zero;
         for axis in 0..3 {
             let (o, d) = (origin[axis], direction[axis]);
@@ -384,7 +384,7 @@ impl<F: Float> RayGroup<F> {
         }
     }
 
-    /// Where the rays enter a box, and which of them do.
+    /// The distances at which the rays enter a box, and the lanes of those that do.
     #[inline(always)]
     fn enter(&self, planes: &[[f32; 3]; 2]) -> (F, F::Mask) {
         let (mut near, mut far) = (self.t_min, self.best.t);
@@ -397,7 +397,7 @@ impl<F: Float> RayGroup<F> {
         (near, near.le(far))
     }
 
-    /// One triangle against all rays that have entered its leaf.
+    /// Tests one triangle against all rays that have entered its leaf.
     #[inline(always)]
     fn test<A: HitSink>(
         &mut self,
@@ -416,7 +416,7 @@ impl<F: Float> RayGroup<F> {
         }
     }
 
-    /// One sphere against all rays that have entered its leaf.
+    /// Tests one sphere against all rays that have entered its leaf.
     #[inline(always)]
     fn test_sphere<A: HitSink>(
         &mut self,

@@ -1,19 +1,16 @@
-//! The acceleration structure: one flattened tree of 16-wide nodes over blocks of 8
-//! triangles or spheres, and over instances of further trees in the same arrays.
+//! The acceleration structure: one flattened tree of 16-wide nodes over blocks of 8 triangles or spheres, and over
+//! instances of further trees in the same arrays.
 //!
-//! Built in three steps: [`build`] makes a binary tree with the surface area heuristic
-//! ([`binning`]), large ones by way of [`buckets`], the best ones by cuts through triangles
-//! ([`spatial`]); [`collapse`] folds it into wide nodes at least expected cost; [`layout`] is
-//! what comes out. [`assemble`] puts the steps together. [`query`] answers queues of rays.
+//! It is built in three steps: [`build`] makes a binary tree with the surface area heuristic ([`binning`]), large ones
+//! by way of [`buckets`], the best ones with spatial splits ([`spatial`]); [`collapse`] folds it into wide nodes at
+//! least expected cost; [`layout`] is the result. [`assemble`] combines the steps. [`query`] traces queues of rays.
 //!
-//! **Which hit is the answer** does not depend on the order in which nodes are
-//! visited, the lane width or the schedule. Every box is padded ([`layout::pad`]) and
-//! every slab distance rounded outwards, so that a leaf is never culled before a hit
-//! inside it; a hit's `t` is raised to the ray's entry into its leaf box where rounding
-//! put it before; a node is skipped only if the ray enters it beyond the best hit;
-//! of equal hits the smallest (primitive, instance) wins. So the answer is the
-//! minimum of (max(t, entry), primitive, instance) over all primitives that are there for the
-//! ray ([`sidedness`]).
+//! **The reported hit** does not depend on the order in which nodes are visited, the lane width or the schedule. Every
+//! box is padded ([`layout::pad`]) and every slab distance rounded outwards, so that a leaf is never culled before a
+//! hit inside it; a hit's `t` is raised to the ray's entry into its leaf box where rounding put it before; a node is
+//! skipped only if the ray enters it beyond the best hit; of equal hits the smallest (primitive, instance) wins. So the
+//! hit is the minimum of (max(t, entry), primitive, instance) over all primitives that the ray's any-hit filter accepts
+//! ([`sidedness`]).
 
 pub mod assemble;
 mod autotune;
@@ -56,14 +53,13 @@ pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root, SPHERE}
 pub use query::{Coherence, QUEUE, Stack, any, any_in_bundles, any_ray, closest, closest_ray};
 pub use sidedness::{AnyHitFilter, Crossing, FaceCulling, HitPredicate, Sidedness};
 
-/// How much work goes into the acceleration structure: a trade between the time to build it and the time to trace
-/// rays.
+/// The effort of building the acceleration structure: a trade between the time to build it and the time to trace rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "render", derive(serde::Serialize, serde::Deserialize))]
 pub enum BuildQuality {
-    /// Builds as fast as it can; tracing is slower.
+    /// The fastest build, at the cost of slower tracing.
     Fast,
-    /// Good for nearly everything.
+    /// The right choice for nearly everything.
     #[default]
     Default,
     /// The best tree: large triangles may be split between leaves, into up to 30 % more references.
@@ -77,17 +73,17 @@ pub struct Rays<'a> {
     pub origin: [&'a [f32]; 3],
     /// X, Y and Z of the directions, of any length but zero, in which t is measured.
     pub direction: [&'a [f32]; 3],
-    /// At least 0; a negative one counts as 0.
+    /// The lower ends of the t ranges: at least 0; negative values count as 0.
     pub t_min: &'a [f32],
-    /// Infinity where nothing bounds the ray.
+    /// The upper ends of the t ranges; infinity for an unbounded ray.
     pub t_max: &'a [f32],
-    /// Asks for the first of them what is there.
+    /// Any-hit filter; ray 0 of this view is its first ray.
     pub(crate) filter: AnyHitFilter<'a>,
 }
 
 impl<'a> Rays<'a> {
-    /// Of columns: X, Y and Z of the origins and of the directions, and the range of t of each. All have the same
-    /// length.
+    /// Creates a view from columns: X, Y and Z of the origins and of the directions, and the t range of each ray. All
+    /// have the same length.
     pub fn new(
         origin: [&'a [f32]; 3],
         direction: [&'a [f32]; 3],
@@ -97,23 +93,23 @@ impl<'a> Rays<'a> {
         Self { origin, direction, t_min, t_max, filter: AnyHitFilter::ACCEPT_ALL }
     }
 
-    /// How many rays there are.
+    /// The number of rays.
     pub fn len(&self) -> usize {
         self.t_max.len()
     }
 
-    /// One of them.
+    /// Returns ray `i`.
     pub(crate) fn ray(&self, i: usize) -> crate::math::Ray<f32> {
         self.get(i)
     }
 
-    /// What one of them asks by.
+    /// The any-hit filter of ray `i`.
     #[inline(always)]
     pub(crate) fn filter(&self, i: usize) -> AnyHitFilter<'a> {
         self.filter.after(i)
     }
 
-    /// Some of them.
+    /// A part of the rays.
     pub(crate) fn range(&self, range: std::ops::Range<usize>) -> Self {
         let part = |column: &'a [f32]| {
             let end = range.end.min(column.len());
@@ -128,16 +124,16 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// Views of all rays in order, `size` at a time; the last one may be shorter. A `size` of 0 counts as 1. For
-    /// several threads, each with its part of the hits ([`HitsMut::chunks`]) and a tracer of its own.
+    /// Views of all rays in order, `size` at a time; the last one may be shorter. A `size` of 0 counts as 1. Meant for
+    /// several threads, each with its part of the hits ([`HitsMut::chunks`]) and its own tracer.
     pub fn chunks(self, size: usize) -> impl Iterator<Item = Rays<'a>> {
         let all = self.origin.into_iter().chain(self.direction).chain([self.t_min, self.t_max]);
-        // If some columns are shorter, those of the parts are, too, and a query says so.
+        // If some columns are shorter, so are those of the parts, and a query reports it.
         let (size, count) = (size.max(1), all.map(<[f32]>::len).max().unwrap_or(0));
         (0..count).step_by(size).map(move |from| self.range(from..from.saturating_add(size)))
     }
 
-    /// Whether there is none.
+    /// True if there are no rays.
     pub fn is_empty(&self) -> bool {
         self.t_max.is_empty()
     }
@@ -147,18 +143,18 @@ impl<'a> Rays<'a> {
 pub struct HitsMut<'a> {
     /// Distances, in lengths of each ray's direction; infinity for a miss.
     pub t: &'a mut [f32],
-    /// Weights of triangles' second corners; 0 for spheres and misses.
+    /// Barycentric weights of triangles' second corners; 0 for spheres and misses.
     pub u: &'a mut [f32],
-    /// Weights of triangles' third corners; 0 for spheres and misses.
+    /// Barycentric weights of triangles' third corners; 0 for spheres and misses.
     pub v: &'a mut [f32],
     /// Primitive ids, [`crate::math::NONE`] for a miss.
     pub primitive: &'a mut [u32],
-    /// Instance ids, [`crate::math::NONE`] for a miss and for what lies in world space.
+    /// Instance ids, [`crate::math::NONE`] for a miss and for primitives in world space.
     pub instance: &'a mut [u32],
 }
 
 impl<'a> HitsMut<'a> {
-    /// All of them in order, `size` (at least 1) at a time; the last part may be shorter.
+    /// All hits in order, `size` (at least 1) at a time; the last part may be shorter.
     pub fn chunks(self, size: usize) -> impl Iterator<Item = HitsMut<'a>> {
         let size = size.max(1);
         let Self { t, u, v, primitive, instance } = self;

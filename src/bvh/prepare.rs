@@ -1,4 +1,4 @@
-//! Rays prepared many at a time: what [`super::ray::LocalRay`] computes for one, in lanes.
+//! Prepares batches of rays in lanes: the values that [`super::ray::LocalRay`] computes for one ray.
 
 use super::Rays;
 use super::direction_classes::padded;
@@ -8,10 +8,10 @@ use super::traverse::SubtreeEntry;
 use super::triangle::{Longest, Shear};
 use crate::simd::{Float, Int, Kernel, Lanes, Mask, prefetch};
 
-/// Rays of a batch.
+/// The number of rays in a batch.
 pub(super) const BATCH: usize = 16;
 
-/// How far ahead rays are asked for.
+/// The prefetch distance in rays.
 const AHEAD: usize = 4 * BATCH;
 
 type Quad = [f32; 4];
@@ -29,8 +29,7 @@ pub(super) struct RayRow([Quad; ROWS]);
 const ROWS: usize = 6;
 
 impl RayRow {
-    /// Takes over another one, four numbers at a time: a row that is written in parts and read as a whole waits for
-    /// memory.
+    /// Copies another row, four numbers at a time: reading as a whole a row that was written in parts would stall.
     #[inline(always)]
     pub fn copy(&mut self, other: &RayRow) {
         for (to, from) in self.0.iter_mut().zip(&other.0) {
@@ -38,7 +37,7 @@ impl RayRow {
         }
     }
 
-    /// Takes over a ray that was prepared alone and that enters nothing before `floor`.
+    /// Stores a ray that was prepared on its own and that enters nothing before `floor`.
     #[inline(always)]
     pub fn write(&mut self, local: &LocalRay, floor: f32) {
         let LocalRay { ray, slabs, shear } = local;
@@ -55,7 +54,7 @@ impl RayRow {
         (side[3], sheared[3]) = (f32::from_bits(shear.axes[2] as u32), f32::from_bits(slabs.octant()));
     }
 
-    /// For boxes.
+    /// The ray prepared for boxes.
     #[inline(always)]
     pub fn slabs(&self) -> RaySlabs {
         let [origin, near_scale, far_scale, [x, y, z, _], _, _] = &self.0;
@@ -68,7 +67,7 @@ impl RayRow {
         }
     }
 
-    /// For triangles.
+    /// The ray prepared for triangles.
     #[inline(always)]
     pub fn shear(&self) -> Shear {
         let [_, _, _, side, origin, shear] = &self.0;
@@ -79,25 +78,25 @@ impl RayRow {
         }
     }
 
-    /// Where it starts.
+    /// The origin of the ray.
     #[inline(always)]
     pub fn origin(&self) -> [f32; 3] {
         three(&self.0[0])
     }
 
-    /// Bit i is set where it goes down along axis i.
+    /// The octant: bit i is set if the ray goes down along axis i.
     #[inline(always)]
     pub fn octant(&self) -> u32 {
         self.0[4][3].to_bits()
     }
 
-    /// Where it begins.
+    /// The start of the ray's t range.
     #[inline(always)]
     pub fn t_min(&self) -> f32 {
         self.0[0][3]
     }
 
-    /// Where it ends.
+    /// The end of the ray's t range.
     #[inline(always)]
     pub fn t_max(&self) -> f32 {
         self.0[1][3]
@@ -109,20 +108,20 @@ fn three(quad: &Quad) -> [f32; 3] {
     [quad[0], quad[1], quad[2]]
 }
 
-/// A batch of rays.
+/// A batch of prepared rays.
 #[derive(Default)]
 pub(super) struct PreparedRays {
-    /// The rays that enter the tree's box and have not been taken, by bits.
+    /// The rays that enter the tree's box and have not been taken, as bits.
     pub pending: u32,
-    /// The queue's number of the first one.
+    /// The index in the queue of the first ray.
     pub first: u32,
-    /// What is at the top of the tree.
+    /// The child word of the root.
     root: u32,
-    /// In the order of [`Float::mixed`].
+    /// The rows, in the order of [`Float::mixed`].
     rows: [[Quad; BATCH]; ROWS],
 }
 
-/// [`PreparedRays::fill`] as a function of its own.
+/// [`PreparedRays::fill`] as a kernel.
 pub(super) struct Fill<'a> {
     pub prepared: &'a mut PreparedRays,
     pub bvh: &'a Bvh,
@@ -140,13 +139,13 @@ impl Kernel for Fill<'_> {
 }
 
 impl PreparedRays {
-    /// Whether all have been taken.
+    /// True if all rays have been taken.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.pending == 0
     }
 
-    /// Takes the next one.
+    /// Takes the next ray and returns its place in the batch.
     #[inline(always)]
     pub fn take(&mut self) -> usize {
         let place = self.pending.trailing_zeros() as usize % BATCH;
@@ -154,7 +153,7 @@ impl PreparedRays {
         place
     }
 
-    /// One of the rays, to where it is wanted (see [`RayRow::copy`]), and where it enters the tree. `F` is what it was
+    /// Copies a ray to `row` (see [`RayRow::copy`]) and returns its entry into the tree. `F` is the type that it was
     /// prepared with.
     #[inline(always)]
     pub fn read<F: Float>(&self, place: usize, row: &mut RayRow) -> SubtreeEntry {
@@ -172,7 +171,7 @@ impl PreparedRays {
         self.pending = 0;
         let Some(root) = bvh.root else { return };
         self.root = root.child.0;
-        // (A chain of iterators would be put together in memory.)
+        // (A chain of iterators would be assembled in memory.)
         for axis in 0..3 {
             prefetch(rays.origin[axis].as_ptr().wrapping_add(first + AHEAD) as usize, 1);
             prefetch(rays.direction[axis].as_ptr().wrapping_add(first + AHEAD) as usize, 1);
@@ -185,7 +184,7 @@ impl PreparedRays {
         self.pending &= ((1u64 << count) - 1) as u32;
     }
 
-    /// Prepares the lanes from `at` on; says which of them enter the tree.
+    /// Prepares the lanes from `at` on and returns those that enter the tree.
     #[inline(always)]
     fn lanes<F: Float>(&mut self, root: &Root, rays: &Rays, first: usize, at: usize) -> F::Mask {
         // NaN stays NaN, −0 becomes 0.
@@ -214,7 +213,7 @@ impl PreparedRays {
             let (low, high) = (F::splat(root.bounds.min[axis]), F::splat(root.bounds.max[axis]));
             near = ((o - F::select(backwards, high, low)) * near_scale).max(near);
             far = ((o - F::select(backwards, low, high)) * far_scale).min(far);
-            // NaN where something is not finite.
+            // NaN if something is not finite.
             zeros = zeros + o * F::zero() + d * F::zero();
             (origin[axis], direction[axis], reciprocal[axis]) = (o, d, r);
             (near_scales[axis], far_scales[axis]) = (near_scale, far_scale);

@@ -1,4 +1,4 @@
-//! What a tree is built over.
+//! The primitives that a tree is built over.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use super::layout::ChildKind;
 use super::reference::{Reference, SimdAabb};
 use crate::math::Aabb;
 
-/// Some of the geometry, and the boxes of instances.
+/// Parts of the geometry, and the boxes of instances.
 pub struct Primitives<'a> {
     /// The arrays that ids refer to.
     pub geometry: &'a PrimitiveArrays<'a>,
@@ -15,22 +15,22 @@ pub struct Primitives<'a> {
     pub triangles: Range<u32>,
     /// Ids of spheres.
     pub spheres: Range<u32>,
-    /// Padded boxes in world space.
+    /// The instances' padded boxes in world space.
     pub instances: Vec<Aabb>,
 }
 
 impl Primitives<'_> {
-    /// How many there are.
+    /// The number of primitives.
     pub fn count(&self) -> usize {
         self.triangles.len() + self.spheres.len() + self.instances.len()
     }
 
-    /// Whether a range of them may not fit a leaf even if it is small enough.
+    /// True if a range of them may not fit a leaf even if it is small enough.
     pub fn are_mixed(&self) -> bool {
         !self.instances.is_empty() || (!self.triangles.is_empty() && !self.spheres.is_empty())
     }
 
-    /// The one at a place: triangles come first, then spheres, then instances.
+    /// The reference of the primitive at an index: triangles come first, then spheres, then instances.
     #[inline(always)]
     pub fn reference(&self, place: usize) -> Reference {
         let (triangles, spheres) = (self.triangles.len(), self.spheres.len());

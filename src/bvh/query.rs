@@ -1,4 +1,4 @@
-//! Queries over queues of rays, and which kernel answers which queue.
+//! Queries over queues of rays, and the choice of a kernel for each queue.
 
 use std::marker::PhantomData;
 use std::time::Instant;
@@ -16,45 +16,44 @@ use super::{AnyHitFilter, Bvh, HitsMut, Rays};
 use crate::math::{Hit, Ray};
 use crate::simd::{Float, Isa, Kernel, Lanes, TraversalStack, dispatch};
 
-/// What the caller knows of a queue. It decides which kernel runs, never what comes out.
+/// The caller's knowledge about a queue. It selects the kernel and never changes the result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coherence {
-    /// Nothing: the query looks for itself before it traces.
+    /// Nothing: the query checks before it traces.
     #[default]
     Unknown,
-    /// Rays that follow each other in the queue run side by side: camera rays, shadow rays
-    /// to one light, mirror images in a flat surface.
+    /// Consecutive rays run side by side: camera rays, shadow rays to one light, mirror images in a flat surface.
     Coherent,
     /// Rays that go anywhere.
     Scattered,
 }
 
-/// Ways to answer a queue, or a part of it.
+/// The kernels for a queue, or a part of it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum TraversalKernel {
-    /// Packets where rays run side by side.
+    /// Packets where rays are coherent.
     Packets,
-    /// Streams, or in flight, whichever is faster.
+    /// Streams or interleaved rays, whichever is faster.
     Scattered,
     /// Streams, except for directions at the limits of floats.
     Streams,
-    /// In flight.
+    /// Interleaved rays.
     Interleaved,
 }
 
-/// Two ways that are compared.
+/// Two kernels that are compared.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Pairing {
-    /// Packets and none; whether the caller has said that rays run side by side.
+    /// Packets and no packets; true if the caller declared the rays coherent.
     Packets(bool),
-    /// Streams and rays in flight.
+    /// Streams and interleaved rays.
     StreamsOrInterleaved,
 }
 
-/// The number of rays of which a query makes the most: 16,384. More at once are no faster.
+/// Best batch size: 16,384 rays; larger batches are not faster.
 pub const QUEUE: usize = stream::RAYS;
 
-/// A thread's buffers for queries on one tree. They grow with the longest queue so far and are kept, so that most
+/// A thread's buffers for queries on one tree. They grow with the longest queue so far and are reused, so that most
 /// queries allocate nothing.
 pub struct Stack {
     pub(super) single: TraversalStack,
@@ -63,21 +62,20 @@ pub struct Stack {
     prepared: Box<PreparedRays>,
     interleaved: InterleavedRays,
     stream: StreamBuffers,
-    /// With fewer rays, these go in flight.
+    /// Parts with fewer rays are interleaved.
     pub(super) least_stream: usize,
     packet: Box<Packet>,
-    /// How many packets to pass over after one that was not worth it; if the nearest hit is asked
-    /// for, and if any.
+    /// The number of packets to skip after one that was not worth it, for nearest-hit and for any-hit queries.
     packet_pause: [usize; 2],
-    /// Whether packets have taken much of the last queue that was looked at.
+    /// True if packets have taken much of the last queue that was tried, for nearest-hit and for any-hit queries.
     in_packets: [bool; 2],
     bundle_backoff: Backoff,
-    /// By [`Pairing`]; if the nearest hit is asked for, and if any.
+    /// Timers by [`Pairing`], for nearest-hit and for any-hit queries.
     races: [[KernelTimer; 2]; 3],
 }
 
 impl Stack {
-    /// For queries on `bvh`.
+    /// Creates the buffers for queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         Self {
             single: traverse::stack_for(bvh),
@@ -96,18 +94,18 @@ impl Stack {
     }
 }
 
-/// The nearest hit of each ray with t_min < t ≤ t_max.
+/// Finds the nearest hit of each ray with t_min < t ≤ t_max.
 pub fn closest(isa: Isa, bvh: &Bvh, rays: Rays, coherence: Coherence, stack: &mut Stack, hits: HitsMut) {
     dispatch(isa, QueueQuery { bvh, rays, coherence, stack, sink: hits });
 }
 
-/// For each ray 1 if something lies between its ends, else 0.
+/// Writes 1 for each ray that hits anything with t_min < t ≤ t_max, else 0.
 pub fn any(isa: Isa, bvh: &Bvh, rays: Rays, coherence: Coherence, stack: &mut Stack, occluded: &mut [u32]) {
     dispatch(isa, QueueQuery { bvh, rays, coherence, stack, sink: Occluded(occluded) });
 }
 
-/// [`any`] for rays that come in fans: side by side, those of each with one end in common. `fans` says where in
-/// the queue each one ends; what lies behind the last is in none.
+/// [`any`] for rays in bundles: coherent rays, those of each bundle with one end in common. `bundles` holds the end of
+/// each in the queue; rays behind the last are in none.
 pub fn any_in_bundles(
     isa: Isa,
     bvh: &Bvh,
@@ -120,12 +118,12 @@ pub fn any_in_bundles(
     dispatch(isa, BundleQuery { query, bundles });
 }
 
-/// The nearest hit of one ray with t_min < t ≤ t_max: what the recursive schedule asks for.
+/// Finds the nearest hit of one ray with t_min < t ≤ t_max, for the recursive schedule.
 pub fn closest_ray(isa: Isa, bvh: &Bvh, ray: &Ray<f32>, filter: AnyHitFilter, stack: &mut Stack) -> Hit {
     dispatch(isa, Alone::<HitsMut> { bvh, ray, filter, stack, sink: PhantomData })
 }
 
-/// Whether one ray hits anything with t_min < t ≤ t_max.
+/// True if one ray hits anything with t_min < t ≤ t_max.
 pub fn any_ray(isa: Isa, bvh: &Bvh, ray: &Ray<f32>, filter: AnyHitFilter, stack: &mut Stack) -> bool {
     !dispatch(isa, Alone::<Occluded> { bvh, ray, filter, stack, sink: PhantomData }).is_miss()
 }
@@ -147,21 +145,21 @@ impl<A: HitSink> Kernel for Alone<'_, A> {
             return traverse::closest_one::<L>(bvh, ray, filter, stack);
         }
         let blocked = traverse::any_one::<L>(bvh, ray, filter, stack);
-        // Which one it is does not matter.
+        // Any-hit: the primitive's id is not needed.
         if blocked { Hit { primitive: 0, ..Hit::MISS } } else { Hit::MISS }
     }
 }
 
-/// Checking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of scattered rays
-/// is checked only here and there.
+/// The longest pause. Checking whether rays are coherent takes about a tenth of the time of tracing them, so a queue of
+/// scattered rays is checked only now and then.
 const LONGEST_PAUSE: usize = 15;
 
-/// The pause after one that was in vain.
+/// The pause after an unsuccessful one.
 fn longer(pause: usize) -> usize {
     (2 * pause + 1).min(LONGEST_PAUSE)
 }
 
-/// Leaves something out for a while, and for longer each time that it was not worth it.
+/// Exponential back-off.
 #[derive(Clone, Copy, Default)]
 struct Backoff {
     length: usize,
@@ -169,14 +167,14 @@ struct Backoff {
 }
 
 impl Backoff {
-    /// Whether it is still on; counts down.
+    /// True while the pause lasts; counts down.
     fn is_active(&mut self) -> bool {
         let on = self.left > 0;
         self.left = self.left.saturating_sub(1);
         on
     }
 
-    /// Begins again, after something that was `worthwhile` or not.
+    /// Restarts the pause after an attempt that was `worthwhile` or not.
     fn begin(&mut self, worthwhile: bool) {
         self.length = if worthwhile { 0 } else { longer(self.length) };
         self.left = self.length;
@@ -211,7 +209,7 @@ impl<A: HitSink> Kernel for QueueQuery<'_, A> {
 }
 
 impl<A: HitSink> QueueQuery<'_, A> {
-    /// Rays side by side in packets, and all others as [`QueueQuery::scattered`].
+    /// Traces coherent rays in packets, and all others with [`QueueQuery::scattered`].
     #[inline(always)]
     fn in_packets<L: Lanes>(&mut self, mut first: usize, end: usize) {
         let (all, mut taken) = (end - first, 0);
@@ -241,7 +239,7 @@ impl<A: HitSink> QueueQuery<'_, A> {
     }
 }
 
-/// Fewer rays are no fan.
+/// Fewer rays are not traced as a bundle.
 const LEAST_BUNDLE: usize = 12;
 
 /// See [`any_in_bundles`].
@@ -258,7 +256,7 @@ impl<A: HitSink> Kernel for BundleQuery<'_, A> {
         if !is_wide::<L>() {
             return query.run::<L>();
         }
-        // The first ray that no fan has taken.
+        // The first ray that no bundle has taken.
         let (mut behind, mut first) = (0, 0);
         for end in bundles {
             let end = *end as usize;
@@ -277,7 +275,7 @@ impl<A: HitSink> Kernel for BundleQuery<'_, A> {
                 let (bvh, rays, sink) = (query.bvh, &query.rays, &mut query.sink);
                 let packet = packet::PacketQuery { packet, bvh, rays, first, count, keys: single, sink };
                 let verdict = L::outlined(packet);
-                // However many boxes it meets: there is no better way for so few rays.
+                // Regardless of the number of boxes: there is no better kernel for so few rays.
                 query.stack.bundle_backoff.begin(verdict != Verdict::Refused);
                 if verdict != Verdict::Refused {
                     query.scattered::<L>(behind, first);
@@ -291,7 +289,7 @@ impl<A: HitSink> Kernel for BundleQuery<'_, A> {
 }
 
 impl<A: HitSink> QueueQuery<'_, A> {
-    /// Rays that no packet has taken: in streams, or in flight if they are few or thinly spread.
+    /// Traces rays that no packet has taken: in streams, or interleaved if they are few or thinly spread.
     #[inline(always)]
     fn scattered<L: Lanes>(&mut self, first: usize, end: usize) {
         if !is_wide::<L>() {
@@ -314,7 +312,7 @@ impl<A: HitSink> QueueQuery<'_, A> {
         }
     }
 
-    /// Answers rays in the faster one of two ways, as far as is known, and now and then in the other one.
+    /// Traces rays with the faster of two kernels, as far as is known, and now and then with the other one.
     #[inline(always)]
     fn best_of_two<L: Lanes>(&mut self, contest: Pairing, first: usize, end: usize) {
         let nearest_or_any = usize::from(A::ANY);
@@ -322,7 +320,7 @@ impl<A: HitSink> QueueQuery<'_, A> {
             Pairing::Packets(coherent) => {
                 ([TraversalKernel::Packets, TraversalKernel::Scattered], usize::from(coherent))
             }
-            // Streams share boxes and blocks where there are many more rays than blocks: so they come first.
+            // Streams share boxes and blocks if there are many more rays than blocks, so they come first.
             Pairing::StreamsOrInterleaved
                 if 4 * (self.bvh.triangles.len() + self.bvh.spheres.len()) < stream::RAYS =>
             {
@@ -335,7 +333,7 @@ impl<A: HitSink> QueueQuery<'_, A> {
             Pairing::Packets(_) => (self.stack.in_packets[nearest_or_any], TraversalKernel::Packets),
             Pairing::StreamsOrInterleaved => (true, TraversalKernel::Interleaved),
         };
-        // Few rays say little about how fast a kernel is.
+        // Few rays are a poor measure of a kernel's speed.
         if end - first < self.stack.least_stream || !is_choice {
             return self.answer::<L>(otherwise, first, end);
         }
@@ -353,7 +351,7 @@ impl<A: HitSink> QueueQuery<'_, A> {
         }
     }
 
-    /// A part of the rays in one of two ways, where that can be.
+    /// Traces a part of the rays with a kernel, where possible.
     #[inline(always)]
     fn answer<L: Lanes>(&mut self, way: TraversalKernel, first: usize, end: usize) {
         L::outlined(KernelQuery { query: self, way, first, end });
@@ -361,8 +359,8 @@ impl<A: HitSink> QueueQuery<'_, A> {
 }
 
 impl Pairing {
-    /// The most rays of a queue that the slower way answers, to see whether it is still slower. Without packets, rays
-    /// that run side by side take several times as long; but streams get faster the more rays they have.
+    /// The most rays of a queue that the slower kernel traces, to check if it is still slower. Without packets,
+    /// coherent rays take several times as long; but streams get faster the more rays they have.
     fn slower_gets(self) -> usize {
         match self {
             Pairing::Packets(_) => 2048,
@@ -371,7 +369,7 @@ impl Pairing {
     }
 }
 
-/// Some rays of a query in one way.
+/// Some rays of a query, for one kernel.
 struct KernelQuery<'q, 'a, A> {
     query: &'q mut QueueQuery<'a, A>,
     way: TraversalKernel,
@@ -402,7 +400,7 @@ impl<A: HitSink> Kernel for KernelQuery<'_, '_, A> {
     }
 }
 
-/// Whether the kernels for many rays are worth it: without wide registers, other rays hide nothing.
+/// True if the kernels for many rays are worth it: without wide registers, other rays hide no latency.
 #[inline(always)]
 fn is_wide<L: Lanes>() -> bool {
     L::Queue::WIDTH >= packet::LEAST_WIDTH

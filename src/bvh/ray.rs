@@ -1,4 +1,4 @@
-//! A ray with what is computed from it once: for boxes, for triangles, for an instance's space.
+//! A ray with the values precomputed for boxes, for triangles and for an instance's space.
 
 use super::Rays;
 use super::layout::{Instance, Node, PADDING, WIDTH};
@@ -7,7 +7,7 @@ use crate::math::{Aabb, Ray, Vector};
 use crate::simd::{Float, Sixteen};
 
 impl Rays<'_> {
-    /// One of them. A `t_min` below 0 counts as 0.
+    /// Returns ray `i`. A negative `t_min` counts as 0.
     #[inline(always)]
     pub(super) fn get(&self, i: usize) -> Ray<f32> {
         let [ox, oy, oz] = self.origin;
@@ -22,16 +22,16 @@ impl Rays<'_> {
     }
 }
 
-/// Whether all of a ray is finite. For another one every box would be open, even the unused ones of a node, and it
-/// would go round in circles.
+/// True if all components of a ray are finite. Otherwise every box would be open, even the unused ones of a node, and
+/// the traversal would run in circles.
 #[inline(always)]
 pub(super) fn is_finite(ray: &Ray<f32>) -> bool {
     let (o, d) = (ray.origin, ray.direction);
-    // What is not finite times 0 is NaN.
+    // A non-finite value times 0 is NaN.
     o.x * 0.0 + o.y * 0.0 + o.z * 0.0 + d.x * 0.0 + d.y * 0.0 + d.z * 0.0 == 0.0
 }
 
-/// A ray with what is computed from it once for each space.
+/// A ray with the values precomputed for one space.
 #[derive(Clone, Copy)]
 pub(super) struct LocalRay {
     pub ray: Ray<f32>,
@@ -46,7 +46,7 @@ impl LocalRay {
     }
 }
 
-/// The ray in an instance's space; its direction keeps whatever length it gets.
+/// The ray in an instance's space; its direction is not normalized.
 #[inline(always)]
 pub(super) fn to_local(ray: &Ray<f32>, instance: &Instance) -> Ray<f32> {
     let (o, d) = (ray.origin, ray.direction);
@@ -54,7 +54,7 @@ pub(super) fn to_local(ray: &Ray<f32>, instance: &Instance) -> Ray<f32> {
     Ray { origin: Vector { x: ox, y: oy, z: oz }, direction: Vector { x: dx, y: dy, z: dz }, ..*ray }
 }
 
-/// Origins and directions in an instance's space.
+/// Transforms origins and directions to an instance's space.
 #[inline(always)]
 pub(super) fn line_to_local<F: Float>(
     instance: &Instance,
@@ -73,23 +73,23 @@ pub(super) fn line_to_local<F: Float>(
     (from, along)
 }
 
-/// Factors for near and for far planes from a component's reciprocal, see [`RaySlabs`].
+/// The factors for near and for far planes from a component's reciprocal, see [`RaySlabs`].
 #[inline(always)]
 pub(super) fn slab_scales<F: Float>(reciprocal: F) -> (F, F) {
     (reciprocal * F::splat(PADDING - 1.0), reciprocal * F::splat(-1.0 - PADDING))
 }
 
-/// A ray prepared for boxes: reciprocal directions, rounded towards the origin for near
-/// planes and away from it for far ones, and with the opposite sign: the distance to a
-/// plane is taken as (origin − plane) · scale, so that the planes can stay in memory.
+/// A ray prepared for boxes: reciprocal directions, rounded towards the origin for near planes and away from it for far
+/// ones, and negated: the distance to a plane is computed as (origin − plane) · scale, so that the planes can stay in
+/// memory.
 #[derive(Clone, Copy, Default)]
 pub(super) struct RaySlabs {
     pub origin: [f32; 3],
     pub near_scale: [f32; 3],
     pub far_scale: [f32; 3],
-    /// Where among a node's planes across an axis those begin that the ray meets first: 0 or 16.
+    /// The index of the first near plane among a node's planes across an axis: 0 or 16.
     pub near_planes: [u32; 3],
-    /// Nothing is entered before this.
+    /// The least entry distance.
     pub floor: f32,
 }
 
@@ -107,14 +107,14 @@ impl RaySlabs {
         }
     }
 
-    /// Bit i is set where the ray goes down along axis i.
+    /// The octant: bit i is set if the ray goes down along axis i.
     #[inline(always)]
     pub fn octant(&self) -> u32 {
         let [x, y, z] = self.near_planes;
         (x | y << 1 | z << 2) / WIDTH as u32
     }
 
-    /// Where the ray enters a box, if it does.
+    /// The distance at which the ray enters a box, if it does.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "the axis indexes five arrays")]
     pub fn enter(&self, bounds: &Aabb) -> Option<f32> {
@@ -129,11 +129,11 @@ impl RaySlabs {
         (near <= far).then_some(near)
     }
 
-    /// Where the ray enters and leaves a node's children, no farther than `limit`; a child that it does not enter, it
-    /// leaves before it enters.
+    /// The entry and exit distances of a node's children, no farther than `limit`; if the ray misses a child, its exit
+    /// is nearer than its entry.
     ///
     /// A child's box lies in its parent's and rounding is monotonic, so a ray never enters it before its parent: the
-    /// entry is a function of the ray and the child's box alone.
+    /// entry is a function of the ray and the child's box only.
     #[inline(always)]
     pub fn meet_children<S: Sixteen>(&self, node: &Node, limit: f32) -> (S, S) {
         let (mut near, mut far) = (S::splat(self.floor), S::splat(limit));

@@ -1,4 +1,4 @@
-//! What lies between two boxes, for rays that begin in one and end in the other (shaft culling: Haines and
+//! Shaft culling: the primitives between two boxes, for rays that begin in one and end in the other (Haines and
 //! Wallace, "Shaft culling for efficient ray-traced radiosity", 1991).
 
 use std::ops::Range;
@@ -9,13 +9,13 @@ use super::layout::PADDING;
 use crate::math::DVec3;
 use crate::simd::{Float, Mask};
 
-/// Room for what rounding could do, as a part of coordinates.
+/// A margin for rounding errors, as a fraction of coordinates.
 const MARGIN: f32 = 2.0 * PADDING;
 
-/// The box around where rays begin, and that around where they end.
+/// The box around the starts of rays, and the box around their ends.
 pub(super) struct Shaft([CoordinateRange; 2]);
 
-/// Least and greatest coordinates.
+/// The least and greatest coordinates.
 #[derive(Clone, Copy)]
 struct CoordinateRange {
     low: [f32; 3],
@@ -23,7 +23,7 @@ struct CoordinateRange {
 }
 
 impl Shaft {
-    /// Around some rays of a queue; none if one of them has no end.
+    /// The shaft around some rays of a queue; `None` if one of them has no end.
     #[inline(always)]
     pub fn around<F: Float>(rays: &Rays, range: Range<usize>) -> Option<Self> {
         let (most, least) = (F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY));
@@ -36,7 +36,7 @@ impl Shaft {
                 let start = padded::<F>(&rays.origin[axis][at..]);
                 let end = start + padded::<F>(&rays.direction[axis][at..]) * t_max;
                 for ([low, high], value) in lanes.iter_mut().zip([start, end]) {
-                    // What is not finite times 0 is NaN.
+                    // A non-finite value times 0 is NaN.
                     zeros = zeros + F::select(mask, value * F::zero(), F::zero());
                     low[axis] = low[axis].min(F::select(mask, value, most));
                     high[axis] = high[axis].max(F::select(mask, value, least));
@@ -52,8 +52,8 @@ impl Shaft {
         Some(Self::new(starts, ends))
     }
 
-    /// Between two boxes. Starts are exact, so that rays that leave a wall along an axis leave it behind; ends
-    /// are computed.
+    /// The shaft between two boxes. Starts are exact, so that rays that leave a wall along an axis leave it behind;
+    /// ends are computed.
     #[inline(always)]
     fn new(starts: CoordinateRange, mut ends: CoordinateRange) -> Self {
         for axis in 0..3 {
@@ -77,7 +77,7 @@ impl Shaft {
     }
 }
 
-/// The least of each of three coordinates among all lanes, or the greatest.
+/// The least of each of three coordinates over all lanes, or the greatest.
 #[inline(always)]
 fn fold<F: Float, const GREATEST: bool>([x, y, z]: [F; 3]) -> [f32; 3] {
     let mut rows = [[0.0; 4]; 16];
@@ -91,17 +91,18 @@ fn fold<F: Float, const GREATEST: bool>([x, y, z]: [F; 3]) -> [f32; 3] {
     [best[0], best[1], best[2]]
 }
 
-/// What may lie in a shaft, by columns, a multiple of sixteen: no more than 128 triangles and spheres.
+/// The primitives that may lie in a shaft, by columns, padded to a multiple of sixteen: no more than 128 triangles and
+/// spheres.
 #[derive(Default)]
 pub(super) struct Obstacles {
-    /// Of each one's plane the unit normal and the offset; zeros for a sphere.
+    /// The unit normal and the offset of each one's plane; zeros for a sphere.
     plane: [Vec<f32>; 4],
-    /// Least and greatest coordinates.
+    /// The least and greatest coordinates.
     bounds: [[Vec<f32>; 3]; 2],
 }
 
 impl Obstacles {
-    /// One more triangle.
+    /// Adds a triangle.
     pub fn push_triangle(&mut self, corners: [[f32; 3]; 3]) {
         let [a, b, c] = corners.map(|corner| DVec3::from_array(corner.map(f64::from)));
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -111,9 +112,9 @@ impl Obstacles {
         self.push([normal.x, normal.y, normal.z, normal.dot(a)].map(|value| value as f32), low, high);
     }
 
-    /// One more sphere.
+    /// Adds a sphere.
     pub fn push_sphere(&mut self, center: [f32; 3], radius: f32) {
-        // As boxes around spheres are padded.
+        // Padded as boxes around spheres are.
         let reach = |axis: usize| radius + (radius + center[axis].abs()) * MARGIN;
         let low = [0, 1, 2].map(|axis| center[axis] - reach(axis));
         self.push([0.0; 4], low, [0, 1, 2].map(|axis| center[axis] + reach(axis)));
@@ -126,7 +127,7 @@ impl Obstacles {
         }
     }
 
-    /// Fills the columns up with obstacles that lie nowhere.
+    /// Fills the columns up with empty obstacles.
     pub fn finish(&mut self) {
         let count = self.len().next_multiple_of(16);
         self.plane.iter_mut().for_each(|column| column.resize(count, 0.0));
@@ -135,12 +136,12 @@ impl Obstacles {
         high.iter_mut().for_each(|column| column.resize(count, f32::NEG_INFINITY));
     }
 
-    /// How many there are.
+    /// The number of obstacles.
     pub fn len(&self) -> usize {
         self.plane[0].len()
     }
 
-    /// Those that a ray in a shaft may meet: all others lie beside it, or it on one side of their planes.
+    /// The obstacles that a ray in the shaft may hit: all others lie beside it, or it lies on one side of their planes.
     #[inline(always)]
     pub fn within<F: Float>(&self, shaft: &Shaft) -> u128 {
         let bounds = shaft.bounds();
@@ -198,13 +199,13 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beside_a_shaft_or_whose_plane_it_does_not_cross_is_left_out() {
+    fn obstacles_beside_a_shaft_or_with_planes_that_it_does_not_cross_are_culled() {
         let cube = |at: [f32; 3]| [at.map(|c| c - 0.1), at.map(|c| c + 0.1)];
         assert_eq!(obstacles_of([cube([1.0, 0.0, 3.0]), cube([3.0, 0.0, 5.0])]), 0, "above the slope");
         assert_eq!(obstacles_of([cube([3.0, 0.0, 1.0]), cube([3.0, 1.0, -0.5])]), 0, "below it");
         assert_eq!(obstacles_of([cube([3.0, 0.0, 1.0]), cube([1.0, 0.0, 3.0])]), 0b01000, "through it");
         assert_eq!(obstacles_of([cube([-1.0, 0.0, 6.0]), cube([5.0, 0.0, 9.0])]), 0b10011, "across");
-        // What starts just off a wall leaves it behind; what ends just before one may meet it.
+        // A ray that starts just off a wall leaves it behind; one that ends just before a wall may hit it.
         let off = |x: f32| [[x, 0.0, 5.0]; 2];
         assert_eq!(obstacles_of([off(1e-9), off(2.0)]), 0);
         assert_eq!(obstacles_of([off(2.0), off(1e-9)]), 1);

@@ -1,23 +1,23 @@
-//! Whether a primitive is there for a ray: from which side it is, and whom to ask if the side does not settle it.
+//! Sidedness and any-hit filtering: the side from which a primitive can be hit, and the filter that decides if the side
+//! does not.
 //!
-//! This is asked at the leaf, only of hits that would count. So a ray goes on behind what is not there in the order
-//! of (t, primitive): a second surface at the same place is met, and where any hit will do, the first that is there
-//! ends the search.
+//! Both are applied at the leaf, only to hits that would count. So a ray continues behind a rejected hit in the order
+//! of (t, primitive): a second surface at the same place is hit, and an any-hit query ends at the first accepted hit.
 
 use super::layout::SPHERE;
 use crate::math::Hit;
 
-/// From which side a primitive is there.
+/// The side from which a primitive can be hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sidedness {
-    /// From everywhere.
+    /// Both sides.
     #[default]
     Always = 0,
-    /// From where a triangle's corners go around counter-clockwise; from outside a sphere.
+    /// The side from which a triangle's corners are counter-clockwise; the outside of a sphere.
     Front = 1,
-    /// From the other side.
+    /// The other side.
     Back = 2,
-    /// That is for [`HitPredicate`] to say.
+    /// Decided by the [`HitPredicate`].
     Filtered = 3,
 }
 
@@ -25,19 +25,19 @@ impl Sidedness {
     const ALL: [Sidedness; 4] = [Sidedness::Always, Sidedness::Front, Sidedness::Back, Sidedness::Filtered];
 }
 
-/// The sides of primitives that rays meet.
+/// The face culling of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FaceCulling {
-    /// The ones that are there.
+    /// Hits primitives from the side given by their [`Sidedness`].
     AsBuilt,
-    /// The ones that are there for a ray the other way along the same line.
+    /// Hits primitives from the side that a ray in the opposite direction along the same line would hit.
     Opposite,
-    /// Both, if one is there.
+    /// Hits one-sided primitives from both sides.
     Off,
 }
 
 impl FaceCulling {
-    /// The presence of a primitive for such rays.
+    /// The effective sidedness of a primitive for such rays.
     #[inline(always)]
     pub(super) fn of(self, sidedness: Sidedness) -> Sidedness {
         match (sidedness, self) {
@@ -49,23 +49,23 @@ impl FaceCulling {
     }
 }
 
-/// A ray that goes through a primitive.
+/// An intersection of a ray with a primitive.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
-    /// Where.
+    /// The hit.
     pub hit: Hit,
-    /// Whether it comes from the front (see [`Sidedness::Front`]).
+    /// True if the ray comes from the front (see [`Sidedness::Front`]).
     pub front: bool,
 }
 
-/// Says of primitives that are [`Sidedness::Filtered`] whether they are there.
+/// Decides about hits of primitives that are [`Sidedness::Filtered`].
 pub trait HitPredicate: Sync {
-    /// Whether the ray of that number meets something there. The same question has the same answer,
-    /// however often and in whatever order it is asked.
+    /// True if the hit counts for ray number `ray`. Must return the same for the same arguments, however often and in
+    /// whatever order it is called.
     fn accepts(&self, ray: usize, crossing: &Crossing) -> bool;
 }
 
-/// All that is hit is there.
+/// Accepts every hit.
 struct AcceptAll;
 
 impl HitPredicate for AcceptAll {
@@ -74,7 +74,7 @@ impl HitPredicate for AcceptAll {
     }
 }
 
-/// A ray that can ask.
+/// The any-hit filter of a ray.
 #[derive(Clone, Copy)]
 pub struct AnyHitFilter<'a> {
     predicate: &'a dyn HitPredicate,
@@ -83,33 +83,33 @@ pub struct AnyHitFilter<'a> {
 }
 
 impl<'a> AnyHitFilter<'a> {
-    /// For whom everything is there.
+    /// The filter that accepts every hit.
     pub const ACCEPT_ALL: AnyHitFilter<'static> =
         AnyHitFilter { predicate: &AcceptAll, ray: 0, sides: FaceCulling::AsBuilt };
 
-    /// The ray of a number.
+    /// Creates the filter of ray number `ray`.
     pub fn new(surfaces: &'a dyn HitPredicate, ray: usize) -> Self {
         Self { predicate: surfaces, ray, sides: FaceCulling::AsBuilt }
     }
 
-    /// Sets the sides that the ray meets; at first the ones that are there.
+    /// Sets the face culling; the default is [`FaceCulling::AsBuilt`].
     pub fn with_culling(self, sides: FaceCulling) -> Self {
         Self { sides, ..self }
     }
 
-    /// The sides that the ray meets, and all rays that are traced with it.
+    /// The face culling of the ray, and of all rays that are traced with it.
     #[inline(always)]
     pub(super) fn culling(&self) -> FaceCulling {
         self.sides
     }
 
-    /// A ray some places behind this one.
+    /// The filter of the ray some places behind this one.
     #[inline(always)]
     pub(super) fn after(&self, places: usize) -> Self {
         Self { ray: self.ray + places, ..*self }
     }
 
-    /// Whether the ray meets something at a crossing.
+    /// True if the hit counts for the ray.
     #[cold]
     #[inline(never)]
     pub(super) fn accepts(&self, hit: &Hit, front: bool) -> bool {
@@ -117,38 +117,39 @@ impl<'a> AnyHitFilter<'a> {
     }
 }
 
-/// The number of a block's primitive without [`SPHERE`], and in the two high bits its [`Sidedness`].
+/// A primitive reference: the number of a block's primitive without [`SPHERE`], and in the two high bits its
+/// [`Sidedness`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrimitiveRef(pub u32);
 
 impl PrimitiveRef {
-    /// The place of a block is not used.
+    /// An unused slot of a block.
     pub const UNUSED: PrimitiveRef = PrimitiveRef(u32::MAX);
-    /// Shift of the presence.
+    /// The shift of the sidedness.
     pub const SHIFT: i32 = 30;
     /// The largest number of a primitive.
     pub const MAX_NUMBER: u32 = (1 << Self::SHIFT) - 2;
 
-    /// A word from its parts; of a sphere's id the flag is left out.
+    /// Packs an id and a sidedness; the flag of a sphere's id is dropped.
     pub fn new(id: u32, sidedness: Sidedness) -> Self {
         let number = id & !SPHERE;
         assert!(number <= Self::MAX_NUMBER, "more than 2^30 primitives");
         Self(number | (sidedness as u32) << Self::SHIFT)
     }
 
-    /// The number.
+    /// The number of the primitive.
     #[inline(always)]
     pub fn number(self) -> u32 {
         self.0 & ((1 << Self::SHIFT) - 1)
     }
 
-    /// From which side it is there.
+    /// The side from which it can be hit.
     #[inline(always)]
     pub fn sidedness(self) -> Sidedness {
         Sidedness::ALL[(self.0 >> Self::SHIFT) as usize & 3]
     }
 
-    /// Whether there is a primitive.
+    /// True if the slot holds a primitive.
     #[inline(always)]
     pub fn is_used(self) -> bool {
         self != Self::UNUSED

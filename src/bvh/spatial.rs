@@ -1,12 +1,12 @@
-//! The high quality build: it cuts not only between primitives but also through them (Stich, Friedrich and Dietrich,
-//! "Spatial splits in bounding volume hierarchies", 2009). Large triangles are then in several leaves, each of which
-//! holds the box of a part.
+//! The high-quality build with spatial splits: it cuts not only between primitives but also through them (Stich,
+//! Friedrich and Dietrich, "Spatial splits in bounding volume hierarchies", 2009). Large triangles are then in several
+//! leaves, each of which holds the box of a part.
 //!
-//! Where cuts through primitives bring nothing, they are not looked for further down, and of many references only some
-//! are looked at ([`super::split_candidates`]).
+//! Where spatial splits bring nothing, they are not tried further down, and large ranges are sampled
+//! ([`super::split_candidates`]).
 //!
-//! Every range of references has room behind it for copies, a share of the budget that is set at the beginning. So
-//! memory is bounded, and the tree depends on nothing but the input.
+//! Every range of references has room behind it for copies, a part of the budget that is set at the beginning. So
+//! memory is bounded, and the tree depends only on the input.
 
 use rayon::prelude::*;
 
@@ -19,15 +19,15 @@ use super::primitives::Primitives;
 use super::reference::{Reference, SimdAabb};
 use super::split_candidates::{SplitCandidates, SplitPlane};
 
-/// How many copies may be made, as a part of the references.
+/// The budget of copies, as a fraction of the references.
 pub const BUDGET: f32 = 0.3;
-/// Cuts through primitives are looked for where the sides of the best cut between them
-/// overlap by more than this part of the root's area.
+/// Spatial splits are tried if the sides of the best cut between primitives overlap by more than this fraction of the
+/// root's area.
 const OVERLAP: f32 = 1e-4;
-/// They are no longer looked for below this many nodes in a row where none was better.
+/// They are no longer tried below this many nodes in a row where none was better.
 const MISSES: u32 = 3;
 
-/// How many copies of `count` references there may be.
+/// The budget of copies for `count` references.
 pub fn budget(count: usize) -> usize {
     (count as f64 * f64::from(BUDGET)) as usize
 }
@@ -54,12 +54,12 @@ pub(super) fn build(primitives: &Primitives) -> Tree {
     Tree { nodes, order }
 }
 
-/// References, and behind them room for more.
+/// References, with room for more behind them.
 struct ReferenceRange<'a> {
     references: &'a mut [Reference],
-    /// How many are in use.
+    /// The number in use.
     count: usize,
-    /// The place of the first among all.
+    /// The index of the first one among all references.
     first: usize,
 }
 
@@ -68,10 +68,10 @@ impl<'a> ReferenceRange<'a> {
         &mut self.references[..self.count]
     }
 
-    /// Two ranges, which share the room.
+    /// Splits into two ranges, which divide the room by area.
     fn split_at(self, middle: usize) -> (ReferenceRange<'a>, ReferenceRange<'a>) {
         let (count, room) = (self.count, self.references.len() - self.count);
-        // Large triangles are what is worth cutting.
+        // Large triangles are worth splitting.
         let size = |references: &[Reference]| -> f64 {
             references.iter().map(|r| f64::from(r.extent().half_area())).sum()
         };
@@ -124,8 +124,8 @@ impl SpatialBuilder<'_> {
         nodes.complete(node, second, &left, &right)
     }
 
-    /// Partitions the range, which may grow, and returns where its second half begins. `misses`: for how many nodes in a
-    /// row no cut through primitives was better.
+    /// Partitions the range, which may grow, and returns the start of its second half. `misses` is the number of nodes
+    /// in a row where no spatial split was better.
     fn split(&self, range: &mut ReferenceRange, place: TreePosition, misses: &mut u32) -> usize {
         let fewest = place.room.fewest(range.references.len());
         let references = range.used();
@@ -166,8 +166,8 @@ impl SpatialBuilder<'_> {
         Clipper::new(self.primitives.geometry.corners(reference.id()))
     }
 
-    /// Partitions by a plane; what it cuts goes to both sides, or to one if that is cheaper. `None`, with nothing
-    /// changed, if there is no room or no progress.
+    /// Partitions by a plane; references that it cuts go to both sides, or to one if that is cheaper. `None`, with
+    /// nothing changed, if there is no room or no progress.
     fn cut_through(&self, range: &mut ReferenceRange, plane: &SplitPlane, fewest: usize) -> Option<usize> {
         let count = range.count;
         let room = range.references.len() - count;
@@ -218,7 +218,7 @@ impl SpatialBuilder<'_> {
             (true, _) => return Destination::Right,
             _ => {}
         }
-        // Uncut, a reference makes one side's box larger and saves the other a test.
+        // Uncut, a reference enlarges one side's box and saves the other a test.
         let [l, r] = &plane.sides;
         let cost = |bounds: SimdAabb, count: usize| bounds.half_area() * count as f32;
         let both = cost(l.bounds, l.count) + cost(r.bounds, r.count);
@@ -234,11 +234,11 @@ impl SpatialBuilder<'_> {
     }
 }
 
-/// Where a reference goes.
+/// The side to which a reference goes.
 enum Destination {
     Left,
     Right,
-    /// With the boxes of its parts.
+    /// Both sides, with the boxes of its parts.
     Both(SimdAabb, SimdAabb),
 }
 

@@ -1,21 +1,21 @@
-//! The one sphere test that decides, in every kernel.
+//! The canonical sphere test, common to all kernels.
 
 use super::layout::SphereBlock;
 use super::triangle::BlockHits;
 use crate::math::{DVec3, Ray, Vector};
 use crate::simd::{Float, Mask};
 
-/// What spheres need of a ray.
+/// The line of a ray, for spheres.
 #[derive(Clone, Copy, Default)]
 pub struct Line {
-    /// Where it starts.
+    /// The origin of the ray.
     pub origin: [f32; 3],
-    /// Of any length.
+    /// The direction, of any length.
     pub direction: [f32; 3],
 }
 
 impl Line {
-    /// That of a ray.
+    /// The line of a ray.
     #[inline(always)]
     pub fn new(ray: &Ray<f32>) -> Self {
         let (o, d) = (ray.origin, ray.direction);
@@ -23,7 +23,7 @@ impl Line {
     }
 }
 
-/// Tests the spheres from `lane` on: [`meet`].
+/// Tests the spheres from `lane` on, with [`meet`].
 #[inline(always)]
 pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, line: &Line, t_min: T) -> BlockHits<T> {
     let ([ox, oy, oz], [dx, dy, dz]) = (line.origin, line.direction);
@@ -38,8 +38,7 @@ pub fn intersect<T: Float>(block: &SphereBlock, lane: usize, line: &Line, t_min:
     meet(center, radius, origin, direction, t_min)
 }
 
-/// The same for the blocks of two rays, one in the low half of the lanes and one in the high half, of which there are
-/// 16.
+/// [`intersect`] for the blocks of two rays, one in the low half of the 16 lanes and one in the high half.
 #[inline(always)]
 pub fn intersect_two<T: Float>([a, b]: [&SphereBlock; 2], [c, d]: [&Line; 2], t_min: T) -> BlockHits<T> {
     let (low, high) = (&a.center, &b.center);
@@ -59,7 +58,7 @@ fn halves<T: Float>([[ax, ay, az], [bx, by, bz]]: [&[f32; 3]; 2]) -> Vector<T> {
     Vector::new(T::splat_halves(*ax, *bx), T::splat_halves(*ay, *by), T::splat_halves(*az, *bz))
 }
 
-/// Tests one sphere against a ray in each of some lanes: [`meet`].
+/// Tests one sphere against a ray in each of some lanes, with [`meet`].
 #[inline(always)]
 pub fn intersect_rays<T: Float>(
     (center, radius): ([f32; 3], f32),
@@ -74,14 +73,14 @@ pub fn intersect_rays<T: Float>(
     BlockHits { mask: hits.mask & lanes, ..hits }
 }
 
-/// The test itself, for a sphere and a ray in each lane.
+/// The canonical test, for a sphere and a ray in each lane.
 ///
-/// The discriminant is taken about the point of the ray nearest to the centre, which stays exact
-/// for small and distant spheres (Haines, Günther and Akenine-Möller, "Precision improvements for
-/// ray/sphere intersection", Ray Tracing Gems, 2019).
+/// The discriminant is computed from the point of the ray nearest to the centre, which stays exact for small and
+/// distant spheres (Haines, Günther and Akenine-Möller, "Precision improvements for ray/sphere intersection", Ray
+/// Tracing Gems, 2019).
 ///
 /// The hit is the first of the two beyond `t_min`. Close to spheres that are far larger than the coordinates of the
-/// origin, as the ground of a planet is, it is computed again in double precision ([`is_vast`]).
+/// origin, such as a planet's ground, it is recomputed in double precision ([`is_vast`]).
 #[inline(always)]
 pub fn meet<T: Float>(
     center: Vector<T>,
@@ -122,8 +121,8 @@ pub fn meet<T: Float>(
     hits
 }
 
-/// A radius as blocks have it: below 0 where [`is_vast`] may be true of a hit, because the sphere's surface passes
-/// close to the origin of coordinates. Only its square and its sign count.
+/// The radius as stored in blocks: negative if [`is_vast`] may be true of a hit, because the sphere's surface passes
+/// close to the origin of coordinates. Only its square and its sign matter.
 pub fn stored_radius(center: [f32; 3], radius: f32) -> f32 {
     let [x, y, z] = center.map(f64::from);
     let (away, own) = ((x * x + y * y + z * z).sqrt(), f64::from(radius));
@@ -131,15 +130,15 @@ pub fn stored_radius(center: [f32; 3], radius: f32) -> f32 {
     if (away - own).abs() < 0.04 * own { -radius } else { radius }
 }
 
-/// The lanes whose distance t from a sphere is so short, and whose radius is so much longer than an origin's
-/// coordinates, that single precision loses more than 1/16,384 of t, which the origin would allow to know.
+/// The lanes in which the distance t from a sphere is so short, and the radius so much larger than the origin's
+/// coordinates, that single precision loses more than 1/16,384 of t, although the origin is precise enough.
 #[inline(always)]
 pub fn is_vast<T: Float>(radius: T, origin: &Vector<T>, t: T) -> T::Mask {
     let reach = origin.x.max_abs(origin.y).max_abs(origin.z);
     radius.gt(reach * T::splat(64.0)) & radius.gt(t * T::splat(256.0))
 }
 
-/// Computes some lanes' hits again, one by one.
+/// Recomputes the hits of some lanes, one by one.
 #[inline(always)]
 fn make_exact<T: Float>(
     hits: &mut BlockHits<T>,
@@ -170,7 +169,7 @@ fn make_exact<T: Float>(
     (hits.t, hits.side, hits.far) = (T::load(&t), T::load(&side), T::load(&far));
 }
 
-/// t, side and the far t of one lane in double precision, from its column of numbers: [`meet`] otherwise.
+/// t, side and the far t of one lane in double precision, from its column of numbers; otherwise as [`meet`].
 #[cold]
 #[inline(never)]
 fn exact(rows: &[[f32; 16]; 11], lane: usize) -> Option<[f32; 3]> {

@@ -1,6 +1,6 @@
-//! Where to cut *through* a range of references: the surface area heuristic over slabs (Stich, Friedrich and Dietrich,
-//! "Spatial splits in bounding volume hierarchies", 2009). What a cut would cost is estimated in single precision;
-//! what is then really cut is cut by [`super::clip`], which never errs to the wrong side.
+//! Finds spatial splits of a range of references: the surface area heuristic over slabs (Stich, Friedrich and Dietrich,
+//! "Spatial splits in bounding volume hierarchies", 2009). The cost of a split is estimated in single precision; the
+//! split itself is made by [`super::clip`], which never errs to the wrong side.
 
 use glam::Vec4;
 
@@ -9,30 +9,30 @@ use super::binning::{BINS, Binning};
 use super::layout::{BLOCK, ChildKind};
 use super::reference::{Reference, SimdAabb};
 
-/// Of larger ranges, about this many references are looked at.
+/// Larger ranges are sampled, with about this many references.
 const SAMPLE: usize = 512;
-/// References with more than this part of the range's area are always looked at: they are what is worth cutting.
+/// References with at least this fraction of the range's area are always in the sample: they are worth splitting.
 const LARGE: f32 = 1.0 / 256.0;
 
 /// A plane across an axis, through primitives.
 #[derive(Clone, Copy)]
 pub struct SplitPlane {
-    /// Which axis.
+    /// The axis.
     pub axis: usize,
-    /// Where on it.
+    /// The coordinate on the axis.
     pub place: f32,
-    /// Half areas times blocks, both sides together.
+    /// Half areas times blocks, summed over both sides.
     pub cost: f32,
-    /// Expected boxes and numbers of references of the sides.
+    /// The expected boxes and numbers of references of the sides.
     pub sides: [SplitSide; 2],
 }
 
-/// What lies on one side of a plane.
+/// The contents of one side of a plane.
 #[derive(Clone, Copy)]
 pub struct SplitSide {
-    /// Around the parts there.
+    /// The box around the parts on this side.
     pub bounds: SimdAabb,
-    /// How many references, those that are cut among them.
+    /// The number of references, including those that are cut.
     pub count: usize,
 }
 
@@ -48,23 +48,23 @@ impl SplitSide {
     }
 }
 
-/// What fell into each slab of the three axes.
+/// The contents of the slabs on the three axes.
 pub struct SplitCandidates {
-    /// How many of them there are on each axis.
+    /// The number of slabs in use on each axis.
     used: usize,
     low: Vec4,
     size: Vec4,
     binning: Binning,
-    /// How many references begin in it, by axis.
+    /// The number of references that begin in each slab, by axis.
     begin: [[u32; 3]; BINS],
-    /// How many end in it.
+    /// The number of references that end in each slab, by axis.
     end: [[u32; 3]; BINS],
-    /// Around the parts in it.
+    /// The boxes around the parts in each slab, by axis.
     boxes: [[SimdAabb; 3]; BINS],
 }
 
 impl SplitCandidates {
-    /// References in `bounds`, by slabs.
+    /// Sorts references in `bounds` into slabs.
     pub fn new(references: &[Reference], bounds: &SimdAabb, geometry: &PrimitiveArrays) -> Self {
         let used = (4 + references.len() / 8).min(BINS);
         let mut slabs = Self {
@@ -88,7 +88,7 @@ impl SplitCandidates {
         slabs
     }
 
-    /// Adds a reference that counts for `weight`.
+    /// Adds a reference with a weight.
     #[inline(always)]
     fn add(&mut self, reference: &Reference, weight: u32, geometry: &PrimitiveArrays) {
         let part = reference.extent();
@@ -110,11 +110,11 @@ impl SplitCandidates {
         }
     }
 
-    /// Adds a triangle to all slabs from the first to the last one. Between two planes lie its corners there, and where
-    /// its edges meet the planes.
+    /// Adds a triangle to all slabs from the first to the last one. Its part between two planes is bounded by its
+    /// corners there and by the intersections of its edges with the planes.
     fn add_parts(&mut self, axis: usize, [first, last]: [usize; 2], part: &SimdAabb, corners: [[f32; 3]; 3]) {
         let (low, step) = (self.low[axis], self.size[axis] / self.used as f32);
-        // Rounded down, also before the first one.
+        // Rounded down, also before the first slab.
         let slab = |at: f32| (((at - low) / step).clamp(-1.0, BINS as f32) + 2.0) as i32 - 2;
         let (first, last) = (first as i32, last as i32);
         let corners = corners.map(|[x, y, z]| Vec4::new(x, y, z, 0.0));
@@ -122,7 +122,7 @@ impl SplitCandidates {
             let (a, b) = (corners[corner], corners[(corner + 1) % 3]);
             let (from, to) = (slab(a[axis]), slab(b[axis]));
             self.add_point(axis, [first, last], [from, from], a, part);
-            // Planes are named by the slab behind them.
+            // A plane has the index of the slab behind it.
             let (least, most) = (from.min(to) + 1, from.max(to));
             let (start, scale) = (a[axis], (b[axis] - a[axis]).recip());
             for plane in least.max(first)..=most.min(last + 1) {
@@ -132,7 +132,7 @@ impl SplitCandidates {
         }
     }
 
-    /// Adds a point that lies in these slabs.
+    /// Adds a point to those of its slabs that are in the range.
     #[inline(always)]
     fn add_point(&mut self, axis: usize, range: [i32; 2], slabs: [i32; 2], point: Vec4, part: &SimdAabb) {
         let point = point.max(part.min).min(part.max);
@@ -144,8 +144,8 @@ impl SplitCandidates {
         }
     }
 
-    /// The plane with the least cost; `None` if none makes progress with at least `fewest` on both sides. `count`: how
-    /// many references there are.
+    /// The plane with the least cost; `None` if none makes progress with at least `fewest` on both sides. `count` is
+    /// the number of references.
     pub fn best(&self, count: usize, fewest: usize) -> Option<SplitPlane> {
         let planes = (0..3).filter_map(|axis| self.best_across(axis, count, fewest));
         planes.reduce(|a, b| if b.cost < a.cost { b } else { a })

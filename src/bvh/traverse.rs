@@ -1,4 +1,4 @@
-//! One ray at a time: what the recursive schedule uses, and the oracle of the queue kernels.
+//! The single-ray kernel: used by the recursive schedule, and the oracle of the queue kernels.
 
 use super::counters::{self, Counter, NoCounter};
 use super::hit_sink::{HitSink, Occluded};
@@ -14,23 +14,23 @@ use std::marker::PhantomData;
 use crate::math::{Hit, NONE, Ray};
 use crate::simd::{Kernel, Lanes, Sixteen, TraversalStack};
 
-/// A part of a tree, and where a ray enters it.
+/// A part of a tree, and the distance at which a ray enters it.
 #[derive(Clone, Copy)]
 pub(super) struct SubtreeEntry {
     pub near: f32,
     pub child: Child,
 }
 
-/// A stack for one ray at a time.
+/// The traversal stack of the single-ray kernel.
 pub(super) fn stack_for(bvh: &Bvh) -> TraversalStack {
-    // Twice, because within an instance the world's entries stay where they are.
+    // Doubled: within an instance, the world's entries stay where they are.
     TraversalStack::new(2 * bvh.stack_size + 2, 0)
 }
 
-/// On the stack: the world again, after an instance.
+/// A stack entry that returns from an instance to the world.
 pub(super) const LEAVE_INSTANCE: u32 = u32::MAX;
 
-/// Answers a queue, ray by ray.
+/// Traces a queue, ray by ray.
 #[inline(always)]
 pub(super) fn each<L: Lanes, A: HitSink>(
     bvh: &Bvh,
@@ -52,7 +52,7 @@ pub(super) fn each<L: Lanes, A: HitSink>(
                 let filter = rays.filter(first + place);
                 if walk::<L, A, _>(bvh, &mut local, filter, start, keys, &mut best, &mut NoCounter) && A::ANY
                 {
-                    // Which one it is, nobody asks.
+                    // Any-hit: the primitive's id is not needed.
                     best.primitive = 0;
                 }
             }
@@ -61,7 +61,7 @@ pub(super) fn each<L: Lanes, A: HitSink>(
     }
 }
 
-/// The tree's root and where a ray enters it.
+/// The tree's root and the distance at which a ray enters it.
 #[inline(always)]
 pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &RaySlabs) -> Option<SubtreeEntry> {
     let root = bvh.root.filter(|_| is_finite(ray))?;
@@ -69,13 +69,13 @@ pub(super) fn start(bvh: &Bvh, ray: &Ray<f32>, slabs: &RaySlabs) -> Option<Subtr
     Some(SubtreeEntry { near, child: root.child })
 }
 
-/// What a ray meets in a part of the tree, if it is better than `best`, as a function of its own.
-/// Says whether the query is answered, since any hit will do.
+/// Traces a ray through a part of the tree, as a kernel, and replaces `best` by a better hit. Returns true if an
+/// any-hit query is finished.
 pub(super) struct Subtree<'a, A> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray<f32>,
     pub filter: AnyHitFilter<'a>,
-    /// The part.
+    /// The part of the tree.
     pub start: SubtreeEntry,
     pub keys: &'a mut TraversalStack,
     pub best: &'a mut Hit,
@@ -90,20 +90,20 @@ impl<A: HitSink> Kernel for Subtree<'_, A> {
         let Self { bvh, filter, start, keys, .. } = self;
         let found = walk::<L, A, _>(bvh, &mut local, filter, start, keys, self.best, &mut NoCounter);
         if found {
-            // Which one it is, nobody asks.
+            // Any-hit: the primitive's id is not needed.
             self.best.primitive = 0;
         }
         found
     }
 }
 
-/// The nearest hit of one ray with t_min < t ≤ t_max.
+/// Finds the nearest hit of one ray with t_min < t ≤ t_max.
 #[inline(always)]
 pub fn closest_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, filter: AnyHitFilter, stack: &mut Stack) -> Hit {
     closest_counted::<L, _>(bvh, ray, filter, stack, &mut NoCounter)
 }
 
-/// Whether one ray hits anything with t_min < t ≤ t_max.
+/// True if one ray hits anything with t_min < t ≤ t_max.
 #[inline(always)]
 pub fn any_one<L: Lanes>(bvh: &Bvh, ray: &Ray<f32>, filter: AnyHitFilter, stack: &mut Stack) -> bool {
     any_counted::<L, _>(bvh, ray, filter, stack, &mut NoCounter)
@@ -145,8 +145,8 @@ pub(super) fn any_counted<L: Lanes, T: Counter>(
     }
 }
 
-/// Visits the tree from front to back, as far as that is known. Where any hit will do, stops at the first one and
-/// returns true.
+/// Traverses the tree from front to back, as far as that is known. An any-hit query stops at the first hit and returns
+/// true.
 #[inline(always)]
 fn walk<L: Lanes, A: HitSink, T: Counter>(
     bvh: &Bvh,
@@ -169,7 +169,7 @@ fn walk<L: Lanes, A: HitSink, T: Counter>(
                 let (entries, exits) = local.slabs.meet_children::<L::Node>(node, best.t);
                 let bits = entries.le(exits);
                 if bits.is_power_of_two() {
-                    // No distance is needed of a node that is visited at once, but of a leaf.
+                    // A node that is visited next needs no distance, but a leaf does.
                     let slot = bits.trailing_zeros() as usize & 15;
                     let mut distances = [0.0; WIDTH];
                     entries.store(&mut distances);
@@ -223,7 +223,7 @@ fn walk<L: Lanes, A: HitSink, T: Counter>(
                 }
             }
         }
-        // The next that is not beyond the best hit.
+        // The next entry that is not beyond the best hit.
         loop {
             if top == TraversalStack::FIRST {
                 return false;

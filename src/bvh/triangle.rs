@@ -1,27 +1,27 @@
-//! The one triangle test that decides, in every kernel.
+//! The canonical triangle test, common to all kernels.
 
 use super::layout::{BLOCK, TriangleBlock};
 use crate::math::{DVec3, Ray};
 use crate::simd::{Float, Int, Mask};
 
-/// A ray prepared for the watertight test of Woop, Benthin and Wald (2013): axes renamed
-/// so that the direction is longest along z, and the shear that makes it (0, 0, 1).
+/// A ray prepared for the watertight test of Woop, Benthin and Wald (2013): axes permuted so that the direction is
+/// longest along z, and the shear that makes it (0, 0, 1).
 #[derive(Clone, Copy, Default)]
 pub struct Shear {
-    /// What is now x, y and z.
+    /// The axes that become x, y and z.
     pub axes: [usize; 3],
-    /// The ray's, with renamed axes.
+    /// The ray's origin, with permuted axes.
     pub origin: [f32; 3],
-    /// Of x and y, and the factor of z.
+    /// The shears of x and y, and the factor of z.
     pub shear: [f32; 3],
 }
 
 impl Shear {
-    /// What is renamed x, y and z where the direction is longest along x, along y, along z; the
-    /// last is there to fill four places.
+    /// The permutations of axes if the direction is longest along x, along y, along z; the last one only fills the
+    /// fourth place.
     pub const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
-    /// For a ray of any length but zero.
+    /// Prepares a ray, whose direction may have any length but zero.
     #[inline(always)]
     pub fn new(ray: &Ray<f32>) -> Self {
         let direction = [ray.direction.x, ray.direction.y, ray.direction.z];
@@ -37,9 +37,9 @@ impl Shear {
     }
 }
 
-/// Where to get the ray itself. It is seldom needed, so a kernel need not keep it at hand.
+/// Provides the ray itself. It is seldom needed, so a kernel need not keep it at hand.
 pub trait Exact {
-    /// In the block's space.
+    /// The ray in the block's space.
     fn ray(&self) -> Ray<f32>;
 }
 
@@ -50,49 +50,51 @@ impl Exact for Ray<f32> {
     }
 }
 
-/// Which hits are asked for: t is not computed exactly for others.
+/// The range of hits that count: t is not computed exactly for others.
 #[derive(Clone, Copy)]
 pub struct AcceptedRange<T: Float> {
-    /// In which lanes.
+    /// The lanes that take part.
     pub lanes: T::Mask,
-    /// Beyond this.
+    /// The lower end of the range, exclusive.
     pub t_min: T,
-    /// Up to this.
+    /// The upper end of the range, inclusive.
     pub t_max: T,
 }
 
 impl<T: Float> AcceptedRange<T> {
-    /// In all lanes.
+    /// A range for all lanes.
     #[inline(always)]
     pub fn between(t_min: f32, t_max: f32) -> Self {
         Self { lanes: T::Mask::first(T::WIDTH), t_min: T::splat(t_min), t_max: T::splat(t_max) }
     }
 }
 
-/// Where a ray meets the planes of a block's triangles, and in which lanes inside them.
+/// The intersections of a ray with the planes of a block's triangles, and the lanes in which they are inside the
+/// triangles.
 pub struct BlockHits<T: Float> {
-    /// Lanes with a hit; it may lie nearer or farther than what is asked for.
+    /// The lanes with a hit; it may lie outside the accepted range.
     pub mask: T::Mask,
-    /// Lanes in which t is less exact than it should be.
+    /// The lanes in which t is less exact than it should be.
     pub doubtful: T::Mask,
-    /// Along the ray.
+    /// The distance along the ray.
     pub t: T,
-    /// Weight of the second corner.
+    /// The barycentric weight of the second corner.
     pub u: T,
-    /// Weight of the third corner.
+    /// The barycentric weight of the third corner.
     pub v: T,
-    /// Above 0 where the ray comes from the front (see [`super::Sidedness::Front`]).
+    /// Positive if the ray comes from the front (see [`super::Sidedness::Front`]).
     pub side: T,
-    /// Where a ray that enters a sphere at t leaves it again; a triangle is crossed once (NaN).
+    /// The distance at which a ray that enters a sphere at t leaves it again; NaN for a triangle, which is crossed
+    /// once.
     pub far: T,
 }
 
 /// Tests the triangles from `lane` on.
 ///
 /// No fused operations: an edge that two triangles share gives both the same products, so no ray passes between them.
-/// Where t may be off by more than 1/16,384 of itself it is computed again in double precision, which is where a hit
-/// is close and the triangle large. So a ray that has just left a large triangle does not hit it again, and one that
-/// starts close to it does not miss it.
+/// Where t may be off by more than 1/16,384 of itself, it is recomputed in double precision, as for close hits on large
+/// triangles. So a ray that has just left a large triangle does not hit it again, and one that starts close to it does
+/// not miss it.
 #[inline(always)]
 pub fn intersect<T: Float>(
     block: &TriangleBlock,
@@ -108,7 +110,7 @@ pub fn intersect<T: Float>(
     hits
 }
 
-/// [`intersect`] without a branch on whether there is a hit at all; where t is doubtful, it is left so.
+/// [`intersect`] without a branch on whether there is a hit at all; doubtful t stay as they are.
 #[inline(always)]
 pub fn intersect_roughly<T: Float>(
     block: &TriangleBlock,
@@ -122,8 +124,7 @@ pub fn intersect_roughly<T: Float>(
     edges.distances(&corners, T::splat(shear.shear[2]), asked, mask)
 }
 
-/// [`intersect_roughly`] for the blocks of two rays, one in the low half of the lanes and one in the high half, of
-/// which there are 16.
+/// [`intersect_roughly`] for the blocks of two rays, one in the low half of the 16 lanes and one in the high half.
 #[inline(always)]
 pub fn intersect_two<T: Float>(
     blocks: [&TriangleBlock; 2],
@@ -148,7 +149,7 @@ pub fn intersect_two<T: Float>(
     edges.distances(&seen, T::splat_halves(a.shear[2], b.shear[2]), asked, mask)
 }
 
-/// Computes t again where it is doubtful.
+/// Recomputes t where it is doubtful.
 #[inline(always)]
 fn make_exact<T: Float>(hits: &mut BlockHits<T>, block: &TriangleBlock, lane: usize, ray: &impl Exact) {
     if hits.doubtful.any() {
@@ -159,7 +160,7 @@ fn make_exact<T: Float>(hits: &mut BlockHits<T>, block: &TriangleBlock, lane: us
     }
 }
 
-/// A triangle's corners as rays in lanes see them from their origins, axes of both renamed.
+/// A triangle's corners relative to the origins of rays in lanes, with the axes of both permuted.
 #[inline(always)]
 pub fn seen_from<T: Float>(corners: &[[f32; 3]; 3], origin: &[T; 3]) -> [[T; 3]; 3] {
     let mut seen = [[T::zero(); 3]; 3];
@@ -171,16 +172,15 @@ pub fn seen_from<T: Float>(corners: &[[f32; 3]; 3], origin: &[T; 3]) -> [[T; 3];
     seen
 }
 
-/// Where to get a triangle's t in double precision, for rays in lanes. (No closure: it would be compiled without the
+/// Provides a triangle's t in double precision, for rays in lanes. (Not a closure: it would be compiled without the
 /// instruction set.)
 pub trait ExactRays<T: Float> {
-    /// [`TrianglePlane::t`] in some lanes; whatever is in `t` in the others.
+    /// [`TrianglePlane::t`] in some lanes; the value of `t` in the others.
     fn t(&self, lanes: T::Mask, t: T) -> T;
 }
 
-/// Tests one triangle against a ray in each lane.
-/// `seen` are its corners with renamed axes (each ray's own), seen from the rays' origins; `shear` is what
-/// [`Shear`] holds for one ray.
+/// Tests one triangle against a ray in each lane. `seen` holds its corners with permuted axes (each ray's own),
+/// relative to the rays' origins; `shear` holds the values of [`Shear`] for each ray.
 #[inline(always)]
 pub fn intersect_rays<T: Float>(
     mut seen: [[T; 3]; 3],
@@ -200,8 +200,7 @@ pub fn intersect_rays<T: Float>(
     hits
 }
 
-/// The edge functions of sheared corners: twice the signed areas that the ray's line makes
-/// with each edge.
+/// The edge functions of sheared corners: twice the signed areas that the ray's line makes with each edge.
 struct EdgeFunctions<T> {
     u: T,
     v: T,
@@ -219,15 +218,15 @@ impl<T: Float> EdgeFunctions<T> {
         Self { u, v, w, low: u.min(v).min(w), high: u.max(v).max(w) }
     }
 
-    /// One sign and not all zero, so the determinant is not zero: nothing cancels. A block's
-    /// unused lanes are degenerate, with nothing but zeros. (Where something is NaN, t is, too.)
+    /// The lanes whose edge functions have one sign and are not all zero, so that the determinant is not zero: nothing
+    /// cancels. A block's unused lanes are degenerate, with nothing but zeros. (If something is NaN, so is t.)
     #[inline(always)]
     fn inside(&self) -> T::Mask {
         let zero = T::zero();
         self.low.lt(zero) ^ self.high.gt(zero)
     }
 
-    /// Where the line meets the plane.
+    /// Intersects the lines with the planes, unless no line passes through its triangle.
     #[inline(always)]
     fn meet(&self, corners: &[[T; 3]; 3], scale: T, asked: &AcceptedRange<T>) -> BlockHits<T> {
         let mask = self.inside() & asked.lanes;
@@ -238,7 +237,7 @@ impl<T: Float> EdgeFunctions<T> {
         self.distances(corners, scale, asked, mask)
     }
 
-    /// The same, for the lanes of `mask`, all of which pass through their triangles.
+    /// Intersects the lines with the planes in the lanes of `mask`, all of which pass through their triangles.
     #[inline(always)]
     fn distances(
         &self,
@@ -249,8 +248,7 @@ impl<T: Float> EdgeFunctions<T> {
     ) -> BlockHits<T> {
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
         let reciprocal = T::one() / (self.u + self.v + self.w);
-        // The determinant's sign says which way the corners go around, seen along the axis; the scale's, which way
-        // the ray goes.
+        // The determinant's sign is the orientation of the corners along the axis; the scale's, that of the ray.
         let side = scale * reciprocal;
         let t = (self.u * *az + self.v * *bz + self.w * *cz) * side;
         let x = ax.max_abs(*bx).max_abs(*cx);
@@ -265,7 +263,7 @@ impl<T: Float> EdgeFunctions<T> {
     }
 }
 
-/// Along which axis each direction is longest; z unless one of the others is longer than both.
+/// The axis along which each direction is longest; z unless one of the others is longer than both.
 #[derive(Clone, Copy)]
 pub struct Longest<F: Float> {
     is_x: F::Mask,
@@ -273,7 +271,7 @@ pub struct Longest<F: Float> {
 }
 
 impl<F: Float> Longest<F> {
-    /// Of directions.
+    /// Finds the longest axis of each direction.
     #[inline(always)]
     pub fn new([x, y, z]: [F; 3]) -> Self {
         let (x, y, z) = (x.abs(), y.abs(), z.abs());
@@ -281,15 +279,14 @@ impl<F: Float> Longest<F> {
         Self { is_x: first & x.gt(z), is_y: !first & y.gt(z) }
     }
 
-    /// 0, 1 or 2.
+    /// The axis: 0, 1 or 2.
     #[inline(always)]
     pub fn axis(&self) -> F::Int {
         let axis = F::Int::select(self.is_x, F::Int::splat(0), F::Int::splat(2));
         F::Int::select(self.is_y, F::Int::splat(1), axis)
     }
 
-    /// The axes renamed as in [`Shear`]: (y, z, x) where x is longest, (z, x, y) where y is, else
-    /// (x, y, z).
+    /// Permutes axes as in [`Shear`]: (y, z, x) where x is longest, (z, x, y) where y is, else (x, y, z).
     #[inline(always)]
     pub fn rename(&self, [x, y, z]: [F; 3]) -> [F; 3] {
         let Self { is_x, is_y } = *self;
@@ -301,7 +298,7 @@ impl<F: Float> Longest<F> {
     }
 }
 
-/// Calls `act` with the place of each set bit.
+/// Calls `act` with the index of each set bit.
 #[inline(always)]
 fn for_each_bit(mut bits: u32, mut act: impl FnMut(usize)) {
     while bits != 0 {
@@ -310,11 +307,11 @@ fn for_each_bit(mut bits: u32, mut act: impl FnMut(usize)) {
     }
 }
 
-/// t is computed again in double precision where its error may be larger than this part of it.
+/// The relative error of t above which it is recomputed in double precision.
 const WANTED: f32 = 1.0 / 16_384.0;
 
-/// Twice how far off t can be, from the corners' largest x and y, their least and largest depth, and what a depth
-/// is worth in t: by the determinant's reciprocal, `side`, and directly, `scale`. (The error of the edge functions after
+/// Twice the error bound of t, from the corners' largest x and y, their least and largest depth, and the factors from
+/// depth to t: by the determinant's reciprocal, `side`, and directly, `scale`. (The error of the edge functions after
 /// PBRT 4th ed., 6.8.7, multiplied out. Weights add up to 1 whatever their errors, so these count only as far as the
 /// corners' depths differ.)
 #[inline(always)]
@@ -333,7 +330,7 @@ pub struct TrianglePlane {
 }
 
 impl TrianglePlane {
-    /// Of a triangle.
+    /// The plane of a triangle.
     #[inline(always)]
     pub fn new(vertices: [[f32; 3]; 3]) -> Self {
         let mut corners = [DVec3::ZERO; 3];
@@ -344,7 +341,7 @@ impl TrianglePlane {
         Self { corner: a, normal: (b - a).cross(c - a) }
     }
 
-    /// Where a ray meets it.
+    /// The distance at which a ray meets the plane.
     #[inline(always)]
     pub fn t(&self, ray: &Ray<f32>) -> f32 {
         let (o, d) = (ray.origin, ray.direction);
@@ -366,7 +363,7 @@ impl TrianglePlane {
             origin[axis].store(&mut from[axis]);
             direction[axis].store(&mut along[axis]);
         }
-        // The same operations in every lane, without a branch: compilers do them a register at a time.
+        // The same operations in every lane, without a branch, so that compilers vectorize them.
         let mut exact = [0.0; 16];
         for (i, exact) in exact.iter_mut().enumerate() {
             *exact = self.meet([from[0][i], from[1][i], from[2][i]], [along[0][i], along[1][i], along[2][i]]);
@@ -375,20 +372,20 @@ impl TrianglePlane {
     }
 }
 
-/// t by the plane's equation in double precision.
+/// t from the plane's equation in double precision.
 #[cold]
 #[inline(never)]
 pub fn exact_t(vertices: [[f32; 3]; 3], ray: &Ray<f32>) -> f32 {
     TrianglePlane::new(vertices).t(ray)
 }
 
-/// The corners of each triangle. (No closure: it would be compiled without the instruction set.)
+/// The corners of each triangle. (Not a closure: it would be compiled without the instruction set.)
 #[inline(always)]
 fn corners<T: Float>(block: &TriangleBlock, lane: usize, ray: &Shear) -> [[T; 3]; 3] {
     [corner(block, 0, lane, ray), corner(block, 1, lane, ray), corner(block, 2, lane, ray)]
 }
 
-/// A corner of each triangle, seen from the ray's origin and sheared.
+/// A corner of each triangle, relative to the ray's origin and sheared.
 #[inline(always)]
 fn corner<T: Float>(block: &TriangleBlock, index: usize, lane: usize, ray: &Shear) -> [T; 3] {
     let [x, y, z] = ray.axes;

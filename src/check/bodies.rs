@@ -1,4 +1,4 @@
-//! Bodies within bodies: whether paths know them all, and what is around each.
+//! Nested bodies: checks that paths can track all of them, and that indices of refraction are absolute.
 
 use super::{Checked, Finding};
 use crate::bvh::Stack;
@@ -6,7 +6,7 @@ use crate::math::Vector;
 use crate::render::camera_medium::crossed;
 use crate::world::{Material, World};
 
-/// The most places that are looked at.
+/// The most places that are tested.
 const MOST: usize = 256;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
@@ -25,7 +25,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     findings.extend(thinner_than_air(checked.world));
 }
 
-/// The names of bodies that are all in the same place, if they are too many for a path.
+/// Returns the names of bodies that overlap in one place, if they are more than a path can track.
 fn nested(checked: &Checked, levels: usize) -> Option<Vec<String>> {
     let scene = checked.scene;
     if scene.materials.iter().all(|material| material.body == 0) {
@@ -34,7 +34,7 @@ fn nested(checked: &Checked, levels: usize) -> Option<Vec<String>> {
     let mut stack = Stack::new(&scene.bvh);
     let far = scene.bounds.size().length();
     for (features, place) in checked.probes.seen().take(MOST) {
-        // Straight through what is seen.
+        // The ray goes straight through the visible surface.
         let [x, y, z] = features.normal.map(|c| -c);
         let direction = Vector::new(x, y, z);
         if direction.dot(direction) < 0.5 {
@@ -59,7 +59,8 @@ fn nested(checked: &Checked, levels: usize) -> Option<Vec<String>> {
     None
 }
 
-/// An index below that of air was that of the inside over the outside, before bodies knew what is around them.
+/// Finds an index below that of air: before bodies knew their surroundings, such an index was the ratio of inside to
+/// outside.
 fn thinner_than_air(world: &World) -> Option<Finding> {
     let ior = |material: &Material| match material {
         Material::BlinnPhong(material) => material.ior,

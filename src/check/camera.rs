@@ -1,4 +1,4 @@
-//! Whether the camera sees what there is.
+//! Checks that the camera sees the scene, and the units of its parameters.
 
 use super::probes::{ProbeTracer, directions};
 use super::{Checked, Finding};
@@ -7,15 +7,15 @@ use crate::math::Vec3;
 use crate::scene::Projection;
 use crate::shading::camera::pixel_width;
 
-/// How many rays go out around the camera.
+/// The number of rays around the camera.
 const ABOUT: u32 = 64;
 
 /// An angle of view below this, in degrees, was probably meant in radians.
 const NARROW_DEG: f32 = 2.0;
-/// A lens whose radius is more than this part of the distance that it focuses on was probably meant in millimetres.
+/// A lens with a radius above this fraction of its focus distance was probably meant in millimetres.
 const WIDE: f32 = 0.5;
 
-/// What was probably meant in other units.
+/// Finds values that were probably meant in other units.
 fn check_units(checked: &Checked, findings: &mut Vec<Finding>) {
     let (Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. }) =
         checked.scene.camera.projection
@@ -51,14 +51,14 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         return;
     }
     if probes.coverage() == 0.0 {
-        // Small things may lie between the rays.
+        // Small objects may lie between the rays.
         if !is_in_the_image(checked) {
             findings.push(sees_nothing(checked));
         }
         return;
     }
-    // Whatever is all around and near is a body that the camera is in, unless it is what is meant to be seen: a
-    // room has more than one thing in it, or lets light in.
+    // An entity that surrounds the camera is a body that the camera is in, unless it is the intended view: a room
+    // contains other entities, or light enters it.
     let eye = scene.camera.origin;
     let mut tracer = ProbeTracer::new(scene);
     let met: Vec<_> = directions(ABOUT).map(|way| tracer.first(eye, way, f32::INFINITY)).collect();
@@ -81,7 +81,7 @@ fn farthest(met: &[Option<super::probes::Met>]) -> f32 {
     met.iter().flatten().map(|met| met.distance).fold(0.0, f32::max)
 }
 
-/// Whether the scene lies in the image but takes up two pixels of it or less.
+/// True if the scene lies in the image but covers at most two pixels.
 fn is_a_dot(checked: &Checked) -> bool {
     let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
     let depth = (bounds.center() - camera.origin).dot(camera.forward);
@@ -89,7 +89,7 @@ fn is_a_dot(checked: &Checked) -> bool {
     depth > 0.0 && bounds.size().length() < 2.0 * (wide + wider * depth)
 }
 
-/// Whether some of the scene's box may lie in the image: a corner, or its middle.
+/// True if the scene's bounding box may lie in the image: if its centre or a corner does.
 fn is_in_the_image(checked: &Checked) -> bool {
     let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
     let [width, height] = checked.world.settings.size.map(|side| side as f32);
@@ -109,12 +109,12 @@ fn is_in_the_image(checked: &Checked) -> bool {
     is_seen(bounds.center()) || (0..8).map(corner).any(is_seen)
 }
 
-/// A point, as in a scene file.
+/// Formats a point as in a scene file.
 fn text(v: Vec3) -> String {
     format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z)
 }
 
-/// Says where things are, and which transform looks there.
+/// Describes where the scene is, with a transform that faces it.
 fn sees_nothing(checked: &Checked) -> Finding {
     let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
     let center = bounds.center();
@@ -122,7 +122,7 @@ fn sees_nothing(checked: &Checked) -> Finding {
     let ahead = to.dot(camera.forward);
     let inside = (camera.origin.clamp(bounds.min, bounds.max) - camera.origin).length() == 0.0;
     let where_to = if ahead < 0.0 && !inside { "behind it" } else { "outside its view" };
-    // From the middle, nowhere is the middle: from outside.
+    // A camera at the centre cannot face it: move it outside.
     let is_at_center = to.length() < 0.01 * bounds.size().length();
     let from = if is_at_center { center - camera.forward * bounds.size().length() } else { camera.origin };
     Finding::new(

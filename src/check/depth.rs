@@ -12,17 +12,17 @@ use crate::math::{Hit, Rgb};
 use crate::render::{Options, Session};
 use crate::world::Transport;
 
-/// Longer side, in pixels, of the small image whose paths are followed, and samples of each pixel.
+/// Longer side of the small image whose paths are traced, in pixels, and samples per pixel.
 const LONGER_SIDE: u32 = 24;
 const SAMPLES: u32 = 4;
-/// The part of what the camera sees that must be lost.
+/// The fraction of the camera's light that must be lost for a finding.
 const WORTH: f32 = 0.01;
-/// The part that may be lost at the depth that is advised, and the largest such depth.
+/// The fraction that may be lost at the suggested depth, and the largest depth to suggest.
 const LITTLE: f32 = 0.002;
 const DEEPEST: u32 = 1024;
 
 pub(super) fn check(checked: &Checked, setup: &RenderSetup, findings: &mut Vec<Finding>) {
-    // Limits for bounces of a kind are meant to end paths.
+    // Limits by kind of bounce end paths intentionally.
     let bends = checked.scene.materials.iter().any(|material| material.encloses && material.refracts());
     if setup.transport != Transport::Path || !bends || setup.limits.is_some() {
         return;
@@ -51,14 +51,15 @@ pub(super) fn check(checked: &Checked, setup: &RenderSetup, findings: &mut Vec<F
     findings.push(Finding::new(None, what, remedy));
 }
 
-/// The part of what the camera sees that is lost where paths end at glass or within it, by the entity of the glass.
+/// Returns the fraction of the camera's light that is lost where paths end at glass or within it, by the glass's
+/// entity.
 fn lost_in_glass(setup: &RenderSetup, max_depth: u32) -> BTreeMap<u32, f32> {
     let small = Arc::new(RenderSetup { max_depth, ..setup.small(LONGER_SIDE) });
     let paths = (small.size[0] * small.size[1] * SAMPLES) as f32;
     let scene = small.scene.clone();
     let mut lost: BTreeMap<u32, f32> = BTreeMap::new();
     let mut last: Option<(Hit, f32)> = None;
-    // One path after the other.
+    // The recursive schedule traces one path after another.
     let options = Options { schedule: Schedule::Recursive, ..Options::default() };
     Session::of(small, SAMPLES, options).observe(None, &mut |event| {
         let Event::Sample(_, what) = event else { return };

@@ -1,4 +1,4 @@
-//! Whether an image shows anything.
+//! Checks that a finished image is neither mostly white nor mostly black.
 
 use std::sync::Arc;
 
@@ -11,37 +11,37 @@ use crate::math::Rgb;
 use crate::render::{Options, Session};
 use crate::world::{Settings, Tonemap};
 
-/// How much of what is seen may be white or black before anything is reported.
+/// The fraction of visible surfaces that may be white or black without a finding.
 const TOO_MUCH: f64 = 0.5;
-/// What has a base colour below this is meant to be dark.
+/// Surfaces with an albedo below this are meant to be dark.
 const DARKEST: f32 = 0.02;
-/// How many stops another exposure must differ to be worth mentioning.
+/// The difference to the suggested exposure, in stops, that is worth mentioning.
 const WORTH: f32 = 1.0;
 
-/// Pixels along the longer side of the image that are asked whether anything is there.
+/// Pixels along the longer side of the image that are tested for visible surfaces.
 const LOOKED_AT: u32 = 128;
 
 /// A finished image.
 pub struct FinishedImage<'a> {
-    /// Its pixels.
+    /// The region that its pixels cover.
     pub region: Region,
-    /// What they hold, row by row.
+    /// The radiance of its pixels, row by row.
     pub radiance: &'a [Rgb],
-    /// How they are shown.
+    /// The tone mapping.
     pub tonemap: Tonemap,
-    /// Their exposure in stops.
+    /// The exposure, in stops.
     pub exposure_ev: f32,
 }
 
 impl<'a> FinishedImage<'a> {
-    /// Exposed as the settings say.
+    /// Creates an image with the exposure of the settings.
     pub fn new(settings: &Settings, region: Region, radiance: &'a [Rgb]) -> Self {
         let exposure_ev = exposure_ev(settings, radiance);
         Self { region, radiance, tonemap: settings.tonemap, exposure_ev }
     }
 }
 
-/// Findings about a finished image. `told`: what the scene's rules found has been reported already.
+/// Checks a finished image. `told` is true if findings about the scene have already been reported.
 pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Option<Finding> {
     let seen = seen(setup, image);
     if seen.is_empty() {
@@ -89,12 +89,12 @@ pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Optio
     None
 }
 
-/// A part as a whole percentage: 100 is said of everything alone.
+/// Converts a fraction to a whole percentage; only 1 gives 100.
 fn percent(part: f64) -> f64 {
     if part < 1.0 { (100.0 * part).round().min(99.0) } else { 100.0 }
 }
 
-/// The light of some of the pixels that show something.
+/// Returns the radiance of a sparse grid of pixels that show a surface.
 fn seen(setup: &RenderSetup, &FinishedImage { region, radiance, .. }: &FinishedImage) -> Vec<Rgb> {
     let [width, height] = setup.size;
     let by = width.max(height).div_ceil(LOOKED_AT).max(1);
@@ -106,7 +106,7 @@ fn seen(setup: &RenderSetup, &FinishedImage { region, radiance, .. }: &FinishedI
     for (at, features) in features.iter().enumerate() {
         let [x, y] = [at as u32 % size[0], at as u32 / size[0]].map(|place| place * by + by / 2);
         let is_inside = (region.x0..region.x1).contains(&x) && (region.y0..region.y1).contains(&y);
-        // What is black itself stays black, whatever light falls on it.
+        // Black surfaces stay black under any light.
         if is_inside && features.coverage > 0.5 && features.albedo.max_component() > DARKEST {
             seen.extend(radiance.get(region.index(x, y)));
         }
@@ -119,7 +119,7 @@ mod tests {
     use super::percent;
 
     #[test]
-    fn nearly_all_is_not_all() {
+    fn percent_of_nearly_all_is_99() {
         assert_eq!([0.504, 0.996, 0.999_999, 1.0].map(percent), [50.0, 99.0, 99.0, 100.0]);
     }
 }

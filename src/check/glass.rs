@@ -1,4 +1,4 @@
-//! Glass that is not a body: with holes, turned inside out, or sharing surfaces with other glass.
+//! Glass that does not bound a body: with holes, inside out, or sharing surfaces with other glass.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,29 +13,29 @@ use crate::scene::material::Medium;
 use crate::world::boundary::{JoinedSurfaces, MeshEdges, area, inside, is_crack, joined, six_volumes};
 use crate::world::{MaterialId, Shape, transforms};
 
-/// The most triangles of glass that are looked at before rendering, and in all.
+/// The most triangles of glass that are tested before rendering, and by a full check.
 const MOST: [usize; 2] = [1 << 18, 1 << 20];
-/// The winding number of bodies, however many holes they have, is above this: see `compile/open_surfaces.rs`.
+/// Bodies have a mean winding number above this, however many holes they have: see `compile/open_surfaces.rs`.
 const BODY: f64 = 0.75;
-/// The part of the rays behind a sheet that must meet nothing, or only what is too far away for light to get there, for
-/// the space behind to be no body.
+/// The fraction of rays behind a sheet that must hit nothing within reach of light for the space behind it not to be a
+/// body.
 const LOST: f32 = 0.5;
-/// Optical depth at which hardly any light is left.
+/// The optical depth at which hardly any light is left.
 const DARK: f32 = 5.0;
-/// Points of a body at which others are looked for, and the part of them that must be shared.
+/// The number of points of a body that are tested for shared surfaces, and the fraction of them that must be shared.
 const POINTS: usize = 256;
 const SHARED: f32 = 0.01;
-/// How far apart surfaces that are shared may be, compared with the size of the body.
+/// The largest distance between shared surfaces, relative to the size of the body.
 const NEAR: f32 = 1e-5;
 
-/// The surfaces of an entity that are boundaries of bodies, in the world, front sides out.
+/// The surfaces of an entity that bound bodies, in world space, with front sides facing out.
 struct Glass {
     entity: u32,
     triangles: Vec<[Vec3; 3]>,
     edges: usize,
     open: Vec<[Vec3; 2]>,
     bounds: Aabb,
-    /// How far light gets within it: beyond, hardly any of it is left in any colour.
+    /// The distance after which hardly any light is left in any colour.
     reach: f32,
 }
 
@@ -69,7 +69,7 @@ pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Finding>) {
     shared(checked, &glass, &groups, findings);
 }
 
-/// All glass of triangles, but for thin sheets; none if there are too many triangles.
+/// Returns all glass made of triangles, without thin sheets; none if it has more than `most` triangles.
 fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
     let Checked { world, scene, .. } = checked;
     let order = world.in_order();
@@ -124,7 +124,7 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
     Some(all)
 }
 
-/// The finding about glass with such a rim.
+/// Returns the finding about glass with open edges.
 fn holes(
     checked: &Checked,
     members: &[&Glass],
@@ -148,7 +148,7 @@ fn holes(
             lost += u32::from(tracer.first(at, way, reach).is_none());
         }
     }
-    // A surface of water, over its ground, is open, too.
+    // A water surface above its ground is open, too.
     (lost as f32 > LOST * rays as f32).then(|| {
         let what = format!(
             "it encloses nothing ({open} of its {edges} edges are open), so that all that lies behind it is within its glass"
@@ -158,20 +158,20 @@ fn holes(
     })
 }
 
-/// Whether closed glass has its outside within.
+/// True if closed glass has its outside within.
 fn is_inside_out(members: &[&Glass], triangles: &[[Vec3; 3]], all: &[Glass]) -> bool {
     let bounds = members.iter().fold(Aabb::EMPTY, |bounds, member| bounds.union(member.bounds));
     let size = f64::from(bounds.size().length());
     if six_volumes(bounds.center(), triangles.iter().copied()) >= -1e-6 * size.powi(3) {
         return false;
     }
-    // The wall of a hollow in other glass is as it must be.
+    // The wall of a cavity in other glass faces inwards correctly.
     let holds =
         |other: &Glass| other.bounds.min.cmplt(bounds.min).all() && other.bounds.max.cmpgt(bounds.max).all();
     !all.iter().any(holds)
 }
 
-/// Findings about glass that shares its surface with other glass.
+/// Finds glass that shares its surface with other glass.
 fn shared(checked: &Checked, all: &[Glass], groups: &[JoinedSurfaces], findings: &mut Vec<Finding>) {
     let group = |number: usize| groups.iter().position(|group| group.members.contains(&number));
     let number_of = |entity: u32| all.iter().position(|glass| glass.entity == entity);
@@ -187,7 +187,7 @@ fn shared(checked: &Checked, all: &[Glass], groups: &[JoinedSurfaces], findings:
     if !touched.contains(&true) {
         return;
     }
-    // The tree asks whether a surface is there, so that it can pass the entity's own.
+    // All surfaces call the any-hit filter, which skips the entity's own.
     let mut scene = checked.scene.clone();
     let placed = vec![None; scene.bvh.instances.len()];
     Arc::make_mut(&mut scene.bvh).set_sidedness(|_| Sidedness::Filtered, &placed);
@@ -223,7 +223,7 @@ fn shared(checked: &Checked, all: &[Glass], groups: &[JoinedSurfaces], findings:
     }
 }
 
-/// Which of them touch another one; none does that is farther away than `near`.
+/// Returns true for each glass that touches another; `near` bounds the distance of glass that touches.
 fn touched(all: &[Glass], near: f32, touch: &dyn Fn(&Glass, &Glass) -> bool) -> Vec<bool> {
     let mut order: Vec<usize> = (0..all.len()).collect();
     order.sort_by(|a, b| all[*a].bounds.min.x.total_cmp(&all[*b].bounds.min.x));
@@ -239,7 +239,7 @@ fn touched(all: &[Glass], near: f32, touch: &dyn Fn(&Glass, &Glass) -> bool) -> 
     touched
 }
 
-/// Points of triangles, evenly by area, with the normals there.
+/// Returns points on triangles, evenly distributed by area, with their normals.
 fn points(triangles: &[[Vec3; 3]]) -> Vec<(Vec3, Vec3)> {
     let step = triangles.iter().map(|triangle| area(*triangle)).sum::<f64>() / POINTS as f64;
     let (mut points, mut passed) = (Vec::with_capacity(POINTS), 0.0);
@@ -248,7 +248,7 @@ fn points(triangles: &[[Vec3; 3]]) -> Vec<(Vec3, Vec3)> {
         let [a, b, c] = *triangle;
         let normal = (b - a).cross(c - a).normalize_or_zero();
         while points.len() < POINTS && passed > (points.len() as f64 + 0.5) * step {
-            // A square's points (R2, Roberts 2018), folded.
+            // Points of the R2 sequence (Roberts 2018) in the unit square, folded into the triangle.
             let [u, v] = [0.754_877_7, 0.569_840_3].map(|step| (0.5 + step * points.len() as f32).fract());
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             points.push((a + (b - a) * u + (c - a) * v, normal));

@@ -1,4 +1,4 @@
-//! Whether light reaches what is seen, and if not, why.
+//! Checks that light reaches the visible surfaces, and finds the cause if not.
 
 use super::probes::{Met, ProbeTracer, directions};
 use super::{Checked, Finding};
@@ -9,9 +9,9 @@ use crate::scene::material::Coverage;
 use crate::world::transforms;
 use crate::world::{Light, Transport};
 
-/// Rays from each lamp.
+/// The number of rays from each light.
 const RAYS: u32 = 64;
-/// The most lamps that are tested.
+/// The most lights that are tested.
 const MOST: usize = 32;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
@@ -63,7 +63,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     }
 }
 
-/// What a light gives, in whatever unit.
+/// Returns a light's power, irradiance or radiance.
 fn power(light: &Light) -> Rgb {
     match light {
         Light::Point { power_w, .. }
@@ -83,12 +83,12 @@ fn nothing_of(light: &Light) -> &'static str {
     }
 }
 
-/// A lamp that has a place.
+/// A light with a position.
 struct PlacedLight {
     place: Vec3,
     /// The direction of −Z.
     axis: Vec3,
-    /// Cosine of the angle to the axis beyond which it does not shine.
+    /// The cosine of the angle to the axis beyond which it does not emit.
     cos_limit: f32,
 }
 
@@ -104,12 +104,12 @@ impl PlacedLight {
         Some(PlacedLight { place: matrix.translation.as_vec3(), axis, cos_limit })
     }
 
-    /// Whether it shines into a direction.
+    /// True if it emits into a direction.
     fn shines(&self, direction: Vec3) -> bool {
         direction.dot(self.axis) > self.cos_limit
     }
 
-    /// Why it is useless, and what to do about it.
+    /// Returns why it is useless, and a remedy.
     fn fault(&self, checked: &Checked, tracer: &mut ProbeTracer, is_dark: bool) -> Option<(String, String)> {
         if self.reaches_anything(checked, tracer) {
             return None;
@@ -118,13 +118,13 @@ impl PlacedLight {
         let step = (ways.len() / RAYS as usize).max(1);
         let met: Vec<Option<Met>> =
             ways.iter().step_by(step).map(|way| tracer.first(self.place, *way, f32::INFINITY)).collect();
-        // Even a narrow cone has a direction.
+        // A cone that is too narrow for the directions still has its axis.
         let met = if met.is_empty() { vec![tracer.first(self.place, self.axis, f32::INFINITY)] } else { met };
         if met.iter().all(Option::is_none) {
             let to = checked.scene.bounds.center() - self.place;
             let what = "it shines past everything";
             let (x, y, z) = (to + self.place).into();
-            // What shines into all directions shines at something, if from afar.
+            // A light that emits into all directions emits towards the scene, if from afar.
             let aims = self.cos_limit > -1.0;
             return (aims && (to.dot(self.axis) <= 0.0 || is_dark)).then(|| {
                 (
@@ -134,7 +134,7 @@ impl PlacedLight {
             });
         }
         let first = *met.iter().flatten().next()?;
-        // On all sides, wherever it shines to.
+        // Enclosed means in all directions, not only those it emits into.
         let enclosed = directions(RAYS).all(|way| {
             tracer.first(self.place, way, f32::INFINITY).is_some_and(|met| met.entity == first.entity)
         });
@@ -175,10 +175,10 @@ impl PlacedLight {
         })
     }
 
-    /// Whether a ray from it reaches the visible side of some place.
+    /// True if a ray from it reaches the visible side of a surface.
     fn reaches_anything(&self, checked: &Checked, tracer: &mut ProbeTracer) -> bool {
         checked.probes.seen().any(|(features, place)| {
-            // Averages of near and far places are places where nothing is.
+            // The average of near and far places of a pixel may lie on no surface.
             const UNMIXED: f32 = 0.95;
             let is_one_place =
                 features.coverage == 1.0 && Vec3::from_array(features.normal).length() > UNMIXED;
@@ -197,7 +197,7 @@ impl PlacedLight {
     }
 }
 
-/// Whether an entity is all that the camera sees about it.
+/// True if at least half of the rays around the camera hit an entity.
 fn is_around_the_camera(checked: &Checked, tracer: &mut ProbeTracer, entity: u32) -> bool {
     let eye = checked.scene.camera.origin;
     let met: Vec<_> = directions(16).map(|way| tracer.first(eye, way, f32::INFINITY)).collect();

@@ -1,4 +1,4 @@
-//! Whether materials say what their authors mean.
+//! Checks for materials that are probably not what their authors mean.
 
 use super::{Checked, Finding};
 use crate::math::Rgb;
@@ -33,7 +33,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     }
 }
 
-/// What a material without a name is called by: the first entity that has it.
+/// Returns a name for a material without one: that of the first entity that uses it.
 fn worn_by(world: &World, number: usize) -> String {
     let has_it = |entity: &hecs::Entity| {
         world.entities.get::<&MaterialId>(*entity).is_ok_and(|material| material.0 as usize == number)
@@ -44,7 +44,7 @@ fn worn_by(world: &World, number: usize) -> String {
     }
 }
 
-/// A colour by which a material would send back more light than it gets.
+/// Returns a colour that makes a material reflect more light than it receives.
 fn too_bright(named: &NamedMaterial) -> Option<(&'static str, Rgb)> {
     let colors = match &named.material {
         Material::BlinnPhong(m) => vec![("diffuse", m.diffuse), ("kr", m.kr)],
@@ -67,7 +67,7 @@ fn is_gone(material: &Principled) -> bool {
     }
 }
 
-/// Colour pictures that are read without the sRGB curve, and data that are read with it.
+/// Finds colour textures read without the sRGB curve, and data textures read with it.
 fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(String, String)) {
     let is = |id: TextureId, space: ColorSpace| {
         let texture = &world.assets.textures[id.0 as usize];

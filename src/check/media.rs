@@ -1,4 +1,4 @@
-//! Bodies that scatter light: whether lamps light them.
+//! Bodies that scatter light: checks that lights can illuminate them.
 
 use super::{Checked, Finding, is_smooth};
 use crate::scene::Material;
@@ -9,7 +9,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     if world.settings.transport != Transport::Path {
         return;
     }
-    // What rays can hit has a material, or is all around.
+    // Rays can hit emissive materials and the environment.
     let shines = scene.materials.iter().any(Material::emits) || !scene.environment.is_black();
     let scatters = |material: &&Material| {
         material.encloses

@@ -1,9 +1,7 @@
-//! Why an image is not what was meant: rules about the world as it was written, and about what a few hundred rays
-//! see.
+//! Rules that find why an image is not what was intended, from the world as it was written and from a few hundred rays.
 //!
-//! A rule says nothing rather than something doubtful, because its findings appear next to images that are as their
-//! authors want them. So most rules first ask whether something is wrong with what is seen, and then what is to
-//! blame.
+//! A rule reports nothing rather than something doubtful, because findings also appear next to images that are as
+//! intended. So most rules first check that something is wrong with the image, and then look for the cause.
 
 mod bodies;
 mod camera;
@@ -34,9 +32,9 @@ pub use samples::{Outlier, outliers};
 /// Something that is probably not as intended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// The entity or material that it is about, if it is about one.
+    /// The entity or material concerned, if any.
     pub about: Option<String>,
-    /// What is wrong, and why.
+    /// The problem and its cause.
     pub what: String,
     /// The option, or the line in the scene, that fixes it.
     pub remedy: Option<String>,
@@ -58,24 +56,24 @@ impl std::fmt::Display for Finding {
     }
 }
 
-/// The warnings of a scene's compilation that none of its findings repeats.
+/// Returns the warnings of a scene's compilation that no finding repeats.
 pub fn not_found<'a>(warnings: &'a [String], findings: &'a [Finding]) -> impl Iterator<Item = &'a String> {
     warnings.iter().filter(|warning| !findings.iter().any(|finding| finding.to_string() == **warning))
 }
 
-/// What all rules look at.
+/// The input of all rules.
 struct Checked<'a> {
     world: &'a World,
     scene: &'a CompiledScene,
     probes: Probes,
 }
 
-/// What is probably not as intended in a world and its scene. This takes a few milliseconds, or longer with `all`,
-/// which includes the rules that need a tree of their own.
+/// Returns what is probably not as intended in a world and its scene. Takes a few milliseconds, or longer with `all`,
+/// which includes the rules that need a BVH of their own.
 pub fn check(world: &World, setup: &RenderSetup, all: bool) -> Vec<Finding> {
     let scene: &Arc<CompiledScene> = &setup.scene;
     if scene.bvh.root.is_none() {
-        // The scene's own warning says so.
+        // The compilation's own warning reports an empty scene.
         return Vec::new();
     }
     let checked = Checked { world, scene, probes: Probes::new(setup) };
@@ -89,20 +87,20 @@ pub fn check(world: &World, setup: &RenderSetup, all: bool) -> Vec<Finding> {
     media::check(&checked, &mut findings);
     panes::check(&checked, &mut findings);
     sizes::check(&checked, &mut findings);
-    // Where nothing is seen, this may be why.
+    // This may be the reason why nothing is visible.
     if all || checked.probes.coverage() < 0.02 || checked.probes.dark() > 0.5 {
         sides::check(&checked, &mut findings);
     }
     findings
 }
 
-/// Whether light that goes through glass keeps to single directions, in which no light sample lies.
+/// True if light through the glass leaves in discrete directions, which light samples cannot hit.
 fn is_smooth(material: &Material) -> bool {
     material.roughness.factor < 0.03
 }
 
 impl Checked<'_> {
-    /// The name of an entity by its number.
+    /// Returns the name of an entity by its number.
     fn name(&self, number: u32) -> String {
         let mut entities = self.world.entities.iter();
         let found = entities.find(|entity| entity.entity().id() == number);

@@ -1,4 +1,4 @@
-//! Windows of solid glass, which keep out the light of lamps that no ray can hit.
+//! Panes of solid glass, which block the light of emitters that no ray can hit.
 
 use super::probes::{Met, ProbeTracer};
 use super::{Checked, Finding, is_smooth};
@@ -9,21 +9,21 @@ use crate::scene::emitters::{flag, kind};
 use crate::scene::{Material, WhittedLight};
 use crate::world::{Caustics, Transport};
 
-/// The part of what a lamp would light that a pane must keep dark to be told.
+/// The fraction of the places facing a light that a pane must darken for a finding.
 const MANY: f32 = 0.1;
-/// The most lamps that are looked at.
+/// The most lights that are tested.
 const MOST: usize = 32;
 
-/// Where a lamp is, seen from anywhere.
+/// The position of a light, as seen from the scene.
 enum Whereabouts {
     Place(Vec3),
-    /// Infinitely far away.
+    /// The direction to an infinitely distant light.
     Direction(Vec3),
 }
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let Checked { world, scene, .. } = checked;
-    // Light that is bent by glass comes by photons, or is found by hitting lamps.
+    // Refracted light comes from photons, or from rays that hit emitters.
     let settings = &world.settings;
     let has_photons = settings.caustics != Caustics::Off;
     let is_pane = |material: &Material| is_pane(material) && !(has_photons && material.makes_caustics());
@@ -43,7 +43,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     }
 }
 
-/// What to do.
+/// Returns the remedy.
 fn remedy(has_photons: bool) -> &'static str {
     if has_photons {
         "make the glass clear (transmission: 1, without a texture), or a thin sheet, which lets light straight through: Principled(metallic: 0, roughness: 0, transmission: 1) without a volume"
@@ -52,7 +52,8 @@ fn remedy(has_photons: bool) -> &'static str {
     }
 }
 
-/// The first pane between a lamp that cannot be hit and what is seen, and for which part of it.
+/// Returns the first pane between the visible surfaces and a light that cannot be hit, and the fraction of places that
+/// it darkens.
 fn pane_before(
     checked: &Checked,
     tracer: &mut ProbeTracer,
@@ -92,7 +93,7 @@ fn pane_before(
     pane.filter(|_| part > MANY).map(|pane| (pane, part))
 }
 
-/// Smooth glass that bends light.
+/// True for smooth glass that refracts.
 fn is_pane(material: &Material) -> bool {
     !material.straight && !material.thin && material.transmission.factor > 0.5 && is_smooth(material)
 }

@@ -1,4 +1,4 @@
-//! What a few hundred rays find out about a scene.
+//! Facts about a scene from a few hundred rays.
 
 use std::sync::Arc;
 
@@ -12,24 +12,24 @@ use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
 use crate::simd::Isa;
 
-/// Longer side, in pixels, of the small image that is examined.
+/// The longer side of the small probe image, in pixels.
 const LONGER_SIDE: u32 = 24;
-/// Samples of each of its pixels.
+/// The samples of each of its pixels.
 const SAMPLES: u32 = 4;
-/// The most rays for one of these samples of all pixels, some tenths of a second. The number is the same everywhere,
-/// and so are the findings.
+/// The most rays for one sample of all pixels, a few tenths of a second. A fixed number gives the same findings on all
+/// machines.
 const MOST_RAYS: u64 = 2_000_000;
 
-/// A small image, and what its pixels show.
+/// A small image and the features of its pixels.
 pub struct Probes {
-    /// What is seen first, pixel by pixel.
+    /// The first visible surfaces, by pixel.
     pub features: Vec<Features>,
-    /// The light, row by row; none if it takes too long.
+    /// The radiance, row by row; none if it takes too long.
     pub light: Option<Vec<Rgb>>,
 }
 
 impl Probes {
-    /// As the frame's camera sees it.
+    /// Renders the small image with the setup's camera.
     pub fn new(setup: &RenderSetup) -> Probes {
         let small = Arc::new(setup.small(LONGER_SIDE));
         let mut session = Session::of(small, SAMPLES, Options::default());
@@ -42,7 +42,7 @@ impl Probes {
         Probes { features: session.features(), light }
     }
 
-    /// The finding if a sample of so few pixels takes too many rays.
+    /// Returns a finding if even a sample of the small image takes too many rays.
     pub fn slowness(&self) -> Option<Finding> {
         let most = MOST_RAYS / self.features.len().max(1) as u64;
         self.light.is_none().then(|| {
@@ -53,23 +53,23 @@ impl Probes {
         })
     }
 
-    /// Places that are seen.
+    /// Returns the visible places.
     pub fn seen(&self) -> impl Iterator<Item = (&Features, Vec3)> {
         let seen = self.features.iter().filter(|features| features.coverage > 0.5);
         seen.map(|features| (features, Vec3::from_array(features.position)))
     }
 
-    /// The part of the image that shows anything.
+    /// Returns the fraction of the image that shows any surface.
     pub fn coverage(&self) -> f32 {
         let all: f32 = self.features.iter().map(|features| features.coverage).sum();
         all / self.features.len().max(1) as f32
     }
 
-    /// The fraction of the visible places that are nearly black compared with the brightest; 0 if that is not known.
+    /// Returns the fraction of the visible places that are nearly black compared with the brightest; 0 if unknown.
     pub fn dark(&self) -> f32 {
         let Some(light) = &self.light else { return 0.0 };
         let most = light.iter().map(|pixel| pixel.luminance()).fold(0.0, f32::max);
-        // Edges also contain the background.
+        // Edge pixels also contain the background.
         let pairs = self.features.iter().zip(light).filter(|(features, _)| features.coverage == 1.0);
         let (mut dark, mut all) = (0.0, 0.0f32);
         for (_, light) in pairs {
@@ -80,23 +80,23 @@ impl Probes {
     }
 }
 
-/// What a ray meets first.
+/// The first hit of a ray.
 #[derive(Clone, Copy)]
 pub struct Met {
-    /// The number of its entity.
+    /// The number of the entity.
     pub entity: u32,
-    /// Its material.
+    /// The index of the material.
     pub material: u32,
-    /// How far away it is.
+    /// The distance along the ray.
     pub distance: f32,
-    /// Whether a triangle's back was met.
+    /// True if the ray hit the back of a triangle.
     pub back: bool,
 }
 
-/// Surfaces that have a side where they are met, however much of them is there.
+/// Accepts surfaces that have a side facing the ray, whatever their coverage.
 struct Sided<'a> {
     scene: &'a CompiledScene,
-    /// Without those that rays to lights go straight through.
+    /// True to skip surfaces that rays to lights pass straight through.
     to_lights: bool,
 }
 
@@ -107,7 +107,7 @@ impl HitPredicate for Sided<'_> {
     }
 }
 
-/// Boundaries of bodies, but for those of one entity.
+/// Accepts boundaries of bodies, except those of one entity.
 struct OtherBodies<'a> {
     scene: &'a CompiledScene,
     but: u32,
@@ -122,10 +122,10 @@ impl HitPredicate for OtherBodies<'_> {
     }
 }
 
-/// Rays through a scene, one by one.
+/// Traces single rays through a scene.
 pub struct ProbeTracer<'a> {
     scene: &'a CompiledScene,
-    /// Whether they lead to lights.
+    /// True if the rays lead to lights.
     to_lights: bool,
     stack: Stack,
     isa: Isa,
@@ -136,12 +136,12 @@ impl<'a> ProbeTracer<'a> {
         Self { scene, to_lights: false, stack: Stack::new(&scene.bvh), isa: Isa::detect() }
     }
 
-    /// Rays that lead to lights, and so straight through some surfaces.
+    /// Creates a tracer for rays to lights, which pass straight through some surfaces.
     pub fn to_lights(scene: &'a CompiledScene) -> Self {
         Self { to_lights: true, ..Self::new(scene) }
     }
 
-    /// The first thing on the way, within a distance.
+    /// Returns the first hit within a distance.
     pub fn first(&mut self, origin: Vec3, direction: Vec3, t_max: f32) -> Option<Met> {
         let scene = self.scene;
         let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
@@ -158,8 +158,8 @@ impl<'a> ProbeTracer<'a> {
         })
     }
 
-    /// The number of another entity that is a body and has its boundary at a point of an entity's surface, parallel to
-    /// it and no farther away than `near`.
+    /// Returns the number of another entity whose body has a boundary at a point of an entity's surface, parallel to it
+    /// and at most `near` away.
     pub fn body_at(&mut self, at: Vec3, normal: Vec3, near: f32, of: u32) -> Option<u32> {
         let scene = self.scene;
         let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
@@ -177,7 +177,7 @@ impl<'a> ProbeTracer<'a> {
         self.normal(hit).is_some_and(|normal| normal.dot(direction) > 0.0)
     }
 
-    /// A triangle's normal on its front side, of any length; none for spheres.
+    /// Returns a triangle's unnormalized normal on its front side; none for spheres.
     fn normal(&self, hit: &Hit) -> Option<Vec3> {
         let geometry = &self.scene.geometry;
         if hit.primitive & bvh::SPHERE != 0 {
@@ -190,7 +190,7 @@ impl<'a> ProbeTracer<'a> {
         let sign = geometry.parts.sign[part];
         let normal = match geometry.instances.get(hit.instance as usize) {
             Some(rows) if hit.instance != NONE => {
-                // Normals go by the inverse's columns.
+                // Normals transform by the transpose of the inverse.
                 let column = |i: usize| Vec3::new(rows[12 + i], rows[16 + i], rows[20 + i]);
                 Vec3::new(column(0).dot(normal), column(1).dot(normal), column(2).dot(normal))
             }
@@ -200,7 +200,7 @@ impl<'a> ProbeTracer<'a> {
     }
 }
 
-/// Directions that are spread over the sphere (a spiral by the golden angle).
+/// Directions spread evenly over the sphere: a spiral by the golden angle.
 pub fn directions(count: u32) -> impl Iterator<Item = Vec3> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count).map(move |i| {
@@ -215,7 +215,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn directions_go_everywhere_alike() {
+    fn directions_cover_the_sphere_evenly() {
         let mean = directions(64).sum::<Vec3>() / 64.0;
         assert!(mean.length() < 0.02, "{mean}");
         assert!(directions(64).all(|direction| (direction.length() - 1.0).abs() < 1e-5));

@@ -1,42 +1,42 @@
-//! Single samples that spoil an image: too bright for it, or not numbers (NaN).
+//! Single samples that spoil an image: far too bright, or not a number (NaN).
 
 use crate::error::words;
 use crate::film::Film;
 use crate::render::Session;
 use crate::study::explain::{GivenNames, explain};
 
-/// A pixel is examined if it brings at least this part of the image's light.
+/// A pixel is examined if it has at least this fraction of the image's light.
 const SHARE: f32 = 1e-3;
-/// It must also bring at least this many times the average of all pixels.
+/// It must also have at least this many times the average light of all pixels.
 const TIMES: f32 = 100.0;
-/// One sample must bring at least this part of its pixel's light.
+/// One sample must have at least this fraction of its pixel's light.
 const OF_PIXEL: f32 = 0.8;
 /// The most pixels that are examined.
 const MOST: usize = 3;
-/// At most this many samples of a pixel are searched.
+/// The most samples of a pixel that are searched.
 const LONGEST: u32 = 1024;
 
-/// A sample that deserves a look.
+/// A suspicious sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outlier {
     /// Column and row.
     pub pixel: [u32; 2],
-    /// Which of its samples.
+    /// The number of the sample.
     pub sample: u32,
-    /// What is odd about it.
+    /// The reason.
     pub oddity: Oddity,
-    /// The materials that its path met, in order.
+    /// The materials that its path hit, in order.
     pub materials: Vec<String>,
 }
 
-/// What is odd about a sample.
+/// The reason why a sample is suspicious.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Oddity {
-    /// It brings such a part of the image's light.
+    /// It has this fraction of the image's light.
     Bright(f32),
-    /// It is the first of this many that have a component which is NaN or negative infinity.
+    /// It is the first of this many samples with a component that is NaN or negative infinity.
     NoNumber(u64),
-    /// It is the first of this many that were clamped to this radiance.
+    /// It is the first of this many samples that were clamped to this radiance.
     Cut(u64, f64),
 }
 
@@ -63,7 +63,7 @@ impl std::fmt::Display for Outlier {
     }
 }
 
-/// The brightest samples that no others confirm, and the first that is not a number.
+/// Returns the brightest samples that no others confirm, and the first ones that are not a number or were clamped.
 pub fn outliers(session: &Session) -> Vec<Outlier> {
     let film = session.film();
     let mut outliers = Vec::new();
@@ -86,7 +86,7 @@ pub fn outliers(session: &Session) -> Vec<Outlier> {
     outliers
 }
 
-/// Pixels much of whose light comes only from even samples, or only from odd ones.
+/// Returns pixels with light almost only in even samples, or almost only in odd ones, and their fractions of the light.
 fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
     let (region, quantum) = (film.region(), film.unit().quantum());
     let (mut all, mut brightest) = (0.0, Vec::with_capacity(MOST + 1));
@@ -110,7 +110,7 @@ fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
     brightest.into_iter().map(|(at, light)| (pixel(at), light / all)).collect()
 }
 
-/// Returns the brightest sample of each pixel, and its part of the light; nothing if there are too many samples.
+/// Returns the brightest sample of each pixel, and its fraction of the light; nothing if there are too many samples.
 fn brightest(session: &Session, pixels: &[[u32; 2]]) -> Vec<(u32, f32)> {
     if pixels.is_empty() || session.gathered().samples.count() > LONGEST {
         return Vec::new();
@@ -139,9 +139,9 @@ mod tests {
     use crate::film::{FilmScale, Region};
     use crate::math::Rgb;
 
-    /// One sample of a thousand times the light of all others.
+    /// One sample has a tenth of the light of all others.
     #[test]
-    fn what_no_other_sample_bears_out_is_suspected() {
+    fn suspects_are_pixels_with_light_from_one_sample() {
         let region = Region::whole([100, 100]);
         let mut film = Film::new(region, FilmScale::default());
         for (y, x, sample) in
@@ -155,13 +155,13 @@ mod tests {
         let found = suspects(&film);
         assert_eq!(found.len(), 1);
         assert!(found[0].0 == [7, 3] && (0.08..0.1).contains(&found[0].1), "{found:?}");
-        // A lamp is as bright in all samples.
+        // A light is equally bright in all samples.
         (0..4).for_each(|sample| film.add(50, 50, sample, Rgb::splat(4e3)));
         assert_eq!(suspects(&film).len(), 1);
     }
 
     #[test]
-    fn what_is_no_number_is_counted_and_black() {
+    fn nan_is_counted_and_black_and_infinity_is_clamped() {
         let mut film = Film::new(Region::whole([4, 4]), FilmScale::default());
         film.add(1, 2, 5, Rgb::new(f32::NAN, 1.0, 1.0));
         film.add(3, 1, 0, Rgb::new(1.0, f32::INFINITY, 0.0));

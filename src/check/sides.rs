@@ -1,4 +1,4 @@
-//! One-sided surfaces that are seen from behind.
+//! Single-sided surfaces seen from behind.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,9 +10,9 @@ use crate::math::Vec3;
 use crate::scene::CompiledScene;
 use crate::shading::camera;
 
-/// Rays along the longer side of the image.
+/// The number of rays along the longer side of the image.
 const LONGER_SIDE: u32 = 48;
-/// A surface must be missing in at least this part of the image.
+/// A surface must be missing in at least this fraction of the image.
 const WORTH: f32 = 0.05;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
@@ -22,7 +22,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     }
     let everywhere = with_all_sides(scene);
     let [mut seen, mut whole] = [ProbeTracer::new(scene), ProbeTracer::new(&everywhere)];
-    // By entity: rays that would meet its back first, and rays that meet its front.
+    // By entity: rays that hit its hidden back first, and rays that hit it otherwise.
     let mut counts: BTreeMap<u32, [u32; 2]> = BTreeMap::new();
     let [width, height] = checked.world.settings.size.map(|side| side as f32);
     let step = width.max(height) / LONGER_SIDE as f32;
@@ -38,7 +38,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         counts.entry(first.entity).or_default()[usize::from(!(first.back && passes))] += 1;
     }
     let worth = WORTH * (columns * rows) as f32;
-    // Many that are each small in the image count if they are most of what is there.
+    // Many entities that are each small in the image count if they cover most of the scene's area in it.
     let most = counts.values().map(|[missed, met]| (missed + met) as f32).sum::<f32>() / 2.0;
     let from_behind = |[missed, met]: [u32; 2]| missed > 10 * met;
     let all: f32 =
@@ -54,7 +54,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     }
 }
 
-/// The scene as if all surfaces were there from both sides.
+/// Returns the scene with all surfaces visible from both sides.
 fn with_all_sides(scene: &CompiledScene) -> CompiledScene {
     let mut scene = scene.clone();
     let placed = vec![None; scene.bvh.instances.len()];

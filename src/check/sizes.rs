@@ -1,18 +1,18 @@
-//! Whether the sizes of things fit together.
+//! Checks that the sizes of the scene and of its lights fit together.
 
 use super::{Checked, Finding};
 use crate::world::Light;
 
-/// A scene lit by lamps that is larger than this, in metres, is probably written in another unit.
+/// A scene larger than this, in metres, with lights in watts is probably written in another unit.
 const HUGE_M: f32 = 1000.0;
-/// So is one that is smaller than this.
+/// A scene smaller than this, in metres, is too.
 const TINY_M: f32 = 1e-3;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let Checked { world, scene, probes } = checked;
     let size = scene.bounds.size().length();
     let lamps = world.entities.query::<&Light>().iter().filter(|light| has_power(light)).count();
-    // Little is left of some watts of light a kilometre away.
+    // Little is left of a few watts of light a kilometre away.
     if let Some(light) = probes.light.as_ref().filter(|_| lamps > 0 && probes.dark() < 1.0) {
         let most = light.iter().map(|pixel| pixel.max_component()).fold(0.0, f32::max);
         if size > HUGE_M && most > 0.0 && most < 1e-3 {
@@ -32,7 +32,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Whether a light gets weaker with distance.
+/// True if a light gets weaker with distance.
 fn has_power(light: &Light) -> bool {
     matches!(light, Light::Point { .. } | Light::Spot { .. } | Light::Photometric { .. } | Light::Area { .. })
 }

@@ -1,4 +1,4 @@
-//! `rayfront ab SCENE --set …`: a scene as it is and with changes, by the same random numbers.
+//! `rayfront ab SCENE --set …`: compares a scene with an edited version of it, using the same random numbers.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,7 +22,7 @@ use crate::memory;
 use crate::render::{MemoryEstimate, Options, Session, on_threads};
 use crate::world::{Settings, SourceFiles, Tonemap};
 
-/// Why there is no difference.
+/// The error for too few samples to measure a difference.
 const FEW_SAMPLES: &str = "a difference needs two samples of each pixel: --spp 2 or more";
 
 /// `rayfront ab`.
@@ -30,7 +30,8 @@ const FEW_SAMPLES: &str = "a difference needs two samples of each pixel: --spp 2
 pub struct Ab {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
-    /// The images: NAME.a.png, NAME.b.png, and their difference NAME.diff.png [default: the scene's name, here]
+    /// Base name of the images, NAME.a.png and NAME.b.png, and of their difference, NAME.diff.png [default: the scene's
+    /// name, in the current folder]
     #[arg(short, long, value_name = "NAME")]
     pub output: Option<PathBuf>,
     /// Threads; 0 means one for each core
@@ -39,15 +40,15 @@ pub struct Ab {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// How the scene is read. --set, --only and --hide are what only B has.
+    /// The options for reading the scene. Only B gets --set, --only and --hide.
     #[command(flatten)]
     pub model: ModelOptions,
-    /// What both images look like.
+    /// The options of both images.
     #[command(flatten)]
     pub picture: PictureOptions,
 }
 
-/// A rendering and what it was of.
+/// One of the two renders, and its inputs.
 struct ComparedSide {
     film: Film,
     settings: Settings,
@@ -58,7 +59,7 @@ struct ComparedSide {
 pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     let options: LoadOptions = arguments.model.of_size(arguments.picture.size);
     let Edits { look_at, orbit, zoom, ground, .. } = options.edits.clone();
-    // Both are viewed in the same way.
+    // Edits of the view and the ground apply to both.
     let common = Edits { look_at, orbit, zoom, ground, ..Edits::default() };
     if options.edits == common {
         let what = "there is nothing to compare: say what B has, with --set, --only or --hide";
@@ -96,7 +97,7 @@ pub(super) fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
         }
     }
     let radiances = [&a, &b].map(|side| side.film.radiance());
-    // Both with A's exposure, so that only real differences show.
+    // Both get A's exposure, so that only real differences show.
     let own_ev = if a.settings.auto_exposure { automatic_ev(&radiances[0]) } else { 0.0 };
     for (end, radiance) in ["a", "b"].iter().zip(&radiances) {
         let display = DisplayTransform::new(a.settings.tonemap, own_ev + a.settings.exposure_ev, radiance);
@@ -155,27 +156,29 @@ fn write(
     Ok(())
 }
 
-/// B minus A. Both have the same random numbers, so that most of their noise is the same, too; the difference between
-/// even and odd samples tells how much of it is left.
+/// The difference B − A. Both use the same random numbers, so most of their noise cancels; the difference between even
+/// and odd samples is an estimate of the rest.
 struct ImageDifference {
-    /// Luminance of each pixel's difference in standard errors; neighbours are taken together.
+    /// The luminance of each pixel's difference in standard errors, summed over its neighbours.
     scores: Vec<f64>,
-    /// Mean difference.
+    /// The mean difference.
     mean: f64,
-    /// Standard error of the mean.
+    /// The standard error of the mean.
     error: f64,
-    /// The part of the image whose score is beyond three.
+    /// The fraction of the pixels whose score exceeds three in magnitude.
     significant: f64,
 }
 
-/// Bytes that comparing takes for each pixel, besides the films: two images, the differences, scores and their picture.
+/// The memory for the comparison in bytes per pixel, besides the films: two images, the differences, the scores and
+/// their image.
 const BYTES: u64 = 64;
 
-/// How many pixels on either side are taken together: a single pixel says little about its own noise.
+/// The number of neighbours on each side that count for a pixel's score: a single pixel is a poor estimate of its own
+/// noise.
 const BESIDE: usize = 2;
 
 impl ImageDifference {
-    /// None before every pixel has some even and some odd samples.
+    /// Compares two films; `None` unless every pixel has even and odd samples.
     fn new(a: &Film, b: &Film) -> Option<ImageDifference> {
         let (a_halves, b_halves) = a.halves().zip(b.halves())?;
         let pixel = |(a, b): ([Rgb; 2], [Rgb; 2])| {
@@ -188,7 +191,7 @@ impl ImageDifference {
         Some(Self::of(&pixels, a.region().width() as usize))
     }
 
-    /// Of differences with their variances, row by row.
+    /// Evaluates differences with their variances, row by row.
     fn of(pixels: &[(f64, f64)], width: usize) -> ImageDifference {
         let count = pixels.len().max(1) as f64;
         let mean = pixels.iter().map(|(difference, _)| difference).sum::<f64>() / count;
@@ -203,7 +206,7 @@ impl ImageDifference {
                 let (sum, variance) = near.fold((0.0, 0.0), |(sum, all), (difference, variance)| {
                     (sum + difference, all + variance)
                 });
-                // Without any noise, it either differs or does not.
+                // Without noise, any difference is significant.
                 let score = if sum == 0.0 { 0.0 } else { sum / variance.sqrt().max(1e-12 * sum.abs()) };
                 scores.push(score);
             }
@@ -212,7 +215,7 @@ impl ImageDifference {
         ImageDifference { scores, mean, error, significant }
     }
 
-    /// Scores as colours: black for nothing, brighter up to ten standard errors.
+    /// Returns the scores as colours: black for no difference, brighter up to ten standard errors.
     fn picture(&self) -> Vec<Rgb> {
         self.scores.iter().map(|score| colormap::color(score.abs() / 10.0)).collect()
     }
@@ -223,7 +226,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_beyond_the_noise_is_significant() {
+    fn differences_beyond_the_noise_are_significant() {
         // Noise of variance 1 on the left, a difference of 3 with the same noise on the right.
         let noise = |i: usize| [1.0, -1.0, 0.5, -0.5][i % 4];
         let pixel = |i: usize| (noise(i) + if i % 20 >= 10 { 3.0 } else { 0.0 }, 1.0);

@@ -11,12 +11,12 @@ use crate::render::names_of_ids;
 use crate::scene::CompiledScene;
 use crate::world::Aov;
 
-/// Names of [`Aov`].
+/// The names of [`Aov`].
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AovName {
     /// All of them
     All,
-    /// None, whatever the scene says
+    /// None, even if the scene has some
     None,
     /// Distance along the camera's axis
     Depth,
@@ -38,7 +38,7 @@ pub enum AovName {
     Variance,
 }
 
-/// What was asked for, each once.
+/// Returns the named variables, without duplicates.
 pub fn list(names: &[AovName]) -> Vec<Aov> {
     let mut aovs = Vec::new();
     for name in names {
@@ -64,12 +64,12 @@ pub fn list(names: &[AovName]) -> Vec<Aov> {
     aovs
 }
 
-/// Whether a file can hold them.
+/// True if a file of this name can hold output variables.
 pub fn holds(path: &std::path::Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
 }
 
-/// The outputs, with an additional file if none of them can hold the variables.
+/// Returns the outputs, with an additional file if none of them can hold the variables.
 pub fn with_file(outputs: &[PathBuf], aovs: &[Aov]) -> Vec<PathBuf> {
     let mut outputs = outputs.to_vec();
     if let Some(first) = outputs.first()
@@ -82,7 +82,7 @@ pub fn with_file(outputs: &[PathBuf], aovs: &[Aov]) -> Vec<PathBuf> {
     outputs
 }
 
-/// Which names the ids in a file stand for, as JSON in ASCII; none where there are no ids.
+/// Returns the names of the ids in a file, as JSON in ASCII; `None` if there are no ids.
 pub fn manifest(
     channels: &[FilmChannel],
     entities: &HashMap<u32, String>,
@@ -98,7 +98,7 @@ pub fn manifest(
     (!tables.is_empty()).then(|| ascii(&Value::from(tables).to_string()))
 }
 
-/// OpenEXR's texts are bytes without an encoding; JSON can do with ASCII.
+/// Returns JSON in ASCII: OpenEXR's strings are bytes without an encoding.
 pub(super) fn ascii(json: &str) -> String {
     let mut out = String::with_capacity(json.len());
     for c in json.chars() {
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_of_their_own_only_where_needed() {
+    fn exr_file_is_added_only_if_no_output_holds_aovs() {
         let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
         let (png, exr) = (paths(&["out/a.png", "b.hdr"]), paths(&["a.png", "b.EXR"]));
         assert_eq!(with_file(&png, &[]), png);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn names_in_ascii_are_the_same_names() {
+    fn ascii_json_parses_to_the_same_names() {
         let json = Value::from("\"Zoë\" 球 🎱").to_string();
         assert!(ascii(&json).is_ascii());
         assert_eq!(serde_json::from_str::<Value>(&ascii(&json)).unwrap(), "\"Zoë\" 球 🎱");

@@ -1,4 +1,4 @@
-//! Rendering some of a film once more, to see whether its machine can be trusted.
+//! Renders parts of a film again, to check whether the machine that rendered it can be trusted.
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::path::{Path, PathBuf};
@@ -13,29 +13,29 @@ use crate::formats::film_file::FilmFile;
 use crate::integrator::Stop;
 use crate::render::Session;
 
-/// Width and height of the tiles that are chosen at random.
+/// The width and height in pixels of the tiles that are chosen at random.
 const TILE: u32 = 16;
 
-/// The result for a film.
+/// The result of auditing a film.
 pub struct Audited {
     path: PathBuf,
     hosts: Vec<String>,
-    /// How many tiles were rendered again.
+    /// The number of tiles rendered again.
     tiles: usize,
-    /// How many of them differ.
+    /// The number of them that differ.
     pub differing: usize,
-    /// The first of those that differ.
+    /// The first tile that differs.
     first: Option<Region>,
 }
 
 impl Audited {
-    /// In a line.
+    /// Returns the result in a line.
     pub fn line(&self) -> String {
         let Audited { path, tiles, differing, .. } = self;
         format!("{}: {tiles} tiles rendered again, {differing} differ", path.display())
     }
 
-    /// Why it is not to be trusted, if so.
+    /// Returns the reason not to trust the film, if any tile differs.
     pub fn complaint(&self) -> Option<String> {
         let Region { x0, y0, x1, y1 } = self.first?;
         let hosts = if self.hosts.is_empty() { "?".to_owned() } else { self.hosts.join(", ") };
@@ -46,7 +46,7 @@ impl Audited {
         ))
     }
 
-    /// For programs.
+    /// Returns the result as JSON.
     pub fn json(&self) -> serde_json::Value {
         json!({ "film": super::output::path_json(&self.path), "hosts": self.hosts, "tiles": self.tiles, "differing": self.differing })
     }
@@ -58,7 +58,7 @@ pub(super) fn parse(text: &str) -> Result<f64, String> {
     part.ok_or_else(|| "expected a percentage above 0 and at most 100, such as 1%".into())
 }
 
-/// Renders a part of a film's tiles once more.
+/// Renders a fraction of a film's tiles again and compares them.
 pub(super) fn audit(
     job: &mut Job,
     file: &FilmFile,
@@ -69,7 +69,7 @@ pub(super) fn audit(
     let region = file.film.region();
     let tiles = crate::render::tiles(region, TILE);
     let count = ((tiles.len() as f64 * part).ceil() as usize).clamp(1, tiles.len().max(1));
-    // At random: someone who knew which tiles are chosen could prepare for it.
+    // At random: someone who knew the tiles could prepare for the audit.
     let random = RandomState::new();
     let mut drawn: Vec<(u64, Region)> = tiles
         .into_iter()
@@ -97,7 +97,7 @@ pub(super) fn audit(
     Ok(audited)
 }
 
-/// Whether a tile has the same bits in the film as when it is rendered here.
+/// True if a tile has the same bits in the film as when it is rendered here.
 fn is_same(job: &mut Job, file: &FilmFile, tile: Region, work: &WorkOptions) -> Result<bool, Failure> {
     let mut again = job.session_of(work, tile);
     let mut add = |again: Session, [start, end]: [u32; 2]| -> Result<Session, Failure> {
@@ -131,7 +131,7 @@ fn is_same(job: &mut Job, file: &FilmFile, tile: Region, work: &WorkOptions) -> 
     }))
 }
 
-/// The parts of a tile that have the samples of an unfinished pass.
+/// Returns the parts of a tile that have the samples of an unfinished pass.
 fn of_unfinished_pass(file: &FilmFile, tile: Region) -> Vec<Region> {
     let Some(begun) = &file.header.begun else { return Vec::new() };
     let tiles = crate::render::tiles(file.film.region(), begun.tile.max(1));

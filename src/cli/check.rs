@@ -1,4 +1,4 @@
-//! `rayfront check SCENE`: what is probably not as it was meant.
+//! `rayfront check SCENE`: reports probable mistakes in a scene.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,10 +18,10 @@ pub struct Check {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// How the scene is read.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: ModelOptions,
-    /// What the image would look like.
+    /// The options of the image.
     #[command(flatten)]
     pub picture: PictureOptions,
 }

@@ -1,4 +1,4 @@
-//! Saves what there is while rendering continues.
+//! Checkpoints: saves the film in the course of a render.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -14,10 +14,10 @@ use crate::formats::film_file::{self, FilmFile, FilmHeader};
 use crate::render::RenderState;
 use crate::world::FileDigest;
 
-/// A file that holds the film as it was not long ago.
+/// A file that holds a recent state of the film.
 pub struct Checkpoint {
     path: PathBuf,
-    /// Whether the file was asked for and stays.
+    /// True if the file was requested and stays.
     is_wanted: bool,
     every: Duration,
     header: FilmHeader,
@@ -26,19 +26,20 @@ pub struct Checkpoint {
 }
 
 struct Saving {
-    /// When the next one is due.
+    /// The time at which the next save is due.
     next: Instant,
     /// The thread that waits until the last state is on disk.
     writer: Option<JoinHandle<Result<(), SaveError>>>,
-    /// Whether the file is this rendering's.
+    /// True if the file holds samples of this render.
     saved: bool,
 }
 
-/// Saving takes at most one in so many parts of the time.
+/// The inverse of the largest fraction of the time that saving takes.
 const SHARE: u32 = 10;
 
 impl Checkpoint {
-    /// The first save is after `every`. The header says everything except what is in the film.
+    /// Creates a checkpoint whose first save is due after `every`. The header describes everything except the film's
+    /// contents.
     pub fn new(path: PathBuf, is_wanted: bool, every: Duration, header: FilmHeader) -> Checkpoint {
         let begun = Instant::now();
         let saving = Mutex::new(Saving { next: begun + every, writer: None, saved: false });
@@ -47,13 +48,13 @@ impl Checkpoint {
 
     /// True if it is time to save.
     pub fn is_due(&self) -> bool {
-        // Another worker is looking after it.
+        // Another worker takes care of it.
         let Ok(saving) = self.saving.try_lock() else { return false };
         Instant::now() >= saving.next && saving.writer.as_ref().is_none_or(|writer| writer.is_finished())
     }
 
-    /// Writes what has been gathered, while nothing is rendered: a copy of the film, to be written meanwhile, would
-    /// take as much memory again. Another thread waits for the disk.
+    /// Writes the state of the render while rendering pauses: a copy of the film to be written meanwhile would take as
+    /// much memory again. Another thread waits for the disk.
     pub fn save(&self, gathered: &RenderState) {
         let mut saving = self.lock();
         self.end(&mut saving);
@@ -69,12 +70,12 @@ impl Checkpoint {
         saving.next = Instant::now() + self.every.max(SHARE * start.elapsed());
     }
 
-    /// Nothing panics while it holds the lock.
+    /// Locks the state. Nothing panics while it holds the lock.
     fn lock(&self) -> MutexGuard<'_, Saving> {
         self.saving.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for the writing thread, and reports what went wrong. Rendering goes on.
+    /// Waits for the writing thread and reports its error, if any. Rendering goes on.
     fn end(&self, saving: &mut Saving) {
         let Some(written) = saving.writer.take().and_then(|writer| writer.join().ok()) else { return };
         match written {
@@ -83,8 +84,8 @@ impl Checkpoint {
         }
     }
 
-    /// Saves the final state: always to a film that was asked for; otherwise only if samples are missing and
-    /// rendering was interrupted or has taken long.
+    /// Saves the final state: always to a requested film; otherwise only if samples are missing and rendering was
+    /// interrupted, has been saved before, or has taken at least one interval.
     pub fn save_end(
         &self,
         header: &FilmHeader,
@@ -104,8 +105,8 @@ impl Checkpoint {
         }
     }
 
-    /// Called when everything is written and complete: removes the file unless it was asked for. If it cannot be
-    /// removed, it does no harm.
+    /// Removes the file unless it was requested; called when all outputs are written and complete. A file that cannot
+    /// be removed does no harm.
     pub fn remove(self) {
         if !self.is_wanted && self.path.is_file() && is_ours(&self.path, &self.header) {
             let _ = std::fs::remove_file(&self.path);
@@ -113,7 +114,7 @@ impl Checkpoint {
     }
 }
 
-/// Gives a film its name in a thread of its own.
+/// Waits in a separate thread until a film is on disk, and renames it there.
 fn finished_elsewhere(written: UnnamedFile) -> Option<JoinHandle<Result<(), SaveError>>> {
     // If no thread can be started, the older checkpoint stays.
     std::thread::Builder::new().name("checkpoint".into()).spawn(|| written.finish()).ok()
@@ -123,18 +124,19 @@ fn tell(error: &SaveError) {
     output::note(format_args!("warning: {error} (the rendering goes on, and an older checkpoint is kept)"));
 }
 
-/// True if a file holds samples of this rendering.
+/// True if a file holds samples of this render.
 fn is_ours(path: &Path, header: &FilmHeader) -> bool {
     film_file::load_header(path).is_ok_and(|found| found.difference_of_job(header).is_none())
 }
 
-/// What replaces the extension of an image in the name of a film that nobody has asked for.
+/// The extension of a film that was not requested, in place of the image's.
 pub const EXTENSION: &str = "checkpoint.film";
 
-/// Where such a film goes: to another name if the file holds hours of another rendering that could still be continued,
-/// or something else. The name depends on what is rendered, so that the same command finds it again.
+/// Returns the path for a film that was not requested: another name if the file holds something else, such as hours of
+/// another render that could still be continued. The name depends on what is rendered, so that the same command finds
+/// it again.
 pub fn free(path: PathBuf, header: &FilmHeader, quiet: bool) -> PathBuf {
-    // (Links are refused when they are to be written.)
+    // Links are refused when they are written.
     if !path.exists() || path.is_symlink() {
         return path;
     }
@@ -158,20 +160,20 @@ pub fn free(path: PathBuf, header: &FilmHeader, quiet: bool) -> PathBuf {
     other
 }
 
-/// The film that an interrupted rendering of the same samples has left there. Errors: there is too little memory for
-/// it.
+/// Returns the film that an interrupted render of the same samples has left at a path. Returns an error if there is too
+/// little memory for it.
 pub fn left_behind(path: &Path, header: &FilmHeader) -> Result<Option<FilmFile>, Failure> {
     if !path.is_file() || !is_ours(path, header) {
         return Ok(None);
     }
     match film_file::load(path) {
         Err(error @ LoadError::TooLarge { .. }) => Err(error.into()),
-        // If it is damaged, it is of no use.
+        // A damaged film is of no use.
         film => Ok(film.ok()),
     }
 }
 
-/// Whether a film has the name of one that nobody has asked for, as [`free`] gives them.
+/// True if a film has the name of one that was not requested, as returned by [`free`].
 pub fn is_checkpoint(name: &str) -> bool {
     let Some((_, end)) = name.strip_suffix(".film").and_then(|name| name.rsplit_once(".checkpoint")) else {
         return false;
@@ -185,7 +187,7 @@ mod tests {
     use super::is_checkpoint;
 
     #[test]
-    fn checkpoints_are_known_by_their_names() {
+    fn checkpoints_are_recognised_by_their_names() {
         assert!(is_checkpoint("a.checkpoint.film") && is_checkpoint("a.b.checkpoint-0123abcd.film"));
         for other in [
             "a.film",

@@ -1,4 +1,4 @@
-//! What to type, made of what was typed.
+//! Command lines: normalised ones, and those to type next, derived from what was typed.
 
 use std::ffi::{OsStr, OsString};
 use std::iter::Peekable;
@@ -9,8 +9,8 @@ use super::args::{Words, parse_place};
 use crate::formats::film_file::FilmHeader;
 use crate::study::explain::Recipe;
 
-/// Words as they are meant: `--samples` with a plain number is what other programs call samples per pixel, and two
-/// places in one word are two words.
+/// Normalises words: `--samples` with a plain number becomes `--spp`, the samples per pixel of other programs, and two
+/// points in one word become two words.
 pub fn normalize_args(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let is_number = |word: &OsStr| !word.is_empty() && word.as_encoded_bytes().iter().all(u8::is_ascii_digit);
     let mut words = words.into_iter().peekable();
@@ -31,8 +31,8 @@ pub fn normalize_args(words: impl IntoIterator<Item = OsString>) -> Vec<OsString
     meant
 }
 
-/// Two places: both in one word, or a word each. For the second one, if it is missing, an empty word stands: so that is
-/// reported, not what would become of the words after it.
+/// Returns the words of two points, which are typed as one word or two. A missing second point becomes an empty word,
+/// so that the error is about it, not about the words that follow.
 fn places(words: &mut Peekable<impl Iterator<Item = OsString>>) -> Vec<OsString> {
     let Some(first) = words.next() else { return Vec::new() };
     let parts: Vec<&str> = first.to_str().unwrap_or_default().split_whitespace().collect();
@@ -43,14 +43,14 @@ fn places(words: &mut Peekable<impl Iterator<Item = OsString>>) -> Vec<OsString>
     vec![first, words.next_if(is_place).unwrap_or_default()]
 }
 
-/// The words behind the program's name, as [`recorded`].
+/// Returns this process's arguments as [`recorded`].
 pub fn recorded_args() -> Vec<String> {
     let words = normalize_args(std::env::args_os().skip(1));
     recorded(words.into_iter().map(|word| word.to_string_lossy().into_owned()).collect())
 }
 
-/// Words with each option under its own name: what is made of it, and the record in an image, are the same whatever it
-/// was called.
+/// Returns words with each option under its main name, so that the record in an image, and everything derived from it,
+/// does not depend on the alias that was typed.
 pub fn recorded(mut words: Vec<String>) -> Vec<String> {
     const OTHER_NAMES: [(&str, &str); 4] =
         [("--samples-per-pixel", "--spp"), ("-s", "--spp"), ("-t", "--threads"), ("-q", "--quiet")];
@@ -71,7 +71,7 @@ pub fn recorded(mut words: Vec<String>) -> Vec<String> {
     words
 }
 
-/// A word, quoted for a shell.
+/// Returns a word, quoted for a shell.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:@%+".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -80,7 +80,7 @@ pub fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-/// The command that renders another part, next to the one at `path`.
+/// Returns the command that renders another part, next to the one at `path`.
 pub fn of_shard(header: &FilmHeader, path: &Path, [index, count]: [u32; 2]) -> String {
     let own = header.shard.map_or(0, |[index, _]| index);
     let name = path.to_string_lossy();
@@ -88,14 +88,14 @@ pub fn of_shard(header: &FilmHeader, path: &Path, [index, count]: [u32; 2]) -> S
     line(header, &["--shard", &format!("{index}/{count}")], &file)
 }
 
-/// What renders some samples, beside what is at `path`.
+/// Returns the command that renders some samples, next to the film at `path`.
 pub fn of_samples(header: &FilmHeader, path: &Path, samples: Range<u32>) -> String {
     let Range { start, end } = samples;
     let file = path.with_file_name(format!("samples-{start}-{end}.film"));
     line(header, &["--samples", &format!("{start}..{end}")], &file.to_string_lossy())
 }
 
-/// The command that explains a sample of a rendering.
+/// Returns the command that explains a sample of a render.
 pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
     let Recipe { path, options, camera, authored, settings, is_moved } = recipe;
     let scene = not_an_option(path);
@@ -113,8 +113,8 @@ pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
     shell_line(&words) + note
 }
 
-/// The words behind the program's name that render what a film is of, but for those that say which part of it, when to
-/// stop, and where it goes.
+/// Returns the arguments that render a film again, except those for its part of the samples, for stopping and for
+/// outputs.
 pub fn of_whole(header: &FilmHeader) -> Vec<String> {
     const OTHERS: [&str; 10] = [
         "--until",
@@ -132,10 +132,10 @@ pub fn of_whole(header: &FilmHeader) -> Vec<String> {
     let mut words = without(command, &OTHERS);
     words.retain(|word| !["--watch", "--paranoid", "--preview"].contains(&&word[..]));
     let mut more = Words::default();
-    // A film that was continued may have been given more of them.
+    // A film that was continued may have more samples than its command.
     more.option("--spp", Some(header.settings.samples));
     if without(command, &["--frames"]).len() < command.len() {
-        // It is one of the frames, and is exposed as all of them.
+        // It is one of the frames, which have one exposure in common.
         more.option("--time", header.view.time_s);
         if !header.settings.auto_exposure {
             words = without(&words, &["--exposure"]);
@@ -146,7 +146,7 @@ pub fn of_whole(header: &FilmHeader) -> Vec<String> {
     words
 }
 
-/// The command that renders another part of the samples.
+/// Returns the command that renders another part of the samples.
 fn line(header: &FilmHeader, part: &[&str], file: &str) -> String {
     let mut words = vec!["rayfront".to_owned()];
     words.extend(of_whole(header));
@@ -155,19 +155,19 @@ fn line(header: &FilmHeader, part: &[&str], file: &str) -> String {
     format!("  {}", shell_line(&words))
 }
 
-/// A path as a command line takes it: whatever begins with a minus would be taken for an option.
+/// Returns a path as an argument: one that begins with a minus would be taken for an option.
 pub fn not_an_option(path: &Path) -> String {
     let path = path.to_string_lossy();
     if path.starts_with('-') { format!("./{path}") } else { path.into_owned() }
 }
 
-/// Words as a shell takes them.
+/// Returns words as a line for a shell.
 pub fn shell_line(words: &[String]) -> String {
     let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
     words.join(" ")
 }
 
-/// A command without some options that have a value.
+/// Returns a command without some options, all of which have values.
 pub fn without(command: &[String], options: &[&str]) -> Vec<String> {
     let mut left = Vec::new();
     let mut words = command.iter();
@@ -176,7 +176,7 @@ pub fn without(command: &[String], options: &[&str]) -> Vec<String> {
         match options.contains(&name) {
             true if has_value => {}
             true => drop(words.next()),
-            // -opart.film
+            // The value may be attached, as in -opart.film.
             false if options.contains(&"-o") && word.starts_with("-o") && !word.starts_with("--") => {}
             false => left.push(word.clone()),
         }
@@ -184,13 +184,13 @@ pub fn without(command: &[String], options: &[&str]) -> Vec<String> {
     left
 }
 
-/// A file's name with the old number in it replaced by a new one.
+/// Returns a path with the old number in the file's name replaced by a new one.
 fn other_number(name: &str, old: u32, new: u32) -> Option<String> {
     let start = name.rfind(['/', '\\']).map_or(0, |at| at + 1);
     let old = old.to_string();
     let is_digit = |at: usize| name.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
     let longer = |at: &usize| *at > start && is_digit(at - 1) || is_digit(at + old.len());
-    // "3-of-64" names the part before the number of parts.
+    // In "3-of-64", the part comes before the number of parts.
     let mut found = name[start..].match_indices(&old).map(|(at, _)| start + at).filter(|at| !longer(at));
     let at = found.next()?;
     Some(format!("{}{new}{}", &name[..at], &name[at + old.len()..]))
@@ -201,14 +201,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_what_a_shell_makes_of_them() {
+    fn words_are_quoted_for_a_shell() {
         assert_eq!(quoted("part-3.film"), "part-3.film");
         assert_eq!(quoted("it's a $cene"), "'it'\\''s a $cene'");
         assert_eq!(quoted(""), "''");
     }
 
     #[test]
-    fn options_have_other_names() {
+    fn aliases_become_main_names() {
         let understood = |words: &[&str]| normalize_args(words.iter().map(OsString::from));
         assert_eq!(understood(&["a.ron", "--samples", "64"]), ["a.ron", "--spp", "64"]);
         assert_eq!(understood(&["--samples=64"]), ["--spp=64"]);
@@ -223,14 +223,14 @@ mod tests {
     }
 
     #[test]
-    fn options_are_taken_out_with_their_values() {
+    fn options_are_removed_with_their_values() {
         let command = ["a.ron", "--shard", "3/4", "-o", "x.film", "--spp=8", "--output=y.png", "-oz.png"];
         let command: Vec<String> = command.map(String::from).into();
         assert_eq!(without(&command, &["--shard", "--output", "-o"]), ["a.ron", "--spp=8"]);
     }
 
     #[test]
-    fn parts_have_their_numbers_in_their_names() {
+    fn other_number_replaces_whole_numbers_in_file_names() {
         assert_eq!(other_number("out3/part-3.film", 3, 12), Some("out3/part-12.film".into()));
         assert_eq!(other_number("scene.3-of-33.film", 3, 4), Some("scene.4-of-33.film".into()));
         assert_eq!(other_number("part-13.film", 3, 4), None);

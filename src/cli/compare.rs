@@ -1,4 +1,4 @@
-//! `rayfront compare IMAGE REFERENCE`: how far one image is from another.
+//! `rayfront compare IMAGE REFERENCE`: measures the error of an image.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,14 +18,14 @@ use crate::world::Tonemap;
 #[derive(Args, Debug)]
 #[command(after_help = "Exit codes: 0 within all limits, 5 beyond one, 1 the images cannot be compared.")]
 pub struct Compare {
-    /// The image: .png, .exr, .hdr and other pictures
+    /// The image (.png, .exr, .hdr and others)
     pub image: PathBuf,
-    /// What it should look like, of the same size
+    /// The reference image, of the same size
     pub reference: PathBuf,
-    /// Where to write a picture of FLIP's error: dark where the images look the same, bright where they differ
+    /// File for an image of FLIP's error: dark where the images look the same, bright where they differ
     #[arg(long, value_name = "FILE")]
     pub heatmap: Option<PathBuf>,
-    /// Stops of exposure before PSNR, SSIM and FLIP, such as -1.5
+    /// Exposure in stops, applied before PSNR, SSIM and FLIP, such as -1.5
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, default_value = "0", value_parser = super::args::parse_exposure)]
     pub exposure: f32,
     /// Exit with 5 if the root mean square error is larger
@@ -128,7 +128,7 @@ fn save_heatmap(path: &Path, [width, height]: [u32; 2], comparison: &ImageCompar
     Ok(save(path, &Output { width, height, radiance: &colors, display, bits, metadata: &[], channels: &[] })?)
 }
 
-/// A limit that was set for the images.
+/// A limit on a metric.
 struct Limit {
     flag: &'static str,
     value: f64,
@@ -153,7 +153,7 @@ fn limits(arguments: &Compare, metrics: &Metrics) -> Vec<Limit> {
     all.into_iter().flatten().collect()
 }
 
-/// A few lines for people.
+/// Returns the human-readable report.
 fn text(metrics: &Metrics, limits: &[Limit]) -> String {
     let [r, g, b] = metrics.mean_ratio;
     let psnr = if metrics.psnr_db.is_finite() { format!("{:.2} dB", metrics.psnr_db) } else { "∞".into() };
@@ -181,7 +181,7 @@ fn text(metrics: &Metrics, limits: &[Limit]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// One object for programs. Infinity and NaN become null.
+/// Returns the report as a JSON object. Infinity and NaN become null.
 fn json(arguments: &Compare, size: [u32; 2], metrics: &Metrics, limits: &[Limit]) -> Value {
     json!({
         "image": output::path_json(&arguments.image),

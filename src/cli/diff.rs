@@ -1,4 +1,4 @@
-//! `rayfront diff A B`: in which components two scenes differ.
+//! `rayfront diff A B`: lists the components in which two scenes differ.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -16,9 +16,9 @@ use crate::formats::ron::{Portrait, portrait};
 pub struct Diff {
     /// A scene
     pub a: PathBuf,
-    /// Another one
+    /// Another scene
     pub b: PathBuf,
-    /// How the scenes are read.
+    /// The options for reading the scenes.
     #[command(flatten)]
     pub model: ModelOptions,
 }
@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &Diff) -> Result<ExitCode, Failure> {
     Ok(if lines.is_empty() { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 
-/// What is no longer there, and what is there instead.
+/// Returns the values of A that differ in B, with `-`, and those of B, with `+`.
 fn differences(a: &Portrait, b: &Portrait) -> Vec<String> {
     let [a, b] = [a, b].map(values);
     let mut lines = Vec::new();
@@ -50,7 +50,7 @@ fn differences(a: &Portrait, b: &Portrait) -> Vec<String> {
     lines
 }
 
-/// Every value by its place. Things of one name are told apart by their order.
+/// Returns every value by its place. Items of the same name are distinguished by their order.
 fn values(portrait: &Portrait) -> BTreeMap<String, String> {
     let mut values = BTreeMap::new();
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_differs_is_told_by_component() {
+    fn differences_are_listed_by_component() {
         let entity = |name: &str, keys: &[(&'static str, &str)]| {
             (name.to_owned(), keys.iter().map(|(key, value)| (*key, (*value).to_owned())).collect())
         };

@@ -1,4 +1,4 @@
-//! `rayfront explain SCENE X,Y`: the life of a pixel's samples.
+//! `rayfront explain SCENE X,Y`: follows the paths of a pixel's samples.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -47,10 +47,10 @@ pub struct Explain {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// How light travels.
+    /// The options of light transport.
     #[command(flatten)]
     pub light: args::LightOptions,
-    /// How the scene is read.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: args::ModelOptions,
 }
@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
         )));
     }
     let range = match arguments.sample {
-        // Blocks of pixels that are given more samples have higher ones, too.
+        // Under adaptive sampling, blocks with more samples have higher sample numbers, too.
         Some(sample) if sample >= samples && settings.adaptive == Adaptive::Off => {
             let last = samples - 1;
             return Err(Failure::command_line(format!(
@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Six digits are enough for people; the JSON has all of them.
+/// Formats components with few digits for reading; the JSON has all of them.
 fn triple([a, b, c]: Components) -> String {
     let digits = |value: f32| {
         let text = format!("{value:.5}");
@@ -204,7 +204,7 @@ fn step_lines(step: &Step) -> Vec<String> {
     lines
 }
 
-/// The weight of one of two ways to find a light.
+/// Formats the MIS weight of one of two ways to find a light.
 fn share(share: f32) -> String {
     if share == 1.0 { String::new() } else { format!(", weighted by {share:.5}") }
 }

@@ -1,4 +1,4 @@
-//! Why there is no result, and with which code the program ends.
+//! Failures, and the program's exit codes.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -11,30 +11,30 @@ use crate::study::experiment::StudyError;
 use crate::view::scene::SceneError;
 use crate::view::tev::TevError;
 
-/// What is at fault. Each kind has its own exit code.
+/// The cause of a failure. Each kind has its own exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// A scene or another file that is read.
+    /// A scene or another input file.
     File,
     /// The command line.
     CommandLine,
     /// Something could not be written.
     Output,
-    /// Too little memory, too few threads, or a scene that holds more than the numbers can count.
+    /// Too little memory, too few threads, or a scene with more elements than its numbers can count.
     Limit,
-    /// Things differ that should be equal.
+    /// Results that should be equal differ.
     Difference,
-    /// Whoever read standard output has closed it: nothing is said about that.
+    /// The reader of standard output has closed it; nothing is reported.
     ClosedPipe,
 }
 
 impl Fault {
-    /// What the program ends with.
+    /// Returns the program's exit code.
     pub fn code(self) -> ExitCode {
         ExitCode::from(self.number())
     }
 
-    /// The same as a number.
+    /// Returns the exit code as a number.
     pub fn number(self) -> u8 {
         match self {
             Fault::File => 1,
@@ -42,13 +42,13 @@ impl Fault {
             Fault::Output => 3,
             Fault::Limit => 4,
             Fault::Difference => 5,
-            // As shells report that a program was ended by SIGPIPE (13).
+            // The code with which shells report an end by SIGPIPE (13).
             Fault::ClosedPipe => 128 + 13,
         }
     }
 }
 
-/// Why there is no result, in one line.
+/// A failure: its cause and its message.
 #[derive(Debug)]
 pub struct Failure {
     fault: Fault,
@@ -56,38 +56,38 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// A scene or another file is at fault.
+    /// Creates a failure caused by a scene or another file.
     pub fn file(message: impl Into<String>) -> Failure {
         Failure { fault: Fault::File, message: message.into() }
     }
 
-    /// The same failure, a file being at fault if the command line was said to be.
+    /// Attributes a failure of the command line to a file instead.
     pub fn of_file(self) -> Failure {
         let fault = if self.fault == Fault::CommandLine { Fault::File } else { self.fault };
         Failure { fault, ..self }
     }
 
-    /// The command line is at fault.
+    /// Creates a failure caused by the command line.
     pub fn command_line(message: impl Into<String>) -> Failure {
         Failure { fault: Fault::CommandLine, message: message.into() }
     }
 
-    /// Something could not be written.
+    /// Creates a failure to write an output.
     pub fn output(message: impl Into<String>) -> Failure {
         Failure { fault: Fault::Output, message: message.into() }
     }
 
-    /// A limit was met.
+    /// Creates a failure caused by a limit.
     pub fn limit(message: impl Into<String>) -> Failure {
         Failure { fault: Fault::Limit, message: message.into() }
     }
 
-    /// Things differ that should be equal.
+    /// Creates a failure caused by results that should be equal but differ.
     pub fn difference(message: impl Into<String>) -> Failure {
         Failure { fault: Fault::Difference, message: message.into() }
     }
 
-    /// Several outputs could not be written, and what became of what was rendered.
+    /// Combines the failures of several outputs, with a note on what became of the rendered film.
     pub fn all(failures: Vec<Failure>, note: &str) -> Failure {
         let told: Vec<Failure> = failures.into_iter().filter(|failure| !failure.is_closed_pipe()).collect();
         let fault = told.first().map_or(Fault::ClosedPipe, |first| first.fault);
@@ -96,7 +96,7 @@ impl Failure {
         Failure { fault, message: format!("{message}\n{note}").trim_end().to_owned() }
     }
 
-    /// Standard output did not take `what`.
+    /// Returns a function that converts errors of writing `what` to standard output.
     pub fn stdout(what: &str) -> impl Fn(std::io::Error) -> Failure {
         move |error| match error.kind() {
             std::io::ErrorKind::BrokenPipe => Failure { fault: Fault::ClosedPipe, message: String::new() },
@@ -104,7 +104,7 @@ impl Failure {
         }
     }
 
-    /// A scene's file could be read, but not made into a scene.
+    /// Returns a function that converts errors of compiling a scene, whose file at `path` could be read.
     pub fn compile(path: &Path) -> impl Fn(CompileError) -> Failure {
         move |error| Failure {
             fault: of_scene(&error),
@@ -112,12 +112,12 @@ impl Failure {
         }
     }
 
-    /// Whether nobody reads what is printed any more.
+    /// True if the reader of standard output has closed it.
     pub fn is_closed_pipe(&self) -> bool {
         self.fault == Fault::ClosedPipe
     }
 
-    /// Reports why, and returns the program's exit code.
+    /// Prints the message and returns the program's exit code.
     pub fn tell(&self) -> ExitCode {
         if !self.is_closed_pipe() {
             tell_all(&format!("error: {self}"));
@@ -129,7 +129,7 @@ impl Failure {
 fn of_scene(error: &CompileError) -> Fault {
     match error {
         CompileError::TooLarge(_) => Fault::Limit,
-        // Nothing but --camera asks for one by its name.
+        // Only --camera selects a camera by name.
         CompileError::UnknownCamera { .. } => Fault::CommandLine,
         CompileError::NoCamera | CompileError::Entity { .. } | CompileError::Invalid { .. } => Fault::File,
     }
@@ -153,7 +153,7 @@ impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
         let fault = of_file(&error);
         let message = match error {
-            // As it is typed: `time_s` is --time.
+            // The option as typed: `time_s` is --time.
             LoadError::Option { option, reason } => {
                 format!("--{}: {reason}", option.trim_end_matches("_s").replace('_', "-"))
             }

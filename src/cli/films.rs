@@ -1,4 +1,4 @@
-//! Between what a rendering has gathered and what film files say.
+//! Conversions between the state of a render and film files.
 
 use std::path::Path;
 
@@ -8,8 +8,8 @@ use crate::film::SampleRanges;
 use crate::formats::film_file::{self, Begun, FilmFile, FilmHeader};
 use crate::render::{RenderPass, RenderState, adaptive};
 
-/// The film that is at a path already, if any: it must be of the same samples. Another's is not replaced unless that is
-/// wanted.
+/// Returns the film that already exists at a path, if any. It must be of the same samples; another film is replaced
+/// only if `overwrite` is set.
 pub fn load_existing_film(
     path: &Path,
     header: &FilmHeader,
@@ -26,7 +26,7 @@ pub fn load_existing_film(
     }
 }
 
-/// What a film file says, as a rendering has it; none where that makes no sense.
+/// Returns the state of the render in a film file; `None` if it is inconsistent.
 pub fn gathered_of(file: FilmFile) -> Option<RenderState> {
     let FilmFile { header, film, moments } = file;
     let samples = header.ranges()?;
@@ -58,7 +58,7 @@ pub fn gathered_of(file: FilmFile) -> Option<RenderState> {
     Some(RenderState { film, moments, samples, pass, rays, allocation })
 }
 
-/// Records in a header what is in the film.
+/// Records the contents of the film in its header.
 pub fn describe(header: &mut FilmHeader, gathered: &RenderState) {
     header.set_film(&gathered.film, gathered.moments.as_ref());
     header.set_ranges(&gathered.samples);
@@ -73,12 +73,12 @@ pub fn describe(header: &mut FilmHeader, gathered: &RenderState) {
     });
 }
 
-/// The numbers of those that are set.
+/// Returns the indices of the flags that are set.
 fn numbers(flags: &[bool]) -> Vec<u32> {
     (0..).zip(flags).filter(|(_, is_set)| **is_set).map(|(number, _)| number).collect()
 }
 
-/// Saves a film. The header must say what is in it: see [`describe`].
+/// Saves a film. The header must describe it: see [`describe`].
 pub fn save(path: &Path, header: &FilmHeader, gathered: &RenderState) -> Result<(), SaveError> {
     film_file::save(path, header, &gathered.film, gathered.moments.as_ref())
 }

@@ -1,4 +1,4 @@
-//! Frames of an animation: which, when, and the names of their files.
+//! The frames of an animation: their numbers, times and file names.
 
 use std::path::{Path, PathBuf};
 
@@ -8,19 +8,19 @@ use super::job_args::Outputs;
 use super::{Failure, shard};
 use crate::formats::film_file::RenderedView;
 
-/// Which moments are rendered.
+/// The frames to render.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Parts and frames")]
 pub struct FrameOptions {
-    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; 7/1-48 renders frame 7 as one of these,
-    /// with the exposure that all of them have, and auto/1-48 the one that the scheduler's task number stands for; ####
-    /// in -o stands for the frame's number
+    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; 7/1-48 renders only frame 7 of these,
+    /// with the exposure common to all, and auto/1-48 the one selected by the scheduler's task number; #### in -o
+    /// stands for the frame's number
     #[arg(long, value_name = "LIST", value_parser = parse, conflicts_with = "time")]
     pub frames: Option<Frames>,
     /// Frames per second: frame N is at N / fps seconds
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_fps)]
     pub fps: f32,
-    /// Blur motion: the shutter is open for this part of the time between frames, such as 0.5
+    /// Motion blur: the shutter is open for this part of the time between frames, such as 0.5
     #[arg(long, value_name = "PART", value_parser = parse_shutter)]
     pub shutter: Option<f32>,
     /// Number of moments within that time at which the scene is rendered, each with its part of the samples
@@ -31,31 +31,31 @@ pub struct FrameOptions {
 /// A list of frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frames {
-    /// First, last, step.
+    /// The first and last frame and the step of each range.
     ranges: Vec<[u32; 3]>,
-    /// Which of them are rendered.
+    /// The frames of the list that are rendered.
     of_them: OfThem,
 }
 
-/// Which frames of a list a process renders.
+/// The frames of a list that a process renders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OfThem {
     All,
     One(u32),
-    /// The one that a scheduler says.
+    /// The one selected by the scheduler's task number.
     ByScheduler,
 }
 
-/// More than anybody wants, and fewer than what one digit too many asks for.
+/// The largest frame number: more than needed, and small enough to catch one digit too many.
 const MOST: u32 = 1_000_000;
 
 impl Frames {
-    /// Their numbers, in the order given.
+    /// Returns the frame numbers in the order given.
     pub fn numbers(&self) -> impl Iterator<Item = u32> {
         self.ranges.iter().flat_map(|[first, last, step]| (*first..=*last).step_by(*step as usize))
     }
 
-    /// Those that this process renders.
+    /// Returns the frames that this process renders.
     pub(super) fn resolve(&self) -> Result<Frames, Failure> {
         let frame = match self.of_them {
             OfThem::All => return Ok(self.clone()),
@@ -72,7 +72,7 @@ impl Frames {
 }
 
 impl std::fmt::Display for Frames {
-    /// In the form that `--frames` takes.
+    /// Writes the list in the form that `--frames` takes.
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         for (place, [first, last, step]) in self.ranges.iter().enumerate() {
             let comma = if place > 0 { "," } else { "" };
@@ -124,7 +124,7 @@ fn parse_shutter(text: &str) -> Result<f32, String> {
     part.ok_or_else(|| "expected a part of the time from frame to frame, above 0 and at most 1".into())
 }
 
-/// Frames a second as a fraction: whole numbers, the rates of television (24000/1001 and the like), or
+/// Returns frames per second as a fraction: a whole number, a rate of television (24000/1001 and the like), or
 /// thousandths.
 pub(super) fn rate(fps: f32) -> [u32; 2] {
     let whole = f64::from(fps).round();
@@ -138,7 +138,7 @@ pub(super) fn rate(fps: f32) -> [u32; 2] {
     }
 }
 
-/// Files with a frame's number in their names.
+/// Returns the outputs with a frame's number in their names.
 pub(super) fn named(outputs: &Outputs, frame: u32, several: bool) -> Result<Outputs, Failure> {
     let name = |path: &PathBuf| with_number(path, frame, several);
     Ok(Outputs {
@@ -148,7 +148,7 @@ pub(super) fn named(outputs: &Outputs, frame: u32, several: bool) -> Result<Outp
     })
 }
 
-/// The last run of # in the file's name becomes the number, with as many digits. Several frames need one.
+/// Replaces the last run of # in the file's name by the number, with as many digits. Several frames need such a run.
 fn with_number(path: &Path, frame: u32, several: bool) -> Result<PathBuf, Failure> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     is_unicode(path, '#')?;
@@ -166,7 +166,7 @@ fn with_number(path: &Path, frame: u32, several: bool) -> Result<PathBuf, Failur
     Ok(path.with_file_name(format!("{}{frame:0width$}{}", &name[..start], &name[last + 1..])))
 }
 
-/// Refuses names with a placeholder that are not Unicode: they would become others.
+/// Refuses names with a placeholder that are not Unicode: filling it in would change other parts of them.
 pub(super) fn is_unicode(path: &Path, placeholder: char) -> Result<(), Failure> {
     let text = path.to_string_lossy();
     if path.to_str().is_none() && text.contains(placeholder) {
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_of_frames() {
+    fn frame_lists_parse_and_print() {
         let numbers = |text: &str| parse(text).map(|frames| frames.numbers().collect::<Vec<_>>());
         assert_eq!(numbers("1-5"), Ok(vec![1, 2, 3, 4, 5]));
         assert_eq!(numbers("0-10x4, 3"), Ok(vec![0, 4, 8, 3]));
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_are_fractions() {
+    fn frame_rates_become_fractions() {
         assert_eq!(
             [24.0, 23.976, 29.97, 59.94].map(rate),
             [[24, 1], [24000, 1001], [30000, 1001], [60000, 1001]]
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_stand_where_the_signs_are() {
+    fn frame_number_replaces_the_last_run_of_hash_signs() {
         let name = |path: &str, several| with_number(Path::new(path), 7, several).ok();
         assert_eq!(name("out#/shot.####.png", true), Some("out#/shot.0007.png".into()));
         assert_eq!(name("é#.png", true), Some("é7.png".into()));

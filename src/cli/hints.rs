@@ -1,4 +1,4 @@
-//! What was probably meant by a word that is neither a command nor a file.
+//! Suggestions for a word that is neither a command nor a file.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -9,7 +9,7 @@ use super::Failure;
 use super::args::Arguments;
 use crate::error::did_you_mean;
 
-/// The failure for a word in the place of a command or a scene that is neither, but nearly a command.
+/// Returns the failure for a word in the place of a command or a scene that is neither, but resembles a command.
 pub fn misspelt_command(word: &OsStr) -> Option<Failure> {
     let path = Path::new(word);
     let is_word = path.extension().is_none() && path.parent() == Some(Path::new(""));

@@ -1,4 +1,4 @@
-//! `rayfront info SCENE`: what there is, without rendering it.
+//! `rayfront info SCENE`: shows the contents of a scene without rendering it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let scene = crate::compile::compile(&world, None).map_err(Failure::compile(&arguments.scene))?;
     let peak = memory::peak();
     let mut facts = facts(&world, &scene)?;
-    // How much of its bound the builder really uses depends on the timing of its threads.
+    // The part of its bound that the builder really uses depends on the timing of its threads.
     let meshes: usize = world.assets.meshes.iter().map(|mesh| mesh.bytes()).sum();
     let building = meshes + scene.memory().geometry + scene.bvh.statistics.peak_bytes;
     let building = before.map(|before| before + building as u64);
@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     let setup = crate::render::setup(scene, &settings);
     let region = Region::whole(settings.size);
     let needs = MemoryEstimate::usual(region);
-    // The world ends before anything is rendered.
+    // The world is dropped before anything is rendered.
     let rendering = rendering_bytes(before, &setup, &settings, &needs);
     facts["memory_bytes"]["peak"] = peak.max(building).max(rendering).into();
     facts["photons"] = photons(&setup);
@@ -43,7 +43,8 @@ pub(super) fn run(arguments: &args::Info) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The memory that a process has resident while it renders, if it had `before` before the scene.
+/// Returns the resident memory of a process in bytes while it renders, given its resident memory `before` the scene was
+/// loaded.
 pub(super) fn rendering_bytes(
     before: Option<u64>,
     setup: &RenderSetup,
@@ -53,7 +54,7 @@ pub(super) fn rendering_bytes(
     Some(before? + setup.scene.memory().total() as u64 + needs.bytes(setup, settings))
 }
 
-/// Photons as far as they are known before any is traced.
+/// Returns the facts about photons that are known before any is traced.
 fn photons(setup: &RenderSetup) -> Value {
     let (count, PhotonBytes { ended, sorted }) = (photons::count_of(setup), PhotonBytes::most(setup));
     let none = count.err().map(NoPhotons::text);
@@ -61,7 +62,7 @@ fn photons(setup: &RenderSetup) -> Value {
     json!({"a_sample": count.unwrap_or(0), "none": none, "may_turn_off": turns_off, "ended_bytes": ended, "sorted_bytes": sorted})
 }
 
-/// Everything as one object; the text is made from it, so that both say the same.
+/// Returns all facts as one JSON object; the text is made from it, so that both agree.
 fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
     let memory = scene.memory();
     let [width, height] = world.settings.size;
@@ -108,7 +109,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
     }))
 }
 
-/// The glTF files, and what they offer to choose from.
+/// Returns the glTF files with their scenes, variants and animations.
 fn models(world: &World) -> Result<Vec<Value>, Failure> {
     let is_model = |path: &PathBuf| {
         let extension = path.extension().unwrap_or_default();
@@ -124,7 +125,7 @@ fn models(world: &World) -> Result<Vec<Value>, Failure> {
     models.collect()
 }
 
-/// What shines: entities that are lights, then materials that give off light, with the entities that show them.
+/// Returns the emitters: entities that are lights, then emissive materials with the entities that have them.
 fn emitters(world: &World, scene: &CompiledScene) -> Vec<Value> {
     let mut lights = Vec::new();
     let mut shown: BTreeMap<u32, Vec<String>> = BTreeMap::new();
@@ -156,7 +157,7 @@ fn emitters(world: &World, scene: &CompiledScene) -> Vec<Value> {
     lights.into_iter().chain(materials).collect()
 }
 
-/// A material's emitted radiance; if it is textured, an upper bound.
+/// Returns a material's emitted radiance; if it is textured, an upper bound.
 fn radiance(world: &World, material: u32) -> Rgb {
     let emission = match world.assets.materials.get(material as usize).map(|named| &named.material) {
         Some(Material::BlinnPhong(material)) => material.emission,
@@ -183,7 +184,7 @@ fn kind_of(light: &Light) -> &'static str {
     }
 }
 
-/// To five significant digits: the padding of boxes and the rounding of matrices are not news.
+/// Rounds to five significant digits, without the padding of boxes and the rounding of matrices.
 fn significant(value: f32) -> f64 {
     let value = f64::from(value);
     if value.abs() < 1e-9 { 0.0 } else { format!("{value:.4e}").parse().unwrap_or(value) }
@@ -217,7 +218,7 @@ fn describe_light(scene: &CompiledScene, light: &WhittedLight) -> String {
     }
 }
 
-/// The first of many.
+/// Returns the first few names, and the number of the others.
 fn some(names: &[String]) -> String {
     const MOST: usize = 4;
     let more = names.len().saturating_sub(MOST);

@@ -1,4 +1,4 @@
-//! Ctrl-C, and the signals that ask a program to end.
+//! Ctrl-C and other signals that request the program's end.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use crate::view::watched::{LOOK, Watched};
 use crate::world::SourceFiles;
 
-/// Whether the program has been asked to end, and by what.
+/// The state of requests to end the program.
 #[derive(Clone, Default)]
 pub(super) struct Interrupt {
     stop: Arc<AtomicBool>,
@@ -15,7 +15,7 @@ pub(super) struct Interrupt {
 }
 
 impl Interrupt {
-    /// Watches from now on, if that has not begun before. A second Ctrl-C ends the program at once.
+    /// Starts to watch for signals, unless that has begun before. A second Ctrl-C ends the program immediately.
     pub(super) fn watch() -> Self {
         static WATCHED: OnceLock<Interrupt> = OnceLock::new();
         let watched = WATCHED.get_or_init(|| {
@@ -26,32 +26,32 @@ impl Interrupt {
         watched.clone()
     }
 
-    /// Set when the current work must end.
+    /// The flag that is set when the current work must end.
     pub(super) fn flag(&self) -> &AtomicBool {
         &self.stop
     }
 
-    /// Whether the program has been asked to end.
+    /// True if the program has been requested to end.
     pub(super) fn is_set(&self) -> bool {
         self.signal.load(Ordering::Acquire) != 0
     }
 
-    /// The current work is no longer wanted, but something else is.
+    /// Stops the current work, but not the program.
     pub(super) fn stop(&self) {
         self.stop.store(true, Ordering::Release);
     }
 
-    /// Something else begins.
+    /// Begins new work: clears the flag, unless the program must end.
     pub(super) fn begin_anew(&self) {
         self.stop.store(self.is_set(), Ordering::Release);
     }
 
-    /// 128 and the signal's number, as shells tell it; 0 where there was none.
+    /// Returns 128 plus the signal's number, as shells report it; 0 if there was none.
     pub(super) fn exit_code(&self) -> u8 {
         if self.is_set() { 128 + self.signal.load(Ordering::Relaxed) } else { 0 }
     }
 
-    /// Records a signal; returns whether it is the first.
+    /// Records a signal; returns true if it is the first.
     fn set(&self, signal: u8) -> bool {
         let none_before =
             self.signal.compare_exchange(0, signal, Ordering::AcqRel, Ordering::Relaxed).is_ok();
@@ -63,9 +63,9 @@ impl Interrupt {
 /// The number of Ctrl-C's signal.
 const SIGINT: u8 = 2;
 
-/// Handles two signals that would end the program without a message. A file that must not grow any more (`ulimit -f`)
-/// becomes a write error. When the allocator gives up (even the standard library's), it has said so, and the exit
-/// code says that a limit was met.
+/// Handles two signals that would end the program without a message. SIGXFSZ, for a file beyond its size limit
+/// (`ulimit -f`), becomes a write error. SIGABRT, sent after the allocator has given up with a message (even within the
+/// standard library), becomes the exit code for a limit.
 #[cfg(unix)]
 pub(super) fn guard() {
     use signal_hook::consts::{SIGABRT, SIGXFSZ};
@@ -74,7 +74,7 @@ pub(super) fn guard() {
 
     let limit = Fault::Limit.number().into();
     let gives_up = Arc::new(AtomicBool::new(true));
-    // Without these handlers everything is as usual.
+    // Without these handlers, the signals act as usual.
     let _ = signal_hook::flag::register_conditional_shutdown(SIGABRT, limit, gives_up.clone());
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let usual = std::panic::take_hook();
@@ -87,18 +87,19 @@ pub(super) fn guard() {
 #[cfg(not(unix))]
 pub(super) fn guard() {}
 
-/// SIGINT, SIGTERM (`timeout`, containers, schedulers) and, but under `nohup`, SIGHUP (a terminal that is closed).
+/// Watches SIGINT, SIGTERM (`timeout`, containers, schedulers) and, except under `nohup`, SIGHUP (a closed terminal).
 #[cfg(unix)]
 fn watch(interrupt: Interrupt) {
     use signal_hook::consts::{SIGHUP, SIGTERM};
     use std::time::{Duration, Instant};
 
-    /// A launcher may pass a signal on twice, to the program and to its group. That counts once.
+    /// The time within which repeated signals count once: a launcher may pass a signal on twice, to the program and to
+    /// its group.
     const AT_ONCE: Duration = Duration::from_millis(500);
 
     let last = if ignores_hangup() { None } else { Some(SIGHUP) };
     let watched = [i32::from(SIGINT), SIGTERM].into_iter().chain(last);
-    // Without a handler signals end the program as they always do.
+    // Without a handler, signals end the program as usual.
     let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) else { return };
     let watch = move || {
         let mut first: Option<Instant> = None;
@@ -111,11 +112,11 @@ fn watch(interrupt: Interrupt) {
             first.get_or_insert_with(Instant::now);
         }
     };
-    // If no thread can be started, nothing is saved when someone ends the program.
+    // If no thread can be started, nothing is saved when a signal ends the program.
     let _ = std::thread::Builder::new().name("signals".into()).spawn(watch);
 }
 
-/// Whether the program was started so as to ignore SIGHUP, or that cannot be found out.
+/// True if the program was started with SIGHUP ignored, or if that is unknown.
 #[cfg(unix)]
 fn ignores_hangup() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -123,7 +124,7 @@ fn ignores_hangup() -> bool {
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_none_or(|mask| mask & 1 == 1)
 }
 
-/// Ctrl-C and a window that is closed.
+/// Watches Ctrl-C and the closing of the window.
 #[cfg(not(unix))]
 fn watch(interrupt: Interrupt) {
     let handler = move || {
@@ -131,11 +132,11 @@ fn watch(interrupt: Interrupt) {
             std::process::exit(128 + i32::from(SIGINT));
         }
     };
-    // Without a handler Ctrl-C ends the program as it always does.
+    // Without a handler, Ctrl-C ends the program as usual.
     let _ = ctrlc::set_handler(handler);
 }
 
-/// Does some work, and tells it to stop when a file changes.
+/// Runs `work`, and stops it when a file changes.
 pub(super) fn while_unchanged<T>(
     files: Option<&SourceFiles>,
     interrupt: &Interrupt,
@@ -153,7 +154,7 @@ pub(super) fn while_unchanged<T>(
                 std::thread::sleep(LOOK);
             }
         };
-        // If no thread can be started, the change is noticed after this picture.
+        // If no thread can be started, the change is noticed after this image.
         let _ = std::thread::Builder::new().spawn_scoped(scope, look);
         let worked = work();
         done.store(true, Ordering::Release);

@@ -1,4 +1,4 @@
-//! What is rendered, from a command line or a film file, up to its end.
+//! Render jobs, from a command line or a film file to the outputs.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -29,26 +29,26 @@ use crate::world::{Adaptive, Aov, Settings, SourceFiles, World};
 
 /// A scene that is ready to be rendered.
 pub struct Job {
-    /// What its film will say of itself.
+    /// The header of its film.
     pub header: FilmHeader,
-    /// The scene with the settings.
+    /// The render setup.
     pub setup: Arc<RenderSetup>,
-    /// Names of entities, if they are needed.
+    /// The names of entities, if they are needed.
     pub names: HashMap<u32, String>,
-    /// The settings as the scene's file says them.
+    /// The settings in the scene's file.
     authored: Settings,
-    /// What in the scene is probably not as intended.
+    /// The probable mistakes in the scene.
     findings: Vec<String>,
-    /// How long it has taken so far.
+    /// The time taken so far.
     pub phases: Phases,
-    /// What other moments of it have in common with this one.
+    /// The data shared with other moments of the scene.
     reuse: LoadSession,
-    /// Which moment the frame is of, where the shutter is open for some time.
+    /// The index of the moment that `setup` is of, for motion blur.
     moment: u32,
 }
 
 impl Job {
-    /// Reads a scene and prepares it. `change` makes the changes that were asked for elsewhere.
+    /// Reads a scene and prepares it. `change` applies options to the world.
     pub fn load(
         path: &Path,
         view: RenderedView,
@@ -59,7 +59,7 @@ impl Job {
         Self::load_frame(path, view, quiet, &mut reuse, change)
     }
 
-    /// The same for one of several frames, which tells the next one what it can use.
+    /// Reads and prepares one of several frames, as [`Job::load`] does. `reuse` passes data from one frame to the next.
     pub fn load_frame(
         path: &Path,
         view: RenderedView,
@@ -119,7 +119,7 @@ impl Job {
         Ok(Job { header, setup, names, authored, findings, phases, reuse: reuse.clone(), moment: 0 })
     }
 
-    /// Renders as [`Session::advance_until`], the scene at the moment that the next samples are of.
+    /// Renders as [`Session::advance_until`] does, with the scene at the moment of the next samples.
     pub fn advance(
         &mut self,
         session: &mut Session,
@@ -140,7 +140,7 @@ impl Job {
         Ok(())
     }
 
-    /// Gets the scene ready as it is at a moment.
+    /// Prepares the scene at a moment.
     fn move_to(&mut self, moment: u32) -> Result<(), Failure> {
         if moment == self.moment {
             return Ok(());
@@ -163,7 +163,7 @@ impl Job {
         Ok(())
     }
 
-    /// Renders only this part of the image.
+    /// Restricts rendering to a region of the image.
     pub fn crop(&mut self, crop: Option<Region>) -> Result<(), Failure> {
         let [width, height] = self.header.settings.size;
         match crop {
@@ -179,7 +179,7 @@ impl Job {
         }
     }
 
-    /// Ready to go on with what was gathered before; `None` if this job cannot have gathered it.
+    /// Returns a session that continues a render; `None` if `gathered` cannot be the state of this job.
     pub fn going_on(&self, work: &WorkOptions, gathered: RenderState) -> Option<Session> {
         let FilmHeader { wanted: [start, end], region, settings, .. } = &self.header;
         let options = self.options(work, *region);
@@ -199,12 +199,12 @@ impl Job {
         }
     }
 
-    /// Ready to render, with nothing rendered yet.
+    /// Returns a session in which nothing is rendered yet.
     pub fn session(&self, work: &WorkOptions) -> Session {
         self.session_of(work, self.header.region)
     }
 
-    /// A session like that for a part of the image.
+    /// Returns a session for a part of the image, in which nothing is rendered yet.
     pub fn session_of(&self, work: &WorkOptions, region: Region) -> Session {
         let options = self.options(work, region);
         let FilmHeader { wanted: [start, end], allocation, region: whole, settings, .. } = &self.header;
@@ -217,24 +217,24 @@ impl Job {
     }
 }
 
-/// What to do with a job.
+/// The request to run a job.
 pub struct RunRequest<'a> {
-    /// Files.
+    /// The output files.
     pub outputs: Outputs,
-    /// What they are like.
+    /// The options of outputs.
     pub output: &'a OutputOptions,
-    /// When to stop.
+    /// The rules for stopping.
     pub stop: &'a StopOptions,
-    /// How to work.
+    /// The options of execution.
     pub work: &'a WorkOptions,
-    /// Where the image is shown meanwhile.
+    /// The live views of the image.
     pub onlookers: &'a LiveViews,
-    /// Files whose change ends it: nothing is written then.
+    /// The files whose change ends the run; nothing is written then.
     pub watched: Option<&'a SourceFiles>,
 }
 
 impl RunRequest<'_> {
-    /// Where films are saved meanwhile, whether that is a file to be kept, and how often.
+    /// Returns the path of checkpoints, whether that file is kept, and the interval between saves.
     fn checkpoint(&self) -> Option<(PathBuf, bool, Duration)> {
         const USUAL: Duration = Duration::from_secs(60);
         let every = match self.stop.checkpoint {
@@ -295,7 +295,7 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
         .map(|(path, is_wanted, every)| Checkpoint::new(path, is_wanted, every, job.header.clone()));
     let interrupt = Interrupt::watch();
     if interrupt.is_set() {
-        // Between two frames.
+        // Interrupted between two frames.
         return Ok(interrupt.exit_code());
     }
     interrupt.begin_anew();
@@ -307,7 +307,7 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
         return Ok(0);
     }
     if job.header.view.moments() > 1 {
-        // Depths and normals of moving things show the middle moment.
+        // The depths and normals of moving objects are those of the middle moment.
         job.move_to(job.header.view.moments() / 2)?;
         session.replace_setup(job.setup.clone());
     }
@@ -324,7 +324,7 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
 
     let start = Instant::now();
     let mut saved = Saved::default();
-    // Before the images, because these can be made again from it.
+    // The film is saved before the images, because these can be made again from it.
     if let Some(checkpoint) = &checkpoint {
         let ends = [!session.is_done(), interrupt.is_set()];
         checkpoint.save_end(&job.header, session.gathered(), ends, &mut saved);
@@ -342,7 +342,7 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
     Ok(code)
 }
 
-/// Writes the images and says what was done.
+/// Writes the images and reports what was done.
 fn finish(
     job: Job,
     wanted: &RunRequest,
@@ -400,7 +400,7 @@ fn finish(
     saved.end(&header, session.gathered())
 }
 
-/// What is probably not as intended in a finished image. `told`: findings about its scene have been reported.
+/// Returns the probable mistakes in a finished image. `told` is true if findings about its scene have been reported.
 fn faults(
     (header, authored): (&FilmHeader, &Settings),
     session: &Session,
@@ -412,7 +412,7 @@ fn faults(
         check::FinishedImage { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
     let finding = check::of_image(session.setup(), &shown, told);
     let outliers = check::outliers(session).into_iter().map(|outlier| {
-        // One sample is of one moment.
+        // Every sample is of one moment.
         let (moment, _) = header.view.moment_of(outlier.sample, header.settings.samples);
         let recipe = Recipe {
             path: header.scene.path.clone(),
@@ -428,7 +428,7 @@ fn faults(
     finding.map(|finding| finding.to_string()).into_iter().chain(outliers).collect()
 }
 
-/// Takes over the samples of a film.
+/// Returns a session that continues a film.
 fn go_on_with(job: &mut Job, film: FilmFile, work: &WorkOptions) -> Result<Session, Failure> {
     let (note, begun) = (film.header.note.clone(), film.header.begun.is_some());
     let Some(gathered) = gathered_of(film) else {
@@ -449,8 +449,8 @@ fn go_on_with(job: &mut Job, film: FilmFile, work: &WorkOptions) -> Result<Sessi
     Ok(session)
 }
 
-/// Renders pass after pass until done, told to stop or interrupted; says with which code the program ends, and
-/// which rule stopped it.
+/// Renders pass after pass until done, stopped by a rule or interrupted; returns the exit code and the rule that
+/// stopped it.
 fn passes(
     job: &mut Job,
     session: &mut Session,
@@ -478,7 +478,7 @@ fn passes(
         if session.gathered().pass.is_none() {
             looking.passed(session);
         }
-        // The last state is saved by whoever asked for it.
+        // The last state is saved by the caller.
         let goes_on = !session.is_done() && !stop.is_set();
         if let Some(checkpoint) = checkpoint.filter(|checkpoint| goes_on && checkpoint.is_due()) {
             checkpoint.save(session.gathered());

@@ -1,4 +1,4 @@
-//! Options shared by everything that renders.
+//! Options shared by all commands that render.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use super::progress::ProgressForm;
 use crate::formats::film_file::is_film;
 use crate::simd::Isa;
 
-/// How to work. No bit of the image depends on it.
+/// The options of execution. No bit of the image depends on them.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Work")]
 pub struct WorkOptions {
@@ -36,11 +36,11 @@ pub struct WorkOptions {
     pub json: bool,
 }
 
-/// Ways to see the image while it is rendered.
+/// The options of live views and of progress messages.
 #[derive(Args, Debug)]
 pub struct LookOptions {
-    /// Print lines on standard error for the program that runs this, once a second if there is news: lines (such as
-    /// "Progress: 42%"), json (objects) or openjd [default: a bar on a terminal, else a line every 30 seconds]
+    /// Print progress for other programs on standard error, at most once a second and only if it has changed: lines
+    /// (such as "Progress: 42%"), json (objects) or openjd [default: a bar on a terminal, else a line every 30 seconds]
     #[arg(
         long,
         value_name = "FORM",
@@ -50,7 +50,8 @@ pub struct LookOptions {
         hide_possible_values = true
     )]
     pub progress: Option<ProgressForm>,
-    /// Show the image, as floats, while it renders: in tev or HDRView listening there, usually at 127.0.0.1:14158
+    /// Show the image, as floats, while it renders, in tev or HDRView listening at this address, usually
+    /// 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT")]
     pub tev: Option<String>,
     /// Show the image while it renders, in the terminal under the progress bar
@@ -58,18 +59,19 @@ pub struct LookOptions {
     pub preview: bool,
 }
 
-/// What is written, and where to.
+/// The options of outputs.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Output")]
 pub struct OutputOptions {
-    /// Where to write: images (.png, .exr, .hdr), a film to continue later (.film), or - for standard output (a film;
-    /// with --frames a video, as YUV4MPEG2); may be given several times [default: the scene's name with .png, here]
+    /// Output files: images (.png, .exr, .hdr), a film to continue later (.film), or - for standard output (a film;
+    /// with --frames a video, as YUV4MPEG2); may be given several times [default: the scene's name with .png, in the
+    /// current folder]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Replace a .film that holds something else
     #[arg(long)]
     pub overwrite: bool,
-    /// Also write each image without its noise, as NAME.denoised with the same extension
+    /// Also write a denoised version of each image, as NAME.denoised with the same extension
     #[arg(long)]
     pub denoise: bool,
     /// Bits per channel of PNG files
@@ -77,7 +79,7 @@ pub struct OutputOptions {
     pub bits: u8,
 }
 
-/// When to stop, and what to save before.
+/// The rules for stopping, and the interval between checkpoints.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Stopping")]
 pub struct StopOptions {
@@ -87,8 +89,8 @@ pub struct StopOptions {
     /// Stop after this time, such as 90s, 10m or 2h
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub max_time: Option<Duration>,
-    /// Save the film this often, such as 30s, so that it can be continued whatever happens; off: never [default: 1m,
-    /// to the .film that is asked for, else to NAME.checkpoint.film, which is removed at the end]
+    /// Save the film at this interval, such as 30s, so that rendering can be continued after any interruption; off:
+    /// never [default: 1m, to the .film of -o, else to NAME.checkpoint.film, which is removed at the end]
     #[arg(long, value_name = "TIME|off", value_parser = parse_checkpoint)]
     pub checkpoint: Option<CheckpointEvery>,
 }
@@ -102,30 +104,30 @@ pub enum CheckpointEvery {
     Time(Duration),
 }
 
-/// Files to be written, by kind.
+/// The files to be written, by kind.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
-    /// Pictures.
+    /// The images.
     pub images: Vec<PathBuf>,
     /// A film that can be continued.
     pub film: Option<PathBuf>,
-    /// Whether a film goes to standard output.
+    /// True if a film goes to standard output.
     pub to_stdout: bool,
-    /// The video whose frames go there instead.
+    /// The video that goes to standard output instead.
     pub video: Option<Video>,
 }
 
-/// A stream of frames.
+/// A video, as a stream of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Video {
-    /// Frames a second, as a fraction.
+    /// The frames per second as a fraction.
     pub rate: [u32; 2],
-    /// Whether none has been written yet.
+    /// True if no frame has been written yet.
     pub begins: bool,
 }
 
 impl Outputs {
-    /// Whether standard output is taken by something other than text.
+    /// True if standard output carries a film or a video, not text.
     pub fn takes_stdout(&self) -> bool {
         self.to_stdout || self.video.is_some()
     }
@@ -190,7 +192,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_have_units() {
+    fn durations_need_units() {
         assert_eq!(parse_duration("90s"), Ok(Duration::from_secs(90)));
         assert_eq!(parse_duration("1.5h"), Ok(Duration::from_secs(5400)));
         assert_eq!(parse_duration("250 ms"), Ok(Duration::from_millis(250)));
@@ -202,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_a_part() {
+    fn noise_limits_are_percentages_or_fractions() {
         assert_eq!(parse_until("noise=1%"), Ok(0.01));
         assert_eq!(parse_until("noise=0.25"), Ok(0.25));
         for wrong in ["1%", "noise=", "noise=0", "noise=100%", "noise=nan%", "time=3s"] {
@@ -211,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn films_and_images_are_told_apart() {
+    fn outputs_are_sorted_by_kind() {
         let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
         let outputs = Outputs::of(&paths(&["a.png", "b.FILM", "-", "c.exr"])).ok();
         let expected = Outputs {

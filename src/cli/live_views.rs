@@ -1,4 +1,4 @@
-//! Where a rendering is shown meanwhile: the progress bar, a picture in the terminal, a viewer of floats.
+//! Live views of a render: the progress bar, an image in the terminal, an external viewer of floats.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -19,24 +19,25 @@ use crate::view::terminal::{half_blocks, thinned};
 use crate::view::tev::Tev;
 use crate::world::Settings;
 
-/// The shortest time between two looks at the image.
+/// The shortest time between two updates of the image.
 const EVERY: Duration = Duration::from_millis(200);
-/// Looking takes at most one in so many parts of the time: the means of a large image take longer than a moment.
+/// The inverse of the largest fraction of the time that updates take: the means of a large image take longer than a
+/// moment.
 const SHARE: u32 = 20;
-/// How often a terminal with a picture is drawn anew, a second: a picture is as long as a page of text.
+/// The number of times a second that a terminal with an image is redrawn: the image is as long as a page of text.
 const DRAWN_HZ: u8 = 5;
 
-/// The onlookers, for one rendering after another.
+/// The live views of one render after another.
 pub struct LiveViews {
     tev: Option<Tev>,
     preview: bool,
     form: Option<ProgressForm>,
-    /// Which of several renderings it is, and of how many.
+    /// The index of the render, and the number of renders.
     turn: [AtomicU64; 2],
 }
 
 impl LiveViews {
-    /// As they were asked for. A viewer that cannot be reached is told of before anything is rendered.
+    /// Creates the requested views. A viewer that cannot be reached is reported before anything is rendered.
     pub fn new(options: &LookOptions, scene: &Path) -> Result<LiveViews, Failure> {
         let name = scene.file_name().unwrap_or_default().to_string_lossy();
         let tev = options.tev.as_ref().map(|address| Tev::connect(address, &name)).transpose()?;
@@ -48,19 +49,19 @@ impl LiveViews {
         Ok(LiveViews { tev, preview, form, turn: [AtomicU64::new(0), AtomicU64::new(1)] })
     }
 
-    /// The next rendering is one of several: its number from 0, and how many there are.
+    /// Sets the index of the next render, from 0, and the number of renders.
     pub fn set_turn(&self, number: usize, count: usize) {
         self.turn[0].store(number as u64, Ordering::Relaxed);
         self.turn[1].store(count as u64, Ordering::Relaxed);
     }
 
-    /// The most pictures that there are for it at a time.
+    /// Returns the largest number of copies of the image that the views hold at a time.
     pub fn pictures(&self) -> usize {
-        // What tev was sent, what is sent now, its packets, and what comes next.
+        // For tev: the image sent before, the one being sent, its packets, and the next one.
         usize::from(self.preview) + if self.tev.is_some() { 4 } else { 0 }
     }
 
-    /// A rendering begins.
+    /// Attaches the views to a render that begins.
     pub fn attach<'a>(&'a self, session: &Session, settings: &Settings, quiet: bool) -> AttachedViews<'a> {
         let target = match (quiet, self.preview) {
             (_, true) => ProgressDrawTarget::stderr_with_hz(DRAWN_HZ),
@@ -77,37 +78,37 @@ impl LiveViews {
     }
 }
 
-/// Onlookers of one rendering.
+/// The live views of one render.
 pub struct AttachedViews<'a> {
     tev: Option<&'a Tev>,
     terminal: MultiProgress,
     meter: Meter,
-    /// None where no picture is wanted.
+    /// The bar that shows the image, if --preview is given.
     picture: Option<ProgressBar>,
     settings: Settings,
-    /// When the image may be looked at again.
+    /// The earliest time of the next update.
     next: Mutex<Instant>,
 }
 
 impl AttachedViews<'_> {
-    /// A tile is done.
+    /// Updates the views after a tile.
     pub fn progress(&self, progress: &Progress) {
         self.meter.tick(progress);
         self.look_if_it_is_time(progress.look);
     }
 
-    /// A pass is done.
+    /// Updates the views after a pass.
     pub fn passed(&self, session: &Session) {
         if let Some(noise) = session.film().relative_noise() {
             self.meter.set_noise(noise);
         }
-        // The last picture comes at the end.
+        // The final image is shown at the end.
         if !session.is_done() {
             self.look_if_it_is_time(&|look| look(session.gathered()));
         }
     }
 
-    /// Rendering has ended. The last picture stays.
+    /// Ends the views. The final image stays.
     pub fn finish(self, session: &Session) {
         if self.is_wanted() {
             self.look(session.film());
@@ -122,7 +123,7 @@ impl AttachedViews<'_> {
         }
     }
 
-    /// Whether the image is shown anywhere.
+    /// True if the image is shown anywhere.
     fn is_wanted(&self) -> bool {
         self.tev.is_some() || self.picture.is_some()
     }
@@ -131,7 +132,7 @@ impl AttachedViews<'_> {
         if !self.is_wanted() {
             return;
         }
-        // One thread at a time looks; the others go on.
+        // One thread at a time updates the views; the others go on.
         let Ok(mut next) = self.next.try_lock() else { return };
         let start = Instant::now();
         if start >= *next {
@@ -140,7 +141,7 @@ impl AttachedViews<'_> {
         }
     }
 
-    /// What is shown is made of the film itself: a copy of it would take as much memory again.
+    /// Shows the film itself: a copy of it would take as much memory again.
     fn look(&self, film: &Film) {
         if let Some(picture) = &self.picture {
             picture.set_message(picture_of(film, &self.settings));
@@ -157,13 +158,13 @@ impl AttachedViews<'_> {
         if self.terminal.is_hidden() {
             output::note(format_args!("{line}"));
         } else {
-            // Above the bar. If it cannot be written, nobody is there to read it.
+            // Above the bar. If the line cannot be written, it has no reader.
             let _ = self.terminal.println(line);
         }
     }
 }
 
-/// The image in as much of the terminal as it has columns, and half of its rows.
+/// Returns the image as text that fits the terminal's columns and half of its rows.
 fn picture_of(film: &Film, settings: &Settings) -> String {
     let (rows, columns) = Term::stderr().size();
     let room = [u32::from(columns).max(1), u32::from(rows / 2).max(1)];
@@ -175,7 +176,7 @@ fn picture_of(film: &Film, settings: &Settings) -> String {
     half_blocks(&pixels, size, room)
 }
 
-/// A bar that consists only of its message: lines that are redrawn in place.
+/// Returns a bar that consists only of its message: lines that are redrawn in place.
 fn picture_bar(terminal: &MultiProgress) -> ProgressBar {
     let bar = terminal.add(ProgressBar::no_length());
     if let Ok(style) = ProgressStyle::with_template("{msg}") {

@@ -13,60 +13,60 @@ use crate::formats::film_file::{RenderedView, Source};
 use crate::integrator::RenderSetup;
 use crate::world::{Aov, AssetCache, Settings, SourceFiles, World};
 
-/// What moments of a scene have in common, and need not read and build again.
+/// The data that moments of a scene share, so that it need not be read and built again.
 #[derive(Clone, Default)]
 pub struct LoadSession {
-    /// What its files were decoded to.
+    /// The decoded files.
     pub kept: AssetCache,
-    /// There is more than one moment.
+    /// True if there is more than one moment.
     pub several: bool,
-    /// Whether to compare shared things with what would be made without sharing.
+    /// True if reused data is compared with data computed without reuse.
     pub paranoid: bool,
-    /// The moment before.
+    /// The scene at the previous moment.
     pub before: Option<Arc<compile::MemoizedScene>>,
     /// The files that were read last.
     pub sources: SourceFiles,
     /// The exposure of all frames in stops, if the first one chooses it.
     pub exposure_ev: Option<f32>,
-    /// Warnings that have been told: once is enough.
+    /// The warnings that have been printed, each only once.
     pub told: BTreeSet<String>,
 }
 
 impl LoadSession {
-    /// For a scene of one moment, or of several.
+    /// Creates a session for a scene of one moment, or of several.
     pub fn new(several: bool) -> LoadSession {
         let kept = if several { AssetCache::keeping() } else { AssetCache::default() };
         LoadSession { kept, several, ..LoadSession::default() }
     }
 
-    /// For a scene that is written while it is rendered.
+    /// Creates a session for a scene that is edited while it is rendered.
     pub fn watching(paranoid: bool) -> LoadSession {
         LoadSession { paranoid, ..LoadSession::new(true) }
     }
 }
 
-/// A scene's file at one moment, compiled.
+/// A scene at one moment, compiled.
 pub struct LoadedScene {
-    /// The scene, and what it was made of.
+    /// The compiled scene, with the data for compiling it again after a change.
     pub compiled: Arc<compile::MemoizedScene>,
-    /// As it is rendered.
+    /// The render setup.
     pub setup: RenderSetup,
-    /// What is probably not as it was meant.
+    /// The probable mistakes in the scene.
     pub findings: Vec<Finding>,
-    /// How to render.
+    /// The settings of the render.
     pub settings: Settings,
-    /// The settings as the scene's file says them, and as the view changes them.
+    /// The settings in the scene's file, as changed by the view.
     pub authored: Settings,
-    /// What was read.
+    /// The files that were read.
     pub source: Source,
-    /// Names of entities, if they are needed.
+    /// The names of entities, if they are needed.
     pub names: HashMap<u32, String>,
-    /// How long it took.
+    /// The time taken.
     pub phases: Phases,
 }
 
-/// Reads and compiles a scene. `change` makes the changes that were asked for elsewhere. If `tell` is there, it is told
-/// each warning before anything is rendered, and also what is probably not as intended.
+/// Reads and compiles a scene. `change` applies options to the world. `tell`, if given, gets each warning before
+/// anything is rendered, and each finding about the scene.
 pub fn compiled(
     path: &Path,
     view: &RenderedView,
@@ -91,7 +91,7 @@ pub fn compiled(
     if let Some(tell) = &mut tell {
         scene.scene.warnings.iter().for_each(|warning| tell(warning));
     }
-    // The world ends here: large meshes need not stay twice.
+    // The world is dropped at the end of this function: large meshes need not stay twice.
     let compiled = Arc::new(scene);
     let setup = crate::render::setup(compiled.scene.clone(), settings);
     let mut findings = Vec::new();
@@ -103,7 +103,7 @@ pub fn compiled(
     Ok(LoadedScene { compiled, setup, findings, settings, authored, source, names, phases })
 }
 
-/// Compares a scene that shares something with one before it with what its files say without that.
+/// Checks that a scene compiled with reuse of an earlier one equals the same files compiled without.
 pub fn check_against_full_compile(
     path: &Path,
     view: &RenderedView,

@@ -1,4 +1,4 @@
-//! `rayfront ls SCENE QUERY`: the parts of a scene that a query selects.
+//! `rayfront ls SCENE QUERY`: lists the parts of a scene that a query selects.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -16,12 +16,12 @@ use crate::formats::ron::query::{Query, list, no_match};
 pub struct Ls {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     pub scene: PathBuf,
-    /// What to select, such as 'Light', 'Mesh & !Material', 'Material["gl*"]' [default: all entities and materials]
+    /// Selection, such as 'Light', 'Mesh & !Material', 'Material["gl*"]' [default: all entities and materials]
     pub query: Option<String>,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// How the scene is read.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: ModelOptions,
 }

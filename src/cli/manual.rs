@@ -15,7 +15,7 @@ use crate::files::links::make_folder;
 /// `rayfront completions`.
 #[derive(Args, Debug)]
 pub struct Completions {
-    /// Which shell
+    /// The shell
     pub shell: clap_complete::Shell,
 }
 
@@ -28,14 +28,14 @@ pub struct Man {
 
 /// Prints a script that the shell reads.
 pub(super) fn completions(arguments: &Completions) -> Result<ExitCode, Failure> {
-    // Printed by our own means: the generator panics where it cannot write.
+    // Not printed by the generator, which panics if it cannot write.
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Arguments::command(), "rayfront", &mut script);
     output::print(&String::from_utf8_lossy(&script))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a page of the program and one of each command.
+/// Writes a page for the program and one for each command.
 pub(super) fn man(arguments: &Man) -> Result<ExitCode, Failure> {
     let folder = &arguments.folder;
     make_folder(folder)?;
@@ -46,7 +46,7 @@ pub(super) fn man(arguments: &Man) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes the pages of a command and of those below it, each whole or not at all.
+/// Writes the pages of a command and its subcommands, each whole or not at all.
 fn write_pages(command: clap::Command, folder: &Path) -> Result<(), SaveError> {
     let below = command.get_subcommands().filter(|below| !below.is_hide_set()).cloned();
     below.collect::<Vec<_>>().into_iter().try_for_each(|below| write_pages(below, folder))?;

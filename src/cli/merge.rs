@@ -1,4 +1,4 @@
-//! `rayfront merge FILM…`: films of different samples of one image become one.
+//! `rayfront merge FILM…`: merges films of different samples of one image.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -25,27 +25,27 @@ use crate::world::Adaptive;
 /// `rayfront merge`.
 #[derive(Args, Debug)]
 pub struct Merge {
-    /// Films of one image, in any order; a folder for the part-*.film in it; - for films one after the other on standard
+    /// Films of one image, in any order; a folder for the part-*.film in it; - for one film after another on standard
     /// input
     #[arg(required = true)]
     pub films: Vec<PathBuf>,
-    /// Make the image from what there is, even if samples are missing
+    /// Make the image even if samples are missing
     #[arg(long)]
     pub partial: bool,
     /// Refuse films of a scene that has been changed since
     #[arg(long)]
     pub current: bool,
-    /// Render this much of every film again, chosen at random, and compare the bits, such as 1%
+    /// Render this part of every film again, chosen at random, and compare the bits, such as 1%
     #[arg(long, value_name = "PERCENT", value_parser = audit::parse)]
     pub audit: Option<f64>,
-    /// Where the scene is now, if it is needed (--denoise, --audit, --current, output variables) [default: where it
-    /// was, if that is in the first film's folder, or next to that film]
+    /// Path of the scene, if it is needed (--denoise, --audit, --current, output variables) [default: the recorded
+    /// path, if that is in the first film's folder, or next to that film]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
-    /// What is written.
+    /// The options of outputs.
     #[command(flatten)]
     pub output: OutputOptions,
-    /// How to work.
+    /// The options of execution.
     #[command(flatten)]
     pub work: WorkOptions,
 }
@@ -54,13 +54,13 @@ pub(super) fn run(arguments: &Merge) -> Result<ExitCode, Failure> {
     on_threads(arguments.work.threads, || merge(arguments))?.map(ExitCode::from)
 }
 
-/// What has been merged so far.
+/// The result of the films merged so far.
 struct Merged {
     header: FilmHeader,
     gathered: RenderState,
-    /// The scene, where it is needed.
+    /// The scene, if it is needed.
     job: Option<Job>,
-    /// Which film has which samples, also those of which only some pixels have them.
+    /// The films with their samples, including those that only some of their pixels have.
     parts: Vec<(PathBuf, SampleRanges, FilmHeader)>,
     audited: Vec<Audited>,
 }
@@ -94,7 +94,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
         return Err(Failure::file("standard input: there is no film"));
     };
     let scene = scene_of(&merged.header, &merged.parts[0].0, arguments.scene_file.as_ref());
-    // Whether a scene has been changed that is not to be read, nobody knows.
+    // Changes of a scene that must not be read go unnoticed.
     let scene = if arguments.current { Some(scene?) } else { scene.ok() };
     if let Some(changed) = scene.and_then(|scene| merged.header.scene.changed(&scene)) {
         let changed = format!("{} has been changed since the films were rendered", changed.display());
@@ -120,7 +120,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
             "{reason}: finish them with rayfront resume, or ask for images alone"
         )));
     }
-    // Those of the parts are nobody's business here.
+    // The outputs of the parts are not those of the merge.
     merged.header.note.outputs.clone_from(&outputs.images);
     merged.header.wanted = [0, merged.header.settings.samples];
     merged.header.shard = None;
@@ -145,7 +145,7 @@ fn merge(arguments: &Merge) -> Result<u8, Failure> {
     write_images(arguments, &outputs, merged, &missing, start, saved)
 }
 
-/// The films that a path stands for.
+/// Returns the films that a path stands for.
 fn films_at(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
@@ -234,10 +234,10 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
     Ok(())
 }
 
-/// How many commands are told at most.
+/// The largest number of commands to print.
 const MOST_COMMANDS: usize = 64;
 
-/// Which samples are not there, and what to type to get them.
+/// Returns the missing samples and the commands that render them.
 fn what_is_missing(merged: &Merged, missing: &SampleRanges) -> String {
     let total = merged.header.total();
     let mut lines =

@@ -1,7 +1,7 @@
-//! The command line: arguments to a rendered file.
+//! The command line, from arguments to a rendered file.
 //!
-//! Exit codes: 0 done, those of `failure::Fault` (one line on stderr says why), 129, 130 or 143 interrupted
-//! (what there was has been saved).
+//! Exit codes: 0 done; those of `failure::Fault`, with the reason in one line on stderr; 129, 130 or 143 interrupted
+//! (the state of the render has been saved).
 
 mod ab;
 mod aov;
@@ -56,7 +56,7 @@ use crate::render::check_environment;
 pub use args::Arguments;
 use failure::{Failure, Fault};
 
-/// Bytes of the stack that the program runs on.
+/// The size of the program's stack in bytes.
 const STACK: usize = 8 << 20;
 
 /// Runs the program with the process's arguments.
@@ -71,9 +71,9 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Begins the process anew with one heap for all threads, where the system limits how much it may map. By default glibc
-/// sets 64 MB of addresses aside for the heap of each thread as long as that many are left, so with a higher limit there
-/// could be less room. No two threads allocate so much that they would wait for each other.
+/// Restarts the process with one heap for all threads, if the system limits its address space. By default glibc
+/// reserves 64 MB of address space for the heap of each thread as long as that much is left, so a higher limit could
+/// leave less memory. No two threads allocate so much that they would contend for the heap.
 fn with_one_arena() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -89,7 +89,7 @@ fn with_one_arena() {
     }
 }
 
-/// Does what words say, the first of which is the program's name.
+/// Runs the command in `words`, the first of which is the program's name.
 pub fn run(words: impl Iterator<Item = OsString>) -> ExitCode {
     let words = command_line::normalize_args(words);
     let outcome = match Arguments::try_parse_from(&words) {
@@ -99,8 +99,8 @@ pub fn run(words: impl Iterator<Item = OsString>) -> ExitCode {
     outcome.unwrap_or_else(|failure| failure.tell())
 }
 
-/// Whether words, the first of which is the program's name, are a valid command line. Everything shown in the guides
-/// must be.
+/// Checks that words, the first of which is the program's name, are a valid command line, as everything shown in the
+/// guides must be.
 pub fn understands(words: &[String]) -> Result<(), String> {
     let words = command_line::normalize_args(words.iter().map(OsString::from));
     Arguments::try_parse_from(&words).map(drop).map_err(|error| error.to_string())
@@ -134,7 +134,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Prints help that was asked for, or says what is wrong with the command line, whose first word is `first`.
+/// Prints the requested help, or what is wrong with the command line, whose first word is `first`.
 fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Failure> {
     let misspelt = first.filter(|_| error.use_stderr()).and_then(|word| hints::misspelt_command(word));
     if let Some(failure) = misspelt {
@@ -148,7 +148,7 @@ fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Fai
     Ok(ExitCode::SUCCESS)
 }
 
-/// A scene in a size and with samples of its own, ready to be rendered in several ways.
+/// Loads a scene with the given size and number of samples, ready to be rendered in several ways.
 fn setup(
     (scene, model): (&std::path::Path, &args::ModelOptions),
     (size, samples): (args::ImageSize, u32),

@@ -1,4 +1,4 @@
-//! What is made of a film: images, and what they say of themselves.
+//! The images of a film, and their metadata.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -19,9 +19,9 @@ use crate::formats::picture::{Output, PngBits, is_saved, save, video};
 use crate::math::Rgb;
 use crate::world::Adaptive;
 
-/// The name under which an image carries its film's header, as JSON.
+/// The key of an image's metadata under which its film's header is stored, as JSON.
 pub const RECORD: &str = "rayfront";
-/// Options that leave no trace in an image: how it was rendered, and where it went.
+/// The options that are not recorded in an image: how it was rendered, and where it was written.
 const WITHOUT_TRACE: [&str; 19] = [
     "--schedule",
     "--wave",
@@ -44,18 +44,18 @@ const WITHOUT_TRACE: [&str; 19] = [
     "--memory",
 ];
 
-/// A film as files show it.
+/// The image of a film, as written to files.
 pub struct OutputImage<'a> {
     header: &'a FilmHeader,
     film: &'a Film,
     radiance: Vec<Rgb>,
     bits: PngBits,
-    /// Its exposure in stops, whoever chose it.
+    /// The exposure in stops, from the settings or chosen from the image.
     pub exposure_ev: f32,
 }
 
 impl<'a> OutputImage<'a> {
-    /// As the header's settings say.
+    /// Creates the image with the header's settings.
     pub fn new(header: &'a FilmHeader, film: &'a Film, bits: u8) -> OutputImage<'a> {
         let radiance = film.radiance();
         let exposure_ev = exposure_ev(&header.settings, &radiance);
@@ -63,12 +63,12 @@ impl<'a> OutputImage<'a> {
         OutputImage { header, film, radiance, bits, exposure_ev }
     }
 
-    /// Row by row.
+    /// The radiance of the pixels, row by row.
     pub fn radiance(&self) -> &[Rgb] {
         &self.radiance
     }
 
-    /// Saves images, each independently. Those that can hold them get the channels, and the names that ids stand for.
+    /// Saves images, each independently. Files that can hold them also get the channels, and the names of ids.
     pub fn write(
         &self,
         paths: &[PathBuf],
@@ -86,13 +86,13 @@ impl<'a> OutputImage<'a> {
         }
     }
 
-    /// Whether a file shows it, or what was left of it without noise.
+    /// True if a file holds this image or, if given, its denoised version.
     pub fn is_in(&self, path: &Path, denoised: Option<&Denoised>) -> Result<bool, Failure> {
         let radiance = denoised.map_or(&self.radiance, |denoised| &denoised.radiance);
         Ok(is_saved(path, &self.output(radiance, &[]))?)
     }
 
-    /// Writes it to standard output as a frame of a video.
+    /// Writes the image to standard output as a frame of a video.
     pub fn write_to_video(&self, video: Video, denoised: Option<&Denoised>) -> Result<(), Failure> {
         let output = self.output(denoised.map_or(&self.radiance, |denoised| &denoised.radiance), &[]);
         let mut out = std::io::stdout().lock();
@@ -106,7 +106,7 @@ impl<'a> OutputImage<'a> {
         write().map_err(Failure::stdout("the video"))
     }
 
-    /// Saves the denoised image next to the images, with their brightness; returns where.
+    /// Saves the denoised image next to the images, with their exposure; returns its paths.
     pub fn write_denoised(&self, images: &[PathBuf], denoised: &Denoised, saved: &mut Saved) -> Vec<PathBuf> {
         let mut metadata = self.metadata();
         metadata.push((DENOISED.to_string(), format!("{:032x}", denoised.hash())));
@@ -121,7 +121,7 @@ impl<'a> OutputImage<'a> {
         paths
     }
 
-    /// Pixels as files hold them.
+    /// Returns the pixels in the form in which they are written.
     fn output<'b>(&self, radiance: &'b [Rgb], metadata: &'b [(String, String)]) -> Output<'b> {
         let region = self.film.region();
         let settings = &self.header.settings;
@@ -136,7 +136,7 @@ impl<'a> OutputImage<'a> {
         }
     }
 
-    /// What an image says about itself: for people, and all that is needed to render it again.
+    /// Returns the metadata of an image: human-readable entries, and all that is needed to render it again.
     fn metadata(&self) -> Vec<(String, String)> {
         let settings = &self.header.settings;
         let entry = |key: &str, value: String| (key.to_string(), value);
@@ -157,7 +157,7 @@ impl<'a> OutputImage<'a> {
             entry("film_hash", self.header.film_hash.clone()),
         ];
         entries.extend(limits);
-        // Nobody needs to know whose machine it was, and the same image must be the same file.
+        // The name of the machine is private, and equal images must be equal files.
         let command = without_trace(&self.header.note.command);
         let note = Note { command, stopped_by: self.header.note.stopped_by.clone(), ..Note::default() };
         let record = serde_json::to_string(&FilmHeader { note, ..self.header.clone() });
@@ -166,28 +166,28 @@ impl<'a> OutputImage<'a> {
     }
 }
 
-/// A command's words, except those that change nothing in an image.
+/// Returns a command's words, except those that change nothing in an image.
 fn without_trace(command: &[String]) -> Vec<String> {
     let switches = ["--quiet", "-q", "--json", "--overwrite", "--denoise", "--preview", "--allow-outside"];
     let words = command_line::without(command, &WITHOUT_TRACE);
     words.into_iter().filter(|word| !switches.contains(&&word[..])).collect()
 }
 
-/// This command as it is recorded in the images that it writes.
+/// Returns this command as it is recorded in the images that it writes.
 pub fn command_of_images() -> Vec<String> {
     without_trace(&command_line::recorded_args())
 }
 
-/// Finds out whether images are what a command would render.
+/// Checks whether existing images are those that a command would render.
 #[derive(Default)]
 pub struct ExistingImages {
-    /// By the hashes of the files that scenes were read from: the one that has changed since.
+    /// The file that has changed since, if any, by the hash of a scene's files.
     changed: HashMap<String, Option<PathBuf>>,
 }
 
 impl ExistingImages {
-    /// How an image says that it was made otherwise than by this command, with so many samples and at that time, in words
-    /// that follow "it was rendered". (About an image that says nothing, nothing is known.)
+    /// Returns how an image's record differs from this command, number of samples and time, in words that follow "it
+    /// was rendered"; `None` for an image without a record.
     pub fn difference(
         &mut self,
         image: &Path,
@@ -212,7 +212,7 @@ impl ExistingImages {
     }
 }
 
-/// Whether an image says that its rendering was interrupted: it does not have all samples, and no rule stopped it.
+/// True if an image's record is of an interrupted render: it does not have all samples, and no rule stopped it.
 pub fn lacks_samples(image: &Path) -> bool {
     let unfinished = |header: FilmHeader| {
         let all = [[0, header.settings.samples]];
@@ -222,14 +222,14 @@ pub fn lacks_samples(image: &Path) -> bool {
     reproduce::record(image).is_ok_and(unfinished)
 }
 
-/// How many samples an image says that it has, of how many, if not all.
+/// Returns the number of samples in an image's record, and of how many, if some are missing.
 pub fn samples_of(image: &Path) -> Option<String> {
     let header = reproduce::record(image).ok()?;
     let samples = samples(&header);
     samples.contains(" of ").then_some(samples)
 }
 
-/// Checks that outputs replace neither each other nor what the scene is read from.
+/// Checks that outputs replace neither each other nor the scene's files.
 pub fn check_output_conflicts(outputs: &Outputs, denoises: bool, scene: &Source) -> Result<(), Failure> {
     let denoised = outputs.images.iter().filter(|_| denoises).map(|image| denoised_name(image));
     let all: Vec<PathBuf> =
@@ -250,14 +250,14 @@ pub fn check_output_conflicts(outputs: &Outputs, denoises: bool, scene: &Source)
     Ok(())
 }
 
-/// The path of a denoised image: next to the one with noise.
+/// Returns the path of a denoised image, next to the noisy one.
 pub fn denoised_name(image: &Path) -> PathBuf {
     let mut extension = std::ffi::OsString::from("denoised.");
     extension.push(image.extension().unwrap_or_default());
     image.with_extension(extension)
 }
 
-/// What is wrong with the blur of motion, if some of the moments that it is made of have no samples.
+/// Returns a warning if some of the moments of motion blur have no samples.
 pub fn uneven_blur(header: &FilmHeader) -> Option<String> {
     let (moments, total) = (header.view.moments(), header.settings.samples);
     let there = header.view.moments_among(&header.samples, total);
@@ -267,7 +267,7 @@ pub fn uneven_blur(header: &FilmHeader) -> Option<String> {
     })
 }
 
-/// Samples that all pixels have, and how many there were to be.
+/// Returns the number of samples that pixels have, and the number wanted.
 pub fn samples(header: &FilmHeader) -> String {
     if let Some(allocation) = &header.allocation {
         let least = allocation.samples().iter().min().copied().unwrap_or(0);
@@ -289,7 +289,7 @@ pub fn samples(header: &FilmHeader) -> String {
     }
 }
 
-/// What to type for the samples that a film has.
+/// Returns the command that renders a film's samples again.
 pub fn again(header: &FilmHeader) -> String {
     match (&header.samples[..], header.settings.samples) {
         ([[0, end]], total)
@@ -302,7 +302,7 @@ pub fn again(header: &FilmHeader) -> String {
     }
 }
 
-/// Prints what was done: on standard output, unless a film went there.
+/// Prints a report on standard output, or on standard error if standard output is taken.
 pub fn print_text(text: &str, is_taken: bool) -> Result<(), Failure> {
     if !is_taken {
         return print(text);
@@ -311,33 +311,33 @@ pub fn print_text(text: &str, is_taken: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints on standard output: all that the program prints there goes this way, or as film or video.
+/// Prints on standard output. All output there goes this way, except films and videos.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     out.write_all(shown(text).as_bytes()).and_then(|()| out.flush()).map_err(Failure::stdout("the result"))
 }
 
-/// Prints a line on standard error. If that fails, nothing stops because of it.
+/// Prints a line on standard error; errors are ignored.
 pub fn note(line: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "{}", in_one_line(&line.to_string()));
 }
 
-/// Prints a text that may have several lines.
+/// Prints text of several lines on standard error; errors are ignored.
 pub fn tell_all(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", shown(text.trim_end()));
 }
 
-/// Several paths for programs.
+/// Returns several paths as JSON.
 pub fn paths_json(paths: &[PathBuf]) -> Vec<serde_json::Value> {
     paths.iter().map(|path| path_json(path)).collect()
 }
 
-/// A path for programs. What is not Unicode in it is replaced, because JSON can hold nothing else.
+/// Returns a path as JSON. Invalid Unicode is replaced, because JSON cannot represent it.
 pub fn path_json(path: &Path) -> serde_json::Value {
     path.to_string_lossy().into()
 }
 
-/// Where a scene's image is written by default: here, under the scene's name.
+/// Returns the default path of a scene's image: the scene's name, in the current folder.
 pub fn default_image(scene: &Path) -> PathBuf {
     let name = scene.with_extension("png");
     PathBuf::from(name.file_name().unwrap_or("image.png".as_ref()))

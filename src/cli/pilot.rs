@@ -1,5 +1,5 @@
-//! What is decided before a rendering: how many samples each block gets under adaptive sampling (by a pilot, or by
-//! the film in which one was saved), and how frames are exposed.
+//! Decisions before rendering: the number of samples of each block under adaptive sampling (by a pilot, or by the film
+//! in which one was saved), and the exposure of frames.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,7 +18,8 @@ use crate::integrator::Stop;
 use crate::render::{MemoryEstimate, Options, Session, adaptive};
 use crate::world::World;
 
-/// Says in the job's header how many samples blocks get. The exit code is 0 unless it was interrupted.
+/// Stores the number of samples of each block in the job's header. Returns the exit code, which is 0 unless it was
+/// interrupted.
 pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
     let saved = arguments.part.pilot.as_deref();
     if let Some(path) = saved.filter(|path| path.exists()) {
@@ -54,11 +55,12 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Longer side in pixels, and samples per pixel, of the small image that decides the exposure of frames.
+/// The longer side in pixels, and the samples per pixel, of the small image that determines the exposure of frames.
 const EXPOSING: (u32, u32) = (192, 16);
 
-/// The exposure in stops of all frames of an animation, if the image is to choose it: what a small image of the first
-/// frame chooses. So frames do not flicker, and processes that share them agree. None, too, if it was interrupted.
+/// Returns the exposure in stops of all frames of an animation, if it is to be automatic: that of a small image of the
+/// first frame. So frames do not flicker, and processes that render some of them agree. Also returns `None` if it was
+/// interrupted.
 pub fn exposure_ev(
     scene: &Path,
     view: RenderedView,
@@ -87,7 +89,7 @@ pub fn exposure_ev(
     Err(Failure::command_line(format!("--max-time: {reason}: choose it: --exposure 0, or raise --max-time")))
 }
 
-/// What a pilot has chosen for the same rendering, or for one whose image contains this one.
+/// Loads the allocation that a pilot has chosen for the same render, or for one whose image contains this one.
 fn load(job: &Job, path: &Path) -> Result<Allocation, Failure> {
     let header = film_file::load_header(path)?;
     let wrong = |reason: String| {

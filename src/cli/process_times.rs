@@ -1,20 +1,20 @@
-//! What the operating system says that the process has used.
+//! The CPU time of the process, and the name of the machine.
 
-/// User and system time of all threads in seconds, where /proc tells.
+/// Returns the user and system time of all threads in seconds, if /proc provides it.
 pub fn cpu_seconds() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The name in parentheses may hold spaces; fields 14 and 15 are counted from behind it.
+    // The name in parentheses may contain spaces; fields 14 and 15 are counted from its end.
     let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
     let ticks = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
     Some(ticks / 100.0)
 }
 
-/// CPU time of all threads in seconds, finer than [`cpu_seconds`], where the system tells.
+/// Returns the CPU time of all threads in seconds, finer than [`cpu_seconds`], if the system provides it.
 pub fn process_cpu_seconds() -> Option<f64> {
     clock::seconds(clock::Of::Process)
 }
 
-/// CPU time of the calling thread in seconds, where the system tells.
+/// Returns the CPU time of the calling thread in seconds, if the system provides it.
 pub fn thread_cpu_seconds() -> Option<f64> {
     clock::seconds(clock::Of::Thread)
 }
@@ -49,7 +49,7 @@ mod clock {
     }
 }
 
-/// The name of this machine, if the system tells.
+/// Returns the name of this machine, if the system provides it.
 pub fn host() -> Option<String> {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let name = name.or_else(|| std::env::var("COMPUTERNAME").or_else(|_| std::env::var("HOSTNAME")).ok())?;

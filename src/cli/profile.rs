@@ -1,4 +1,4 @@
-//! `rayfront profile SCENE`: where the time goes in both schedules.
+//! `rayfront profile SCENE`: measures where the time goes in both schedules.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -43,16 +43,16 @@ pub struct ProfileArguments {
     /// Name of the camera to look through [default: the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// Where to write what each thread did when, for chrome://tracing or ui.perfetto.dev
+    /// File for a timeline of the threads, for chrome://tracing or ui.perfetto.dev
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// How light travels.
+    /// The options of light transport.
     #[command(flatten)]
     pub light: args::LightOptions,
-    /// How the scene is read.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: args::ModelOptions,
 }

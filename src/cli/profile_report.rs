@@ -1,4 +1,4 @@
-//! What `rayfront profile` found, as tables and as JSON.
+//! The report of `rayfront profile`, as tables and as JSON.
 
 use serde_json::{Value, json};
 
@@ -13,20 +13,20 @@ use crate::study::profile::flow::{Bounce, Flows, StageFlow};
 use crate::study::profile::{ProfilePlan, Spread, StageTimes, Timed, wave_bytes};
 use crate::world::Transport;
 
-/// Bounces that the table shows; the JSON has all.
+/// The number of bounces in the table; the JSON has all.
 const SHOWN: usize = 12;
 
-/// The title of a column and its number.
+/// The title of a column, and a function that returns its number.
 type TableColumn = (&'static str, fn(&Bounce) -> u64);
 
-/// All that was found.
+/// The measurements.
 pub(super) struct ProfileReport<'a> {
     pub arguments: &'a ProfileArguments,
     pub plan: &'a ProfilePlan,
     pub setup: &'a RenderSetup,
     pub times: &'a [Timed; 2],
     pub stages: &'a StageTimes,
-    /// Photons of a sample, or why there are none.
+    /// The number of photons of a sample, or the reason for none.
     pub photons: Result<u32, NoPhotons>,
     pub flows: &'a Flows,
     pub counted: &'a Result<Counted, String>,
@@ -41,7 +41,7 @@ fn milliseconds(spread: &Spread) -> String {
     format!("{median:.1} ms ({least:.1} to {most:.1})")
 }
 
-/// Small numbers in full, larger ones in millions.
+/// Formats small numbers in full, larger ones in millions.
 fn count(n: u64) -> String {
     if n < 100_000 { n.to_string() } else { format!("{:.2} M", n as f64 / 1e6) }
 }
@@ -50,13 +50,13 @@ fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
-/// A percentage, if there is one.
+/// Formats a percentage, if there is one.
 fn share(part: Option<f64>) -> String {
     part.map_or("-".into(), percent)
 }
 
 impl ProfileReport<'_> {
-    /// Tables of at most 100 columns.
+    /// Returns tables of at most 100 columns.
     pub fn text(&self) -> String {
         let mut lines = self.heading();
         lines.extend(self.schedules());
@@ -93,7 +93,7 @@ impl ProfileReport<'_> {
         ]
     }
 
-    /// Both schedules side by side.
+    /// Returns the table of both schedules, side by side.
     fn schedules(&self) -> Vec<String> {
         let row = |title: &str, value: &dyn Fn(&Timed) -> String| {
             format!("{title:20}{:32}{}", value(&self.times[0]), value(&self.times[1]))
@@ -152,7 +152,7 @@ impl ProfileReport<'_> {
         .collect()
     }
 
-    /// What goes through the stages of the wavefront.
+    /// Returns the table of the wavefront's stages and their queues.
     fn stages(&self) -> Vec<String> {
         let mut lines = vec![
             String::new(),
@@ -188,7 +188,7 @@ impl ProfileReport<'_> {
         lines
     }
 
-    /// The path transport's shading sends the rays to lights by itself.
+    /// Returns the stages that run. The path transport's shading creates the rays to lights by itself.
     fn stages_that_run(&self) -> impl Iterator<Item = Stage> {
         let (lights, photons) = (self.setup.transport == Transport::Whitted, self.photons.is_ok());
         Stage::ALL.into_iter().filter(move |stage| match stage {
@@ -198,7 +198,7 @@ impl ProfileReport<'_> {
         })
     }
 
-    /// The kinds of rays that the transport knows.
+    /// Returns the kinds of rays of the transport.
     fn kinds(&self) -> Vec<TableColumn> {
         match self.setup.transport {
             Transport::Whitted => {
@@ -208,7 +208,7 @@ impl ProfileReport<'_> {
         }
     }
 
-    /// Rays by their bounces and what they cost.
+    /// Returns the table of rays and their costs by bounce.
     fn bounces(&self) -> Vec<String> {
         let kinds = self.kinds();
         let names: String = kinds.iter().map(|(name, _)| format!("{name:>10}")).collect();
@@ -244,7 +244,7 @@ impl ProfileReport<'_> {
         lines
     }
 
-    /// How many lanes of a group have something to go on with.
+    /// Returns the table of the lanes that are taken, and of those that go on.
     fn lanes(&self) -> Vec<String> {
         let width = self.flows.stages[Stage::Shade as usize].width;
         let mut lines = vec![
@@ -295,7 +295,7 @@ impl ProfileReport<'_> {
         lines
     }
 
-    /// One object for programs.
+    /// Returns the report as a JSON object.
     pub fn json(&self) -> Value {
         let memory = self.setup.scene.memory();
         let stages: serde_json::Map<String, Value> = Stage::ALL
@@ -333,7 +333,7 @@ impl ProfileReport<'_> {
     }
 }
 
-/// A bar for each number of lanes, as high as it is frequent.
+/// Returns a bar for each number of lanes, whose height is the number's frequency.
 fn histogram(flow: &StageFlow) -> String {
     const BARS: [char; 9] = ['·', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let most = flow.lanes.iter().max().copied().unwrap_or(0).max(1);

@@ -1,4 +1,4 @@
-//! How far a rendering is: a bar on a terminal, elsewhere a line now and then, or lines for the programs that run it.
+//! The progress of a render: a bar on a terminal, elsewhere a line now and then, or lines for other programs.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,66 +11,67 @@ use serde_json::json;
 use super::output::note;
 use crate::render::{Progress, Session};
 
-/// How often a line is printed if there is no terminal.
+/// The time between lines if there is no terminal.
 const LINES: Duration = Duration::from_secs(30);
-/// How often a line for programs is printed at most.
+/// The shortest time between lines for programs.
 const LINES_FOR_PROGRAMS: Duration = Duration::from_secs(1);
-/// How often the bar's text is made anew.
+/// The time between updates of the bar's text.
 const TEXTS: Duration = Duration::from_millis(200);
-/// Least width of the bar in columns, including the blank after it.
+/// The smallest width of the bar in columns, including the blank after it.
 const BAR: usize = 11;
 
 /// The forms of lines for programs.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProgressForm {
-    /// Progress: 42%, and more behind it
+    /// Progress: 42%, and details
     Lines,
-    /// An object
+    /// A JSON object
     Json,
     /// openjd_progress: 42
     Openjd,
 }
 
 impl ProgressForm {
-    /// Its name on a command line.
+    /// Returns its name on the command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 }
 
-/// How the progress of a rendering is reported.
+/// The manner in which the progress of a render is reported.
 #[derive(Clone, Copy, Debug)]
 pub struct Manner {
-    /// Nothing is.
+    /// True if nothing is reported.
     pub quiet: bool,
-    /// In lines for programs.
+    /// The form of lines for programs, if those are wanted.
     pub form: Option<ProgressForm>,
-    /// Which of several renderings this is, and of how many: 100 % are all of them.
+    /// The index of the render, and the number of renders: 100 % are all of them.
     pub turn: [u64; 2],
 }
 
-/// Tells how far a rendering is.
+/// Reports the progress of a render.
 pub struct Meter {
-    /// Hidden where there is no terminal.
+    /// The bar; hidden if there is no terminal.
     bar: ProgressBar,
     manner: Manner,
-    /// The percentage that a program was told last; none yet: the largest number.
+    /// The percentage in the last line for programs; the largest number if there is none yet.
     told: AtomicU64,
     begun: Instant,
-    /// When something was said last.
+    /// The time of the last report.
     last: Mutex<Instant>,
     pixels: u64,
-    /// Samples of single pixels: at the beginning, now, wanted.
+    /// The number of samples, summed over all pixels, at the beginning; `done` is the current number, and `wanted` the
+    /// final one.
     before: u64,
     done: AtomicU64,
     wanted: u64,
     rays: AtomicU64,
-    /// In ten thousandths of the brightness; none is known yet: 0.
+    /// The noise in ten-thousandths of the brightness; 0 if it is not known yet.
     noise: AtomicU64,
 }
 
 impl Meter {
-    /// For the rest of a rendering.
+    /// Creates a meter for the rest of a render.
     pub fn new(session: &Session, manner: Manner, terminal: &MultiProgress) -> Meter {
         let ((done, wanted), pixels) = (session.samples_done(), session.film().region().area() as u64);
         let (done, wanted) = (pixels * u64::from(done), pixels * u64::from(wanted));
@@ -100,12 +101,12 @@ impl Meter {
         }
     }
 
-    /// Something more has been rendered.
+    /// Adds rendered samples, and reports the progress if it is time.
     pub fn tick(&self, progress: &Progress) {
         self.rays.fetch_add(progress.rays, Ordering::Relaxed);
         self.done.fetch_add(progress.samples, Ordering::Relaxed);
         self.bar.inc(progress.samples);
-        // Another worker is saying it.
+        // Another worker is reporting.
         let Ok(mut last) = self.last.try_lock() else { return };
         let every = match self.manner.form {
             Some(_) => LINES_FOR_PROGRAMS,
@@ -127,12 +128,12 @@ impl Meter {
         }
     }
 
-    /// The noise is known, as a part of the brightness.
+    /// Sets the noise, as a fraction of the brightness.
     pub fn set_noise(&self, noise: f64) {
         self.noise.store((noise * 1e4) as u64, Ordering::Relaxed);
     }
 
-    /// There is nothing more to tell.
+    /// Removes the bar, and prints the last line for programs.
     pub fn end(&self) {
         self.bar.finish_and_clear();
         if let Some(form) = self.manner.form.filter(|_| !self.manner.quiet) {
@@ -140,7 +141,7 @@ impl Meter {
         }
     }
 
-    /// Prints a line for programs, unless it would say the same as the last one.
+    /// Prints a line for programs, unless its percentage is that of the last one.
     fn tell_program(&self, form: ProgressForm, facts: &Facts) {
         let percent = facts.percent_of_all(self.manner.turn);
         if self.told.swap(percent, Ordering::Relaxed) != percent {
@@ -163,26 +164,26 @@ impl Meter {
     }
 }
 
-/// What there is to tell.
+/// The facts to report.
 struct Facts {
     percent: u64,
-    /// A pixel, done and wanted.
+    /// The samples per pixel, done and wanted.
     samples: [f64; 2],
-    /// Million rays a second.
+    /// The millions of rays per second.
     mrays: f64,
-    /// Seconds, where there is a guess.
+    /// The estimated number of seconds left, if there is an estimate.
     left: Option<f64>,
-    /// Percent of the brightness.
+    /// The noise in percent of the brightness, if known.
     noise: Option<f64>,
 }
 
 impl Facts {
-    /// The percentage of several renderings, of which this is one.
+    /// Returns the percentage of several renders, of which this is one.
     fn percent_of_all(&self, [turn, count]: [u64; 2]) -> u64 {
         (100 * turn + self.percent) / count.max(1)
     }
 
-    /// A line for programs.
+    /// Returns a line for programs.
     fn for_programs(&self, form: ProgressForm, percent: u64) -> String {
         let [done, wanted] = self.samples;
         match form {
@@ -200,7 +201,7 @@ impl Facts {
         }
     }
 
-    /// All of it.
+    /// Returns a line with all facts.
     fn line(&self) -> String {
         let Facts { percent, samples: [done, wanted], mrays, .. } = self;
         let left = self.left.map_or(String::new(), |left| format!(", {} left", time(left)));
@@ -211,7 +212,7 @@ impl Facts {
         )
     }
 
-    /// As much of it as fits beside a bar.
+    /// Returns as many facts as fit beside a bar.
     fn fitting(&self, columns: usize) -> String {
         let Facts { percent, samples: [done, wanted], mrays, .. } = self;
         let done = part(*done, *wanted);
@@ -232,12 +233,12 @@ impl Facts {
     }
 }
 
-/// How many of the samples: whole ones where there are many.
+/// Formats a number of samples, as a whole number if many are wanted.
 fn part(done: f64, wanted: f64) -> String {
     if wanted < 100.0 { format!("{done:.1}") } else { format!("{done:.0}") }
 }
 
-/// Time for people: two units.
+/// Formats a time in two units.
 fn time(seconds: f64) -> String {
     let seconds = seconds.round() as u64;
     match (seconds / 86_400, seconds / 3600 % 24, seconds / 60 % 60, seconds % 60) {
@@ -253,13 +254,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_have_two_units() {
+    fn times_print_with_two_units() {
         let times = [0.4, 59.6, 200.0, 3700.0, 90_000.0].map(time);
         assert_eq!(times, ["0 s", "1 min 0 s", "3 min 20 s", "1 h 1 min", "1 d 1 h"]);
     }
 
     #[test]
-    fn programs_are_told_in_their_forms() {
+    fn progress_lines_have_the_requested_form() {
         let facts =
             |percent, samples| Facts { percent, samples, mrays: 2.5, left: Some(200.0), noise: Some(3.0) };
         let half = facts(50, [32.0, 64.0]);
@@ -277,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bar_fits_and_says_what_matters_most() {
+    fn bar_text_fits_any_width_with_the_main_facts() {
         let facts =
             |samples| Facts { percent: 42, samples, mrays: 12.34, left: Some(200.0), noise: Some(3.21654) };
         let line =

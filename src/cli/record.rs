@@ -1,5 +1,5 @@
-//! Files that a record names, which is what a film or an image says of itself: whoever made it may be a stranger. As
-//! for a scene, only what lies in the record's folder is read and written, unless someone types its name.
+//! Files named by a record, which is the metadata of a film or an image and may come from a stranger. As for a scene,
+//! only files in the record's folder are read and written, unless the user types their names.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,8 @@ use crate::formats::EnvironmentPreset;
 use crate::formats::film_file::FilmHeader;
 use crate::world::source_files::is_within;
 
-/// Where the scene of a record is: at a place that was typed, else where the record says, else beside the record.
+/// Returns the path of a record's scene: the path that was typed, else the recorded path, else the name beside the
+/// record.
 pub fn scene_of(header: &FilmHeader, record: &Path, typed: Option<&PathBuf>) -> Result<PathBuf, Failure> {
     let (named, shown) = (&header.scene.path, record.display());
     if let Some(EnvironmentPreset::Picture(picture)) = &header.view.surroundings
@@ -35,7 +36,7 @@ pub fn scene_of(header: &FilmHeader, record: &Path, typed: Option<&PathBuf>) -> 
     })
 }
 
-/// Errors: an image that only a record names is not in the record's folder.
+/// Returns an error if an image that only a record names is not in the record's folder.
 pub fn may_be_written(image: &Path, record: &Path) -> Result<(), Failure> {
     let folder = image.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if is_within(record, folder) {
@@ -47,8 +48,8 @@ pub fn may_be_written(image: &Path, record: &Path) -> Result<(), Failure> {
     )))
 }
 
-/// The command that continues a film that this program has just saved: it names all images again if some are not in
-/// the film's folder.
+/// Returns the command that continues a film that this program has just saved: it names all images again if some are
+/// not in the film's folder.
 pub fn resume_own(film: &Path, header: &FilmHeader) -> String {
     let outputs = &header.note.outputs;
     let mut command = resume(film, header);
@@ -60,7 +61,7 @@ pub fn resume_own(film: &Path, header: &FilmHeader) -> String {
     command
 }
 
-/// The command that continues a film, whoever made it.
+/// Returns the command that continues a film, whatever its origin.
 pub fn resume(film: &Path, header: &FilmHeader) -> String {
     let mut words = vec!["rayfront".to_owned(), "resume".to_owned(), not_an_option(film)];
     if let Some(EnvironmentPreset::Picture(picture)) = &header.view.surroundings

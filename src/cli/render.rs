@@ -1,4 +1,4 @@
-//! `rayfront render SCENE` and `rayfront SCENE`: load, compile, render, save.
+//! `rayfront render SCENE` and `rayfront SCENE`: loads, compiles, renders and saves.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -38,7 +38,7 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
         return Err(Failure::command_line(format!("{pilot} is the pilot: name another -o")));
     }
     let onlookers = LiveViews::new(&arguments.look, scene)?;
-    // Everything, loading too, runs on the threads that were asked for.
+    // Everything, including loading, runs on the requested number of threads.
     let code = on_threads(arguments.work.threads, || match &arguments.frames.frames {
         None if arguments.watch.watch => watch(arguments, scene, &outputs, &onlookers),
         None => {
@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(code))
 }
 
-/// Renders again whenever a file has changed, until it is told to end.
+/// Renders again whenever a file has changed, until it is interrupted.
 fn watch(arguments: &Render, scene: &Path, outputs: &Outputs, onlookers: &LiveViews) -> Result<u8, Failure> {
     let interrupt = Interrupt::watch();
     let mut reuse = LoadSession::watching(arguments.watch.paranoid);
@@ -59,7 +59,7 @@ fn watch(arguments: &Render, scene: &Path, outputs: &Outputs, onlookers: &LiveVi
         let rendered = render(arguments, scene, outputs.clone(), None, time_s, &mut reuse, onlookers);
         match rendered {
             Err(failure) if failure.is_closed_pipe() => return Err(failure),
-            // What is broken now is about to be mended.
+            // The user is about to mend what is broken now.
             Err(failure) => output::note(format_args!("error: {failure}")),
             Ok(code) if code != 0 => return Ok(code),
             Ok(_) => {}
@@ -74,7 +74,7 @@ fn watch(arguments: &Render, scene: &Path, outputs: &Outputs, onlookers: &LiveVi
     }
 }
 
-/// Renders frame after frame, but for those whose images are there.
+/// Renders frame after frame, except those whose images exist and are complete.
 fn all_frames(
     arguments: &Render,
     scene: &Path,
@@ -86,7 +86,7 @@ fn all_frames(
     let several = frames.numbers().count() > 1;
     let first = frames.numbers().next();
     let frames = frames.resolve()?;
-    // A part of the samples is no picture yet.
+    // A part of the samples is not an image yet.
     let shows = outputs.to_stdout && shard.is_none() && arguments.part.samples.is_none();
     let mut video = shows.then(|| Video { rate: frames::rate(arguments.frames.fps), begins: true });
     let mut reuse = LoadSession::new(several || arguments.frames.shutter.is_some());
@@ -101,7 +101,7 @@ fn all_frames(
         let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
         let files_alone = outputs.film.is_none() && !outputs.takes_stdout();
         let are_there = files_alone && outputs.images.iter().all(|image| image.exists());
-        // Of --shard and the like, an image may have fewer samples and be as intended.
+        // With --shard or --samples, an image may have fewer samples and be as intended.
         let wants_all = shard.is_none() && arguments.part.samples.is_none();
         let is_empty = |image: &PathBuf| image.metadata().is_ok_and(|file| file.is_file() && file.len() == 0);
         let lacks_samples = |image: &PathBuf| is_empty(image) || wants_all && output::lacks_samples(image);
@@ -143,7 +143,7 @@ fn all_frames(
     Ok(0)
 }
 
-/// Where things go: what was asked for; else an image by the scene's name, or a film for a part of one.
+/// Returns the outputs: those given, else an image with the scene's name, or a film for a part of one.
 fn outputs(arguments: &Render, scene: &Path, shard: Option<[u32; 2]>) -> Result<Outputs, Failure> {
     let given = &arguments.output.output;
     let Some([index, count]) = shard else {
@@ -160,7 +160,7 @@ fn outputs(arguments: &Render, scene: &Path, shard: Option<[u32; 2]>) -> Result<
         return Ok(Outputs { film: Some(film), ..Outputs::default() });
     }
     given.iter().try_for_each(|path| frames::is_unicode(path, '{'))?;
-    // One command for all tasks of an array.
+    // The command is the same for all tasks of an array.
     let name = |path: &PathBuf| PathBuf::from(path.to_string_lossy().replace("{shard}", &index.to_string()));
     Outputs::of(&given.iter().map(name).collect::<Vec<_>>())
 }
@@ -241,7 +241,7 @@ fn render(
     execute(job, &wanted, found)
 }
 
-/// Which view of the scene is rendered, at a moment.
+/// Returns the view of the scene that is rendered, at a time.
 pub(super) fn view(arguments: &Render, time_s: Option<f32>) -> RenderedView {
     RenderedView {
         camera: arguments.picture.camera.clone(),

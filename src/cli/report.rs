@@ -1,4 +1,4 @@
-//! What was done, as text and as JSON.
+//! The report on a render, as text and as JSON.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -12,16 +12,16 @@ use crate::formats::film_file::FilmHeader;
 use crate::integrator::{Schedule, Stage};
 use crate::render::Session;
 
-/// Wall-clock time of each phase.
+/// The wall-clock time of each phase.
 #[derive(Default)]
 pub struct Phases {
     /// Reading files.
     pub load: Duration,
-    /// World to scene.
+    /// Compiling the world into a scene.
     pub compile: Duration,
-    /// Rays.
+    /// Rendering.
     pub render: Duration,
-    /// CPU seconds of all threads while rendering, where the system tells.
+    /// The CPU time of all threads while rendering in seconds, if the system provides it.
     pub render_cpu: Option<f64>,
     /// Denoising.
     pub denoise: Duration,
@@ -29,14 +29,14 @@ pub struct Phases {
     pub save: Duration,
 }
 
-/// Small numbers in full, larger ones in millions.
+/// Formats small numbers in full, larger ones in millions.
 fn count(n: u64) -> String {
     if n < 100_000 { n.to_string() } else { format!("{:.2} M", n as f64 / 1e6) }
 }
 
-/// Noise for people: relative to the brightness, and what it takes to halve it.
+/// Formats the noise, relative to the brightness, and the number of samples that halve it.
 pub fn noise_line(noise: f64, samples: f64) -> String {
-    // The error falls with the root of their number.
+    // The error is inversely proportional to the square root of the number of samples.
     let more = (3.0 * samples).round() as u64;
     if noise < 5e-5 {
         return "0.00 % of the brightness, estimated".into();
@@ -48,23 +48,23 @@ pub fn noise_line(noise: f64, samples: f64) -> String {
     )
 }
 
-/// All that is known after a rendering.
+/// The data of a report.
 pub struct RenderReport<'a> {
-    /// What is probably not as intended, as it was reported.
+    /// The probable mistakes, as they were printed.
     pub findings: &'a [String],
-    /// What its film says about itself.
+    /// The header of the film.
     pub header: &'a FilmHeader,
-    /// Images that were written.
+    /// The images that were written.
     pub outputs: &'a [PathBuf],
-    /// A film that was written.
+    /// The film that was written, if any.
     pub film: Option<&'a Path>,
-    /// The rendering.
+    /// The session of the render.
     pub session: &'a Session,
-    /// Exposure of PNG files in stops, whoever chose it.
+    /// The exposure of PNG files in stops, from the settings or chosen from the image.
     pub exposure_ev: f32,
-    /// The denoised image, and where it was written.
+    /// The denoised image, and the paths where it was written.
     pub denoised: Option<(&'a Denoised, &'a [PathBuf])>,
-    /// How long it took.
+    /// The time of each phase.
     pub phases: Phases,
 }
 
@@ -80,7 +80,7 @@ impl RenderReport<'_> {
         self.session.statistics().rays.total() as f64 / self.phases.render.as_secs_f64().max(1e-9) / 1e6
     }
 
-    /// Mean radiance of all pixels: red, green, blue.
+    /// Returns the mean radiance of all pixels: red, green, blue.
     fn mean(&self) -> [f64; 3] {
         let pixels = self.session.film().means();
         let count = pixels.len().max(1) as f64;
@@ -95,7 +95,7 @@ impl RenderReport<'_> {
         self.header.settings.aov.iter().map(|aov| format!("{aov:?}").to_lowercase()).collect()
     }
 
-    /// A few lines for people.
+    /// Returns a human-readable report of a few lines.
     pub fn text(&self) -> String {
         let rays = &self.session.statistics().rays;
         let p = &self.phases;
@@ -111,7 +111,7 @@ impl RenderReport<'_> {
             line(&mut out, "saved", film.display().to_string());
         }
         if self.header.settings.auto_exposure {
-            // Of a hundredth of a stop, unless the scene adds something of its own.
+            // A multiple of a hundredth of a stop, unless the scene adds an exposure of its own.
             let ev = self.exposure_ev;
             line(&mut out, "exposure", format!("{ev} EV, chosen by the image; to keep it: --exposure {ev}"));
         }
@@ -185,7 +185,7 @@ impl RenderReport<'_> {
         out
     }
 
-    /// One object for programs.
+    /// Returns the report as a JSON object.
     pub fn json(&self) -> serde_json::Value {
         let statistics = self.session.statistics();
         let (rays, p) = (&statistics.rays, &self.phases);
@@ -257,7 +257,7 @@ impl RenderReport<'_> {
             "warnings": scene.warnings,
         });
         object["complete"] = self.session.is_done().into();
-        // (More would be too many for the macro.)
+        // More entries would be too many for the macro.
         object["findings"] = self.findings.into();
         object["transport"] = format!("{:?}", self.header.settings.transport).to_lowercase().into();
         object

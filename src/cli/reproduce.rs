@@ -1,4 +1,4 @@
-//! `rayfront reproduce IMAGE`: whether an image can be rendered again to the same bits.
+//! `rayfront reproduce IMAGE`: checks whether an image can be rendered again to the same bits.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -26,10 +26,10 @@ use crate::world::Adaptive;
 pub struct Reproduce {
     /// An image that rayfront has written (.png, .exr, .hdr), or a .film
     pub image: PathBuf,
-    /// Where the scene is now [default: where it was, if that is in the image's folder, or next to the image]
+    /// Path of the scene [default: the recorded path, if that is in the image's folder, or next to the image]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
-    /// How to work.
+    /// The options of execution.
     #[command(flatten)]
     pub work: WorkOptions,
 }
@@ -54,7 +54,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     let cleaned = denoised.as_ref().and_then(|_| session.denoised());
     let clean = cleaned.as_ref().map(|clean| format!("{:032x}", clean.hash()));
     let is_same_film = found == header.film_hash;
-    // An image may have been changed since, and still say the same of itself.
+    // An image may have been changed since, and still have the same metadata.
     let shows_it = !is_same_film
         || film.is_some()
         || OutputImage::new(&header, session.film(), 8).is_in(path, cleaned.as_ref())?;
@@ -91,7 +91,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     Ok(if identical { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 
-/// What an image says about its film.
+/// Returns the header of an image's film, from the image's metadata.
 pub(super) fn record(path: &Path) -> Result<FilmHeader, Failure> {
     let wrong = |reason: &str| Failure::file(format!("{}: {reason}", path.display()));
     let text = load_text(path, RECORD)?;
@@ -101,7 +101,7 @@ pub(super) fn record(path: &Path) -> Result<FilmHeader, Failure> {
     FilmHeader::parse(text.as_bytes()).map_err(|reason| wrong(&format!("its record {reason}")))
 }
 
-/// Renders the samples of a film again; none if it names impossible ones.
+/// Renders the samples of a film again; `None` if it names impossible ones.
 fn render(job: &mut Job, header: &FilmHeader, work: &WorkOptions) -> Option<Session> {
     let mut session = job.session(work);
     let most = |session: &Session| {
@@ -124,7 +124,7 @@ fn render(job: &mut Job, header: &FilmHeader, work: &WorkOptions) -> Option<Sess
         }
     }
     let Some(begun) = &header.begun else { return Some(session) };
-    // Of an interrupted pass, only those tiles that it reached.
+    // From an interrupted pass, only the tiles that it reached are rendered.
     let region = job.header.region;
     let count = crate::render::tiles(region, begun.tile.max(1)).len() as u32;
     let reached: HashSet<u32> = begun.tiles.iter().copied().collect();
@@ -138,7 +138,7 @@ fn render(job: &mut Job, header: &FilmHeader, work: &WorkOptions) -> Option<Sess
     job.going_on(work, RenderState { samples, ..session.into_gathered() })
 }
 
-/// How many pixels of two films differ, and the first.
+/// Returns the number of pixels in which two films differ, and the first of them.
 fn differing(one: &Film, other: &Film) -> (usize, Option<[u32; 2]>) {
     let width = one.region().width().max(1);
     let mut places = (0u32..)

@@ -1,4 +1,4 @@
-//! `rayfront resume FILM`: finishes what was interrupted, or adds samples to what is finished.
+//! `rayfront resume FILM`: finishes an interrupted film, or adds samples to a finished one.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -22,23 +22,23 @@ use crate::render::on_threads;
 pub struct Resume {
     /// A film that rayfront has written, or - for standard input
     pub film: PathBuf,
-    /// Where the scene is now [default: where it was, if that is in the film's folder, or next to the film]
+    /// Path of the scene [default: the recorded path, if that is in the film's folder, or next to the film]
     #[arg(long, value_name = "FILE")]
     pub scene_file: Option<PathBuf>,
-    /// Samples per pixel, as many as were wanted or more
+    /// Samples per pixel, at least as many as were wanted before
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
-    /// What is written.
+    /// The options of outputs.
     #[command(flatten)]
     pub output: OutputOptions,
-    /// When to stop.
+    /// The rules for stopping.
     #[command(flatten)]
     pub stop: StopOptions,
-    /// Where the image is shown meanwhile.
+    /// The live views of the image.
     #[command(flatten)]
     pub look: LookOptions,
-    /// How to work.
+    /// The options of execution.
     #[command(flatten)]
     pub work: WorkOptions,
 }
@@ -56,7 +56,7 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
         outputs.images.iter().try_for_each(|image| may_be_replaced(image, &film.header))?;
     }
     outputs.images.iter().try_for_each(|path| supported(path))?;
-    // It continues in the same file.
+    // The film continues in the same file.
     let is_file = arguments.film.as_os_str() != "-";
     if is_file && outputs.film.is_none() && !outputs.to_stdout {
         outputs.film = Some(arguments.film.clone());
@@ -86,14 +86,14 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     let is_whole = |header: FilmHeader| header.begun.is_none() && header.note.stopped_by.is_none();
     let is_whole = code == 0 && film_file::load_header(&arguments.film).is_ok_and(is_whole);
     if is_checkpoint && is_whole && !wanted.outputs.images.is_empty() {
-        // Nobody asked for it. If it stays it does no harm.
+        // The film was not requested. If it stays, it does no harm.
         let _ = std::fs::remove_file(&arguments.film);
     }
     Ok(code)
 }
 
-/// Whether an image that only a film names does not exist yet, or is of the same scene: whoever made the film must
-/// not decide which of our pictures are lost.
+/// Checks that an image that only a film names does not exist yet, or is of the same scene: the author of a film must
+/// not decide which of the user's images are lost.
 fn may_be_replaced(image: &Path, header: &FilmHeader) -> Result<(), Failure> {
     let is_of_it = || record(image).is_ok_and(|found| found.scene.hash == header.scene.hash);
     if image.symlink_metadata().is_err() || is_of_it() {
@@ -105,7 +105,7 @@ fn may_be_replaced(image: &Path, header: &FilmHeader) -> Result<(), Failure> {
     )))
 }
 
-/// A film from a file or standard input.
+/// Loads a film from a file or standard input.
 pub(super) fn load(path: &std::path::Path) -> Result<FilmFile, Failure> {
     if path.as_os_str() != "-" {
         return Ok(film_file::load(path)?);
@@ -114,7 +114,7 @@ pub(super) fn load(path: &std::path::Path) -> Result<FilmFile, Failure> {
     film.ok_or_else(|| Failure::file("standard input: there is no film"))
 }
 
-/// The scene of a film, which must be unchanged.
+/// Loads the scene of a film, which must be unchanged.
 pub(super) fn load_again(
     header: &FilmHeader,
     scene_file: Option<&PathBuf>,
@@ -122,7 +122,7 @@ pub(super) fn load_again(
     quiet: bool,
 ) -> Result<Job, Failure> {
     let scene = scene_of(header, film_path, scene_file)?;
-    // What a film or an image says of itself nobody has typed.
+    // The options come from a film or an image, not from the command line.
     let mut job =
         Job::load(&scene, header.view.clone(), quiet, |world| world.settings = header.settings.clone())
             .map_err(Failure::of_file)?;
@@ -135,7 +135,7 @@ pub(super) fn load_again(
     }
 }
 
-/// More samples than were wanted before.
+/// Extends the job to more samples than were wanted before.
 fn extend(job: &mut Job, film: &FilmFile, spp: u32) -> Result<(), Failure> {
     let total = film.header.settings.samples;
     if spp < total {

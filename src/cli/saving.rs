@@ -1,4 +1,4 @@
-//! Writing outputs to the disk: a failure costs no other output, and what was rendered is not lost.
+//! Writes outputs to the disk: a failure costs no other output, and the rendered film is not lost.
 
 use std::path::{Path, PathBuf};
 
@@ -7,33 +7,33 @@ use super::{Failure, command_line};
 use crate::formats::film_file::FilmHeader;
 use crate::render::RenderState;
 
-/// What has been written, and what could not be.
+/// The outputs that have been written, and the failures.
 #[derive(Default)]
 pub struct Saved {
-    /// Images, in the order in which they were asked for.
+    /// The images, in the order in which they were given.
     pub images: Vec<PathBuf>,
-    /// A film, from which the images can be made again.
+    /// The film, from which the images can be made again.
     pub film: Option<PathBuf>,
     failures: Vec<Failure>,
-    /// Whether pixels were among what could not be written.
+    /// True if some pixels could not be written.
     lacks_pixels: bool,
 }
 
 impl Saved {
-    /// Records the outcome of the report.
+    /// Records the outcome of printing the report.
     pub fn report(&mut self, outcome: Result<(), Failure>) {
         self.failures.extend(outcome.err());
     }
 
-    /// Records the outcome of writing pixels that are in no image that was asked for by name.
+    /// Records the outcome of writing pixels other than to an image that was requested by name.
     pub fn pixels(&mut self, outcome: Result<(), impl Into<Failure>>) {
         let failure: Option<Failure> = outcome.err().map(Into::into);
-        // Someone who has closed the pipe does not want them.
+        // A reader that has closed the pipe does not want them.
         self.lacks_pixels |= failure.as_ref().is_some_and(|failure| !failure.is_closed_pipe());
         self.failures.extend(failure);
     }
 
-    /// Records the outcome of an image.
+    /// Records the outcome of writing an image.
     pub fn image(&mut self, path: &Path, outcome: Result<(), impl Into<Failure>>) {
         match outcome {
             Ok(()) => self.images.push(path.to_owned()),
@@ -41,7 +41,7 @@ impl Saved {
         }
     }
 
-    /// Records the outcome of a film.
+    /// Records the outcome of writing a film.
     pub fn film(&mut self, path: &Path, outcome: Result<(), impl Into<Failure>>) {
         match outcome {
             Ok(()) => self.film = Some(path.to_owned()),
@@ -49,12 +49,12 @@ impl Saved {
         }
     }
 
-    /// Whether all that was asked for is there.
+    /// True if all outputs have been written.
     pub fn is_whole(&self) -> bool {
         self.failures.is_empty()
     }
 
-    /// Reports what could not be written. If nothing holds what was rendered, that is saved wherever there is room.
+    /// Returns the failures, combined. If no output holds the rendered film, it is saved wherever there is room.
     pub fn end(self, header: &FilmHeader, gathered: &RenderState) -> Result<(), Failure> {
         if self.failures.is_empty() {
             return Ok(());
@@ -75,7 +75,8 @@ impl Saved {
         Err(Failure::all(self.failures, &note))
     }
 
-    /// The same for what was made of other films.
+    /// Returns the failures of a merge, as [`Saved::end`] does; but if all merged films are files, which remain, the
+    /// result is not saved elsewhere.
     pub fn end_of_merge(
         self,
         header: &FilmHeader,
@@ -91,7 +92,7 @@ impl Saved {
     }
 }
 
-/// Saves a film that was not asked for wherever there is room.
+/// Saves a film that was not requested wherever there is room; returns its path.
 fn rescue(header: &FilmHeader, gathered: &RenderState) -> Result<PathBuf, ()> {
     let asked = header.note.outputs.first().map(PathBuf::as_path);
     let beside = asked.and_then(Path::parent).map(Path::to_owned);

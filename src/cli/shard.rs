@@ -1,17 +1,17 @@
-//! Which part of the samples is this process's: as told, or as its scheduler says.
+//! The part of the samples that this process renders, as given or by its scheduler.
 
 use super::Failure;
 
-/// What `--shard` can be.
+/// The value of `--shard`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShardOption {
-    /// From 0; none: as the scheduler says.
+    /// The index of the part, from 0; `None` for the one given by the scheduler.
     index: Option<u32>,
-    /// How many there are; none: as the scheduler says.
+    /// The number of parts; `None` for the one given by the scheduler.
     count: Option<u32>,
 }
 
-/// How a scheduler tells a task its number.
+/// The environment variables in which a scheduler gives a task its number.
 struct Scheduler {
     /// The variable with the task's number.
     index: &'static str,
@@ -22,8 +22,7 @@ struct Scheduler {
     count: Option<&'static str>,
 }
 
-/// All that are known, the first whose variable is set counts. Grid Engine's is set to "undefined" outside
-/// arrays.
+/// The known schedulers. The first whose variable is a number is used; Grid Engine's is "undefined" outside arrays.
 const SCHEDULERS: [Scheduler; 7] = [
     Scheduler { index: "SLURM_ARRAY_TASK_ID", first: 0, count: Some("SLURM_ARRAY_TASK_COUNT") },
     Scheduler { index: "HQ_TASK_ID", first: 0, count: None },
@@ -35,7 +34,7 @@ const SCHEDULERS: [Scheduler; 7] = [
     Scheduler { index: "LSB_JOBINDEX", first: 1, count: None },
 ];
 
-/// More parts than anybody has tasks.
+/// The largest number of parts: more than anyone has tasks.
 const MOST: u32 = 1 << 22;
 
 pub(super) fn parse(text: &str) -> Result<ShardOption, String> {
@@ -57,12 +56,13 @@ pub(super) fn parse(text: &str) -> Result<ShardOption, String> {
     shard.ok_or_else(|| "expected I/N with I from 0 to N - 1, such as 3/64, or auto/N, or auto".into())
 }
 
-/// Which of so many tasks this process is, from 0, as its scheduler says; else why that cannot be told.
+/// Returns the index of this process among `count` tasks, from 0, by its scheduler's variables, or the reason why it is
+/// unknown.
 pub(super) fn number_of_task(count: u32) -> Result<u32, String> {
     number_by(Some(count), &|name| std::env::var(name).ok()).map(|[index, _]| index)
 }
 
-/// The number of a task and how many there are, by a scheduler's variables.
+/// Returns the index of a task and the number of tasks, by a scheduler's variables.
 fn number_by(known: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> Result<[u32; 2], String> {
     let number = |name: &str| variable(name).and_then(|text| text.trim().parse::<u32>().ok());
     let found = SCHEDULERS.iter().find_map(|scheduler| Some((scheduler, number(scheduler.index)?)));
@@ -84,7 +84,7 @@ fn number_by(known: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> R
 }
 
 impl ShardOption {
-    /// The part's number and how many there are.
+    /// Returns the index of the part and the number of parts.
     pub(super) fn resolve(&self) -> Result<[u32; 2], Failure> {
         self.resolve_by(&|name| std::env::var(name).ok())
     }
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn every_scheduler_says_which_part_it_is() {
+    fn auto_shards_are_read_from_scheduler_variables() {
         assert_eq!(resolved("3/64", &[("SLURM_ARRAY_TASK_ID", "5")]), Ok([3, 64]));
         assert_eq!(resolved("auto/8", &[("SLURM_ARRAY_TASK_ID", "5")]), Ok([5, 8]));
         let slurm = [("SLURM_ARRAY_TASK_ID", "5"), ("SLURM_ARRAY_TASK_COUNT", "6")];
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_told() {
+    fn impossible_shards_are_rejected() {
         for wrong in ["", "3", "64/64", "-1/4", "1/0", "auto/", "a/b", "1/99999999"] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }

@@ -1,31 +1,31 @@
-//! When a rendering has enough samples.
+//! The rules that stop a render.
 
 use std::time::{Duration, Instant};
 
 use super::job_args::StopOptions;
 use crate::render::Session;
 
-/// The least time that a pass under way gets once the time is over.
+/// The shortest time that a pass under way gets after the time limit.
 const GRACE: Duration = Duration::from_secs(5);
 
-/// When even what is under way ends, if there is so much time for all: after as long again, and at least [`GRACE`], so
-/// that images are even unless one sample of each pixel takes that long.
+/// Returns the time at which even a pass under way ends: as long again after the time limit, and at least [`GRACE`], so
+/// that all pixels get equally many samples unless one sample of each takes that long.
 pub fn deadline(begun: Instant, max_time: Duration) -> Option<Instant> {
     begun.checked_add(max_time.checked_add(max_time.max(GRACE))?)
 }
 
-/// Rules that stop a rendering between two passes, and what they need to know.
+/// The rules that stop a render between two passes, and their inputs.
 pub struct StopRules {
     until: Option<f64>,
     max_time: Option<Duration>,
     begun: Instant,
-    /// How many samples there were at the beginning.
+    /// The number of samples at the beginning.
     already: u32,
 }
 
-/// The sample at which a pass ends. The first passes are short, so that every pixel soon holds something worth
-/// saving. This depends only on the samples' numbers, so that the noise is examined at the same points as without an
-/// interruption.
+/// Returns the sample at which a pass ends. The first passes are short, so that every pixel soon holds something worth
+/// saving. The result depends only on the samples' numbers, so that the noise is checked at the same points as without
+/// an interruption.
 fn next_end(sample: u32) -> u32 {
     match sample {
         0 => 1,
@@ -34,20 +34,20 @@ fn next_end(sample: u32) -> u32 {
     }
 }
 
-/// How many samples the next pass takes.
+/// Returns the number of samples of the next pass.
 pub fn pass_end(session: &Session) -> u32 {
     let next = session.next_sample().unwrap_or(0);
     next_end(next) - next
 }
 
 impl StopRules {
-    /// As they were asked for; time counts from now.
+    /// Creates the requested rules; time counts from now.
     pub fn new(options: &StopOptions, session: &Session) -> StopRules {
         let StopOptions { until, max_time, .. } = *options;
         StopRules { until, max_time, begun: Instant::now(), already: session.samples_done().0 }
     }
 
-    /// Which rule says that there are enough samples, if any does.
+    /// Returns the rule that stops the render now, if any.
     pub fn holds(&self, session: &Session) -> Option<String> {
         let (done, _) = session.samples_done();
         let elapsed = self.begun.elapsed();
@@ -68,12 +68,12 @@ impl StopRules {
         ))
     }
 
-    /// When a pass under way has had enough time to end, if time is limited.
+    /// Returns the time at which even a pass under way ends, if time is limited.
     pub fn deadline(&self) -> Option<Instant> {
         deadline(self.begun, self.max_time?)
     }
 
-    /// The rule that stopped a rendering within a pass, if that was its deadline.
+    /// Returns the rule that stopped a render within a pass, if that was its deadline.
     pub fn overdue(&self, session: &Session) -> Option<String> {
         let limit = self.max_time.filter(|_| !session.is_done())?;
         self.deadline().filter(|deadline| Instant::now() >= *deadline)?;
@@ -82,12 +82,12 @@ impl StopRules {
         Some(format!("time {elapsed:.1} s of {limit:.1} s, within a pass, after {done} samples"))
     }
 
-    /// What to say of a rendering that has all its samples, and more noise than was wanted.
+    /// Returns a message about a render that has all its samples, and more noise than was wanted.
     pub fn missed(&self, session: &Session) -> Option<String> {
         let limit = self.until?;
         let noise = session.film().relative_noise().filter(|noise| *noise > limit && session.is_done())?;
         let (done, _) = session.samples_done();
-        // Its square goes down as samples go up.
+        // The square of the noise is inversely proportional to the number of samples.
         let wanted = (f64::from(done) * (noise / limit).powi(2)).min(f64::from(u32::MAX));
         Some(format!(
             "--until: the noise is {:.2} %, not {} %, and all {done} samples are done (about {} are needed: --spp)",
@@ -97,7 +97,7 @@ impl StopRules {
         ))
     }
 
-    /// At most so many samples that the time will do, at least one.
+    /// Reduces a number of samples to those for which the time suffices, at least one.
     pub fn limit(&self, count: u32, session: &Session) -> u32 {
         let Some(limit) = self.max_time else { return count };
         let done = session.samples_done().0.saturating_sub(self.already);
@@ -110,7 +110,7 @@ impl StopRules {
     }
 }
 
-/// An estimated count, rounded to two digits.
+/// Rounds an estimated count up to two digits.
 fn rounded_up(count: f64) -> u64 {
     let step = 10_f64.powf((count.max(1.0).log10().floor() - 1.0).max(0.0));
     ((count / step).ceil() * step) as u64
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn estimates_have_two_digits() {
+    fn estimates_are_rounded_up_to_two_digits() {
         assert_eq!([0.2, 9.1, 64.0, 1234.0, 98_765.0].map(rounded_up), [1, 10, 64, 1300, 99_000]);
     }
 

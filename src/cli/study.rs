@@ -1,4 +1,4 @@
-//! `rayfront study FILE`: experiments from a file, and a page about them.
+//! `rayfront study FILE`: runs the experiments in a file, and writes a page about them.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

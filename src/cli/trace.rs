@@ -1,4 +1,4 @@
-//! `rayfront trace SCENE --rays FILE`: rays in, hits out, and how fast that was.
+//! `rayfront trace SCENE --rays FILE`: traces rays from a file, writes the hits, and measures the speed.
 
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -19,7 +19,7 @@ use crate::scene::CompiledScene;
 use crate::simd::Isa;
 use crate::world::{Camera, World};
 
-/// Rays that a thread takes at a time.
+/// The number of rays that a thread takes at a time.
 const CHUNK: usize = bvh::QUEUE;
 
 pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// As many as there is memory for, with their answers and what they are compared with.
+/// Returns the largest number of rays that fit in memory, with their hits and reference hits.
 fn most_rays() -> u64 {
     let each = RAY_BYTES + size_of::<Hit>() + HIT_BYTES;
     crate::memory::available().unwrap_or(u64::MAX) / each as u64
@@ -85,7 +85,7 @@ fn reference(arguments: &Trace, rays: usize) -> Result<Option<Vec<HitRecord>>, F
     Ok(Some(hits))
 }
 
-/// What rays are traced through.
+/// The scene, and the time that it took to load and compile it.
 struct TracedScene {
     compiled: CompiledScene,
     load: Duration,
@@ -104,30 +104,30 @@ fn load(arguments: &Trace) -> Result<TracedScene, Failure> {
     Ok(TracedScene { compiled, load, compile: start.elapsed() })
 }
 
-/// Rays come from a file, so a scene need not have a camera; compiling it needs one.
+/// Adds a camera to a scene without one: rays come from a file, but compiling needs a camera.
 fn give_camera(world: &mut World) {
     if crate::compile::camera_names(world).is_empty() {
         world.entities.spawn((Camera::Orthographic { height_m: 1.0 },));
     }
 }
 
-/// What is asked of the scene, and how.
+/// The query and its parameters.
 struct TraceQuery<'a> {
     bvh: &'a Bvh,
     isa: Isa,
     coherence: Coherence,
     any: bool,
     threads: usize,
-    /// The threads' buffers. They are kept from one time to the next, as in a renderer, with what is known of which
-    /// kernel is faster.
+    /// The threads' buffers. They are reused from one repetition to the next, as in a renderer, with the measured
+    /// speeds of the kernels.
     stacks: Mutex<Vec<Stack>>,
 }
 
-/// How long all rays took.
+/// The time that all rays took.
 #[derive(Clone, Copy)]
 struct Time {
     wall: Duration,
-    /// Of all threads together in seconds, where the system tells.
+    /// The CPU time of all threads in seconds, if the system provides it.
     cpu: Option<f64>,
 }
 
@@ -141,7 +141,7 @@ impl Time {
     }
 }
 
-/// Rays and where their answers go: the work that a thread takes at a time.
+/// The work that a thread takes at a time: rays, and the places for their results.
 type TraceJob<'a> = (Rays<'a>, Places<'a>);
 
 enum Places<'a> {
@@ -156,7 +156,7 @@ impl TraceQuery<'_> {
         let jobs = Mutex::new(jobs.into_iter());
         let start = Instant::now();
         let cpu = std::thread::scope(|scope| {
-            // Where the system gives no more threads, those that there are do all of it.
+            // If no more threads can be started, the existing ones do all the work.
             let spawn = |_| std::thread::Builder::new().spawn_scoped(scope, || self.work(&jobs)).ok();
             let others: Vec<_> = (1..self.threads).map_while(spawn).collect();
             let own = self.work(&jobs);
@@ -190,7 +190,7 @@ impl TraceQuery<'_> {
     }
 }
 
-/// What came out.
+/// The results of all rays.
 enum Answers {
     Hits(HitBatch),
     Blocked(Vec<u32>),
@@ -198,11 +198,11 @@ enum Answers {
 
 impl Answers {
     fn new(count: usize, any: bool) -> Answers {
-        // Not zeros: the system would provide their pages one by one while the clock runs.
+        // Not zeros: the system would provide their pages one by one while the time is measured.
         if any { Answers::Blocked(vec![u32::MAX; count]) } else { Answers::Hits(HitBatch::new(count)) }
     }
 
-    /// The chunks that jobs write to.
+    /// Returns the chunks that jobs write to.
     fn places(&mut self) -> Box<dyn Iterator<Item = Places<'_>> + '_> {
         match self {
             Answers::Hits(hits) => Box::new(hits.chunks_mut(CHUNK).map(Places::Hits)),
@@ -229,7 +229,7 @@ impl Answers {
     }
 }
 
-/// How many answers differ by more than rounding explains.
+/// Returns the number of results that differ by more than rounding explains.
 fn mismatches(answers: &Answers, reference: &[HitRecord], any: bool) -> usize {
     let differs = |(ours, theirs): (HitRecord, &HitRecord)| {
         let far = |t: f32| (t - theirs.t).abs() > 1e-4 * theirs.t + 1e-6;
@@ -238,7 +238,7 @@ fn mismatches(answers: &Answers, reference: &[HitRecord], any: bool) -> usize {
     answers.records().zip(reference).filter(|pair| differs(*pair)).count()
 }
 
-/// All that is known in the end.
+/// The data of the report.
 struct TraceReport<'a> {
     arguments: &'a Trace,
     scene: &'a TracedScene,
@@ -254,7 +254,7 @@ impl TraceReport<'_> {
         if self.query.any { "any" } else { "closest" }
     }
 
-    /// Million rays in each of so many seconds.
+    /// Returns the millions of rays per second, if all took so many seconds.
     fn speed(&self, seconds: f64) -> f64 {
         self.rays as f64 / seconds.max(1e-9) / 1e6
     }
@@ -264,7 +264,7 @@ impl TraceReport<'_> {
         (triangles > 0).then(|| self.scene.compiled.bvh.bytes() as f64 / triangles as f64)
     }
 
-    /// One object for programs.
+    /// Returns the report as a JSON object.
     fn json(&self) -> Value {
         let TracedScene { compiled, load, compile } = self.scene;
         let memory = compiled.memory();
@@ -301,7 +301,7 @@ impl TraceReport<'_> {
         object
     }
 
-    /// A few lines for people.
+    /// Returns a human-readable report of a few lines.
     fn text(&self) -> String {
         let TracedScene { compiled, load, compile } = self.scene;
         let (memory, geometry) = (compiled.memory(), &compiled.geometry);
@@ -345,7 +345,7 @@ impl TraceReport<'_> {
     }
 }
 
-/// Its name on the command line.
+/// Returns the name of a value on the command line.
 fn name_of(value: impl clap::ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }

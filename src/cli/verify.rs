@@ -1,4 +1,4 @@
-//! `rayfront verify SCENE`: whether every way to render gives the same film.
+//! `rayfront verify SCENE`: checks that all ways to render give the same film.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -33,10 +33,10 @@ pub struct Verify {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// How light travels.
+    /// The options of light transport.
     #[command(flatten)]
     pub light: args::LightOptions,
-    /// How the scene is read.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: args::ModelOptions,
 }
@@ -74,7 +74,7 @@ fn describe(way: &Way) -> String {
     format!("{}, {}, {}", schedule(way), way.isa.name(), threads(way))
 }
 
-/// A table of the films' hashes and, where they differ, what happened.
+/// Returns a table of the films' hashes and, if they differ, the first difference.
 fn text(arguments: &Verify, found: &Verification) -> String {
     let [width, height] = arguments.size;
     let first = &found.outcomes[0];
@@ -141,7 +141,7 @@ fn tell(difference: &Difference) -> Vec<String> {
     lines
 }
 
-/// Both sides of what happened, line by line.
+/// Returns the events of both sides, line by line.
 fn columns(difference: &Difference, first: &First) -> Vec<String> {
     let [a, b] = [0, 1].map(|side| match &first.happened[side] {
         Some(what) => (title(what), facts(what)),
@@ -169,7 +169,7 @@ fn way_json(way: &Way) -> Value {
     })
 }
 
-/// One object for programs.
+/// Returns the report as a JSON object.
 fn json(arguments: &Verify, found: &Verification) -> Value {
     let films: Vec<Value> = found
         .outcomes

@@ -1,4 +1,4 @@
-//! `rayfront view SCENE`: a page that shows a scene as it renders.
+//! `rayfront view SCENE`: serves a web page that shows a scene as it renders.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -30,13 +30,13 @@ pub struct ViewArguments {
     /// Do not open the page in a browser
     #[arg(long)]
     pub no_open: bool,
-    /// Also show the image, as floats, in tev or HDRView listening there, usually at 127.0.0.1:14158
+    /// Also show the image, as floats, in tev or HDRView listening at this address, usually 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT")]
     pub tev: Option<String>,
-    /// How the scene is read.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: ModelOptions,
-    /// What it looks like.
+    /// The options of the image.
     #[command(flatten)]
     pub picture: PictureOptions,
 }
@@ -61,7 +61,7 @@ pub(super) fn run(arguments: ViewArguments) -> Result<ExitCode, Failure> {
         output::print(&format!("{address}\n"))?;
         output::note("Ctrl-C ends it");
         if !no_open && is_desktop() {
-            // Where there is no browser the address has to do.
+            // Without a browser, the printed address has to do.
             let _ = open::that_detached(&address);
         }
         let viewer = Arc::new(Viewer::new(&scene, RenderWork::default()).with_tev(tev));
@@ -88,7 +88,7 @@ pub(super) fn run(arguments: ViewArguments) -> Result<ExitCode, Failure> {
     })?
 }
 
-/// Whether the person who started this sits in front of a screen.
+/// True if the user probably sits in front of a screen.
 fn is_desktop() -> bool {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let has_screen =

@@ -1,4 +1,4 @@
-//! The camera entity to the compiled camera.
+//! Compiles the camera entity.
 
 use hecs::Entity;
 
@@ -35,7 +35,7 @@ pub(super) fn compile(
         })?,
     };
     let matrix = &transforms[&found.0];
-    // Only place and direction count; a scale would otherwise change the angle of view.
+    // Only position and direction count; a scale would otherwise change the angle of view.
     let forward = direction(matrix, Vec3::NEG_Z);
     let up = direction(matrix, Vec3::Y).as_dvec3();
     let right = forward.as_dvec3().cross(up).normalize();
@@ -76,10 +76,10 @@ pub(super) fn compile(
     Ok((camera, aperture))
 }
 
-/// Columns and rows of an aperture, at most: larger pictures are thinned out.
+/// The most columns and rows of an aperture: larger images are reduced.
 const FINEST: usize = 512;
 
-/// A picture's luminance, with a dark edge; none if it is dark everywhere.
+/// An image's luminance, with a dark border; none if it is dark everywhere.
 fn aperture(image: &Image) -> Option<Aperture> {
     let texels = radiances(image);
     let (width, height) = (image.width as usize, image.height as usize);
@@ -88,7 +88,7 @@ fn aperture(image: &Image) -> Option<Aperture> {
     let mut nodes = vec![0.0; (columns + 2) * (rows + 2)];
     for (row, line) in texels.chunks(width).enumerate() {
         for (column, texel) in line.iter().enumerate() {
-            // Texels that share a cell are added up.
+            // Texels that share a cell are summed.
             let node = (row / step + 1) * (columns + 2) + column / step + 1;
             nodes[node] += Rgb::from(*texel).luminance();
         }
@@ -104,9 +104,9 @@ mod tests {
     use crate::shading::camera::on_lens;
     use crate::world::Texels;
 
-    /// With two texels side by side, 7/8 of each one's light comes through its own half, since they are blended.
+    /// With two texels side by side, 7/8 of each one's light passes through its own half, since they are interpolated.
     #[test]
-    fn light_comes_through_a_lens_where_its_picture_is_bright() {
+    fn lens_transmits_light_where_its_aperture_image_is_bright() {
         let texels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];
         let picture = Image { source: None, width: 2, height: 2, texels: Texels::Rgba8(texels) };
         let aperture = aperture(&picture).unwrap();
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn openings_of_any_size_are_taken_and_dark_ones_are_not() {
+    fn apertures_of_any_size_are_accepted_except_dark_ones() {
         let grey = |width: u32, height: u32, value: u8| {
             let texels = vec![[value; 4]; (width * height) as usize];
             aperture(&Image { source: None, width, height, texels: Texels::Rgba8(texels) })

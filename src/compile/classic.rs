@@ -1,21 +1,18 @@
-//! What a physically based surface comes to under the Whitted transport, where every light is a
-//! point and nothing but mirrors shows the surroundings.
+//! Physically based surfaces under the Whitted transport, where every light is a point and only mirrors show the
+//! surroundings.
 //!
 //! With the base colour b, metalness m, roughness r and α = r²:
 //!
-//! - *diffuse* b · (1 − m + m α) / π. The second part is the metal's: the wider its lobe, the
-//!   less it depends on direction, and at r = 1 it is all but Lambertian. In the lobe itself
-//!   1 − α of the metal is left.
-//! - *shininess* s = 2/α² − 2, by which Blinn-Phong's distribution is as wide as Beckmann's
-//!   and GGX's of that α.
-//! - *specular* F₀ · (s + 2)/8π. A microfacet lobe is D F V with D = (s + 2)/2π · (n·h)ˢ and
-//!   V = 1/4 for light and viewer near the normal. F₀ = 0.04 (1 − m) + b m (1 − α).
+//! - *diffuse* b · (1 − m + m α) / π. The second part is the metal's: the wider its lobe, the less it depends on
+//!   direction, and at r = 1 it is all but Lambertian. In the lobe itself 1 − α of the metal is left.
+//! - *shininess* s = 2/α² − 2, by which Blinn-Phong's distribution is as wide as Beckmann's and GGX's of that α.
+//! - *specular* F₀ · (s + 2)/8π. A microfacet lobe is D F V with D = (s + 2)/2π · (n·h)ˢ and V = 1/4 for light and
+//!   viewer near the normal. F₀ = 0.04 (1 − m) + b m (1 − α).
 //! - *kr* b m (1 − r/0.3) for metals smoother than that: their lobe is a mirror image.
-//! - Textures of metalness, roughness and transmission count by their means: the model has one
-//!   exponent.
-//! - *Transmission* t lets b t through and leaves 1 − t of the diffuse part. Only what has a
-//!   volume bends light; a thin wall (an ior of 1) bends and mirrors nothing.
-//! - *Unlit* surfaces answer no light.
+//! - Textures of metalness, roughness and transmission count by their means: the model has one exponent.
+//! - *Transmission* t lets b t through and leaves 1 − t of the diffuse part. Only materials with a volume refract; a
+//!   thin wall (an ior of 1) neither refracts nor reflects.
+//! - *Unlit* surfaces reflect no light.
 
 use std::f32::consts::PI;
 
@@ -25,9 +22,9 @@ use crate::scene::material::{ColorParam, WhittedParams};
 use crate::world::assets::{Assets, Texels};
 use crate::world::{Channel, ColorInput, Principled, ScalarInput};
 
-/// The least roughness of a highlight, as if lights had a size: in a perfect mirror no ray would find a point.
+/// The least roughness of a highlight, as if lights had a size: a perfect mirror would never reflect a point light.
 const SMOOTHEST: f32 = 0.15;
-/// The roughness from which metals show no mirror image.
+/// The roughness from which metals are no mirrors.
 const DULL: f32 = 0.3;
 /// F₀ of dielectrics.
 const DIELECTRIC: f32 = 0.04;
@@ -53,7 +50,7 @@ pub(super) fn from_principled(m: &Principled, assets: &Assets) -> WhittedParams 
     let shininess = (2.0 / (alpha * alpha) - 2.0).max(0.0);
     let peak = (shininess + 2.0) / (8.0 * PI);
     let mirror = metallic * (1.0 - alpha);
-    // One factor for a texture: what is hardly metal takes grey, what is mostly metal its colour.
+    // A texture takes one factor: surfaces that are mostly not metal get grey, mostly metallic ones their colour.
     let tint = if metallic > 0.5 { m.base_color } else { ColorInput::Constant(Rgb::WHITE) };
     let image = metallic * (1.0 - roughness / DULL).max(0.0);
     let weighed = |input: ColorInput, weight: f32| {
@@ -81,10 +78,10 @@ pub(super) fn from_principled(m: &Principled, assets: &Assets) -> WhittedParams 
     }
 }
 
-/// Texels that are read along each axis of an image, at most.
+/// The most texels that are read along each axis of an image.
 const PROBES: u32 = 64;
 
-/// The mean of a channel over its image, as it is stored; 1 where there is none.
+/// The mean of a channel's stored values over its image; 1 if there is none.
 fn channel_mean(input: ScalarInput, assets: &Assets) -> f32 {
     let Some((texture, channel)) = input.texture else { return 1.0 };
     let image = &assets.images[assets.textures[texture.0 as usize].image.0 as usize];

@@ -1,4 +1,4 @@
-//! All systems in their order, and what of them need not be done again.
+//! Runs all systems in order, and reuses the results of those whose inputs are unchanged.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::math::{Aabb, Vec3};
 use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
 use crate::world::{Sharing, Transport, World, transforms};
 
-/// A scene, and what each system has made of what.
+/// A scene, with the inputs and the result of each system.
 pub struct MemoizedScene {
     /// The scene.
     pub scene: Arc<CompiledScene>,
@@ -29,19 +29,19 @@ pub struct MemoizedScene {
 /// # Errors
 ///
 /// [`CompileError::NoCamera`] and [`CompileError::UnknownCamera`]; [`CompileError::Entity`] and
-/// [`CompileError::Invalid`] if something refers to what is not there, or is a number that it cannot be;
+/// [`CompileError::Invalid`] if something refers to a missing object, or a number is out of its range;
 /// [`CompileError::TooLarge`].
 pub fn compile(world: &World, camera: Option<&str>) -> Result<CompiledScene, CompileError> {
     let MemoizedScene { scene, .. } = compile_after(world, camera, None)?;
-    // Nothing else holds it.
+    // This is the only reference.
     Ok(Arc::unwrap_or_clone(scene))
 }
 
-/// The same after another state of the world was compiled: a system whose inputs are the same as then gets its result
-/// again. Meshes and images are known by their pointers (see [`crate::world::AssetCache`]).
+/// Compiles a world after another state of it: a system whose inputs are unchanged reuses its result. Meshes and images
+/// are compared by their pointers (see [`crate::world::AssetCache`]).
 ///
-/// All that takes long is a system of its own, a function of its inputs alone: what changes none of these costs
-/// nothing there.
+/// Everything that takes long is a system of its own, a function of its inputs only: changes that leave these alone
+/// cost nothing there.
 pub fn compile_after(
     world: &World,
     camera: Option<&str>,
@@ -132,7 +132,7 @@ pub fn compile_after(
     Ok(MemoizedScene { scene: Arc::new(scene), textures, environment, open_surfaces, geometry, emitters })
 }
 
-/// Sets from which side each surface is there, by its material.
+/// Sets each surface's sidedness by its material.
 fn set_sidedness(
     bvh: &mut Arc<Bvh>,
     geometry: &Geometry,
@@ -162,7 +162,7 @@ fn set_sidedness(
     Arc::make_mut(bvh).set_sidedness(of, &placed);
 }
 
-/// What a person should know before waiting for the image.
+/// Warnings for the user, known before the image is rendered.
 fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     let mut warnings = world.warnings.clone();
     warnings.extend(unsupported_by_transport::by_transport(world));
@@ -178,11 +178,11 @@ fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
     warnings
 }
 
-/// The warning about a scene whose surfaces are all black, with the remedy.
+/// The warning about a scene whose surfaces are all black, and its remedy.
 pub(crate) const NO_LIGHT: (&str, &str) =
     ("there is no light", "add an entity with light: Point(power_w: 100), or --env studio");
 
-/// True if anything but the surroundings gives light, or needs none.
+/// True if anything but the surroundings emits light, or needs none.
 pub(crate) fn emits(scene: &CompiledScene) -> bool {
     !scene.lights.is_empty()
         || !scene.emitters.is_empty()
@@ -190,12 +190,11 @@ pub(crate) fn emits(scene: &CompiledScene) -> bool {
         || scene.materials.iter().any(|material| material.emits() || material.unlit)
 }
 
-/// Glass that splits paths in two, with nothing that ends them: each bounce can double the work.
+/// A warning about glass that splits paths in two without an end: each bounce can double the work.
 fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
     const MANY: u32 = 16;
     let settings = &world.settings;
-    // A path above it carries at least that part of one, so at any depth there are no more than 1 / min_throughput
-    // paths.
+    // Each path carries at least the part min_throughput, so at any depth there are at most 1 / min_throughput paths.
     let is_endless = settings.transport == Transport::Whitted
         && settings.max_depth > MANY
         && settings.min_throughput < 1e-5
@@ -208,7 +207,7 @@ fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
     })
 }
 
-/// Groups that were asked for but that other settings rule out.
+/// A warning about requested path reuse that other settings rule out.
 fn unshared(world: &World) -> Option<String> {
     let settings = &world.settings;
     let asked = matches!(settings.sharing, Sharing::Groups(_)) && settings.transport == Transport::Path;
@@ -223,7 +222,7 @@ mod tests {
     use crate::world::{self, Camera, Transform};
 
     #[test]
-    fn a_scene_without_light_is_told_so() {
+    fn scene_without_light_gives_a_warning() {
         use crate::math::Rgb;
         use crate::world::{Falloff, Light, Shape};
 
@@ -244,9 +243,9 @@ mod tests {
         }));
     }
 
-    /// A world that is compiled after another one becomes what it would be by itself, and shares what is the same.
+    /// A world that is compiled after another one equals one compiled by itself, and shares what is unchanged.
     #[test]
-    fn what_was_compiled_before_is_shared_where_it_is_the_same() {
+    fn unchanged_parts_of_a_recompiled_scene_are_shared() {
         use crate::math::Vec2;
         use crate::world::{
             AlphaMode, ColorInput, Image, Material, Mesh, Principled, Shape, Texels, Texture,
@@ -292,7 +291,7 @@ mod tests {
             };
             let _ = world.entities.insert_one(third, second);
         };
-        /// What changes, and whether trees and texels stay.
+        /// A change, and whether trees and texels stay.
         type Change = (fn(&mut World), bool, bool);
         let changes: [Change; 6] = [
             (|world| world.change_cameras(|c| *c = Camera::Orthographic { height_m: 2.0 }), true, true),

@@ -1,5 +1,5 @@
-//! Bodies that touch: two triangles in the same place, of which one is the boundary of each body, become one boundary
-//! between both. A path that left a body by one of them would miss the other, which is not behind it.
+//! Bodies that touch: two coincident triangles, each the boundary of one body, become one boundary between both.
+//! Otherwise a path that leaves one body through one of them would miss the other, which is not behind it.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -8,15 +8,15 @@ use std::sync::Arc;
 use crate::scene::material::Coverage;
 use crate::scene::{Geometry, Material};
 
-/// Records to which others are added, with their names and the first records of those that were added.
+/// Material records to which variants are added, with their names and, for each added record, its original material.
 pub(super) struct Records<'a> {
     pub materials: &'a mut Vec<Material>,
     pub names: &'a mut Vec<String>,
     pub added: &'a mut Vec<u32>,
 }
 
-/// Lets one of any two triangles that lie in the same place and face each other's way stand for both. Meshes that have
-/// instances are left out.
+/// Merges triangles that coincide and face opposite ways: one of each pair stands for both. Meshes with instances are
+/// left out.
 pub(super) fn join(geometry: Arc<Geometry>, records: Records) -> Arc<Geometry> {
     let of_part = |part: u32| &records.materials[geometry.parts.material[part as usize] as usize];
     let is_boundary = |part: &u32| {
@@ -53,12 +53,12 @@ pub(super) fn join(geometry: Arc<Geometry>, records: Records) -> Arc<Geometry> {
     Arc::new(joined.geometry)
 }
 
-/// Instead of the number of a body: the triangle is not there.
+/// In place of a body's number: the triangle is hidden.
 const HIDDEN: u32 = u32::MAX;
 
-/// A triangle's corners whatever their order, and which way around they go.
+/// A triangle's corners in an order that does not depend on the first one, and its winding.
 fn place(geometry: &Geometry, triangle: u32, part: u32) -> ([[u32; 3]; 3], bool) {
-    // A zero has one sign.
+    // Turns −0 into +0.
     let corner = |vertex: u32| geometry.positions[vertex as usize].map(|c| (c + 0.0).to_bits());
     let mut corners = geometry.triangles[triangle as usize].map(corner);
     let first = (0..3).min_by_key(|place| corners[*place]).unwrap_or(0);
@@ -70,11 +70,11 @@ fn place(geometry: &Geometry, triangle: u32, part: u32) -> ([[u32; 3]; 3], bool)
     (corners, is_sorted != (geometry.parts.sign[part as usize] < 0.0))
 }
 
-/// A geometry some of whose triangles have other materials than before.
+/// A geometry in which some triangles get other materials.
 struct ContactRecords<'a> {
     geometry: Geometry,
     records: Records<'a>,
-    /// New parts by old ones and what their materials border on.
+    /// New parts, by the old part and the number of the body on its other side.
     parts: HashMap<(u32, u32), u32>,
 }
 
@@ -84,7 +84,7 @@ impl ContactRecords<'_> {
         &self.records.materials[self.geometry.parts.material[part as usize] as usize]
     }
 
-    /// Gives a triangle a material that borders on a body, or is not there.
+    /// Gives a triangle a material that borders on a body, or hides it.
     fn change(&mut self, triangle: u32, beside: u32) {
         let old = self.geometry.triangle_parts[triangle as usize];
         let material = *self.material(triangle);
@@ -98,7 +98,7 @@ impl ContactRecords<'_> {
             };
             records.materials.push(changed);
             records.names.push(records.names[part.material as usize].clone());
-            // Sheets' records are others of first ones, too.
+            // Sheets' records are variants of original ones, too.
             let own = records.names.len() - 1 - records.added.len();
             let first =
                 (part.material as usize).checked_sub(own).map_or(part.material, |at| records.added[at]);

@@ -1,4 +1,4 @@
-//! Everything that lights surfaces to the columns that both transports sample.
+//! Compiles everything that lights surfaces to the columns that both transports sample.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -20,25 +20,25 @@ use crate::world::{Outline, Pattern};
 /// tree.
 pub(super) const MOST_PLACED: usize = 1 << 20;
 
-/// What can be hit and may shine.
+/// Surfaces that can be hit and may emit light.
 pub(super) struct EmittingSurfaces<'a> {
     pub geometry: &'a Geometry,
     pub materials: &'a [Material],
     pub textures: &'a Textures,
     /// The triangles of each instance.
     pub placed: &'a [Range<u32>],
-    /// The same of copies.
+    /// The triangles of each copy.
     pub copies: &'a [Range<u32>],
 }
 
-/// All that emitters are made of.
+/// All inputs of emitters.
 #[derive(PartialEq)]
 pub(super) struct EmitterInputs {
     geometry: ByPtr<Geometry>,
     textures: ByPtr<Textures>,
     environment: ByPtr<Environment>,
     lamps: DebugText,
-    /// Materials that shine, by their numbers.
+    /// Materials that emit, by their numbers.
     shining: DebugText,
 }
 
@@ -61,12 +61,12 @@ impl EmitterInputs {
     }
 }
 
-/// What shines.
+/// The compiled emitters.
 #[derive(Clone)]
 pub(super) struct CompiledEmitters {
     pub emitters: Arc<Emitters>,
     pub lights: Vec<WhittedLight>,
-    /// How many instances and copies were left out, because they would be too many emitters.
+    /// The number of instances and copies left out because they would be too many emitters.
     pub left_out: usize,
 }
 
@@ -100,7 +100,7 @@ pub(super) fn compile(
     left_out += instances(&mut out, surfaces, room);
     for (index, lamp) in lamps.iter().enumerate() {
         if let WorldLight::Directional { to_light, irradiance, angle } = lamp {
-            // A surface that faces the middle gets it at a mean cosine of (1 + cos) / 2.
+            // A surface that faces the middle receives it at a mean cosine of (1 + cos) / 2.
             let cos = libm::cos(*angle as f64 / 2.0);
             let light = *irradiance * (2.0 / (1.0 + cos)) as f32;
             let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, light);
@@ -110,7 +110,7 @@ pub(super) fn compile(
             lights[index].emitter = emitter;
         }
     }
-    // Light that is nearly even all around is found by sampled directions as well as in any other way.
+    // An environment without a panorama is nearly uniform: BSDF sampling finds its light as well as light sampling.
     if environment.panorama.is_some() && !environment.is_black() {
         let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
         let flags = if *around_without_caustics { flag::WITHOUT_PHOTONS } else { 0 };
@@ -132,7 +132,7 @@ fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
     [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, 0.0, light.r, light.g, light.b]
 }
 
-/// Where an emitter is, where it shines to and how bright it is.
+/// The bounds of an emitter: its place, its directions and its power.
 fn bounds(
     out: &Emitters,
     emitter: usize,
@@ -195,7 +195,7 @@ fn bounds(
             },
             _ => everywhere,
         },
-        // Without falloff it is the same everywhere, as from far away.
+        // Without falloff, irradiance is the same everywhere, as from a distant light.
         kind::POINT => LightBounds { far: row[9] == 0.0, ..everywhere },
         kind::SPOT if row[9] == 0.0 => LightBounds { far: true, ..everywhere },
         kind::SPOT => LightBounds { axis: vector(3), cos_spread: 1.0, cos_emission: row[6], ..everywhere },
@@ -249,13 +249,13 @@ fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
     Some(emitter)
 }
 
-/// A corner and two edges of the parallelogram that a triangle and the next one make, if they do:
-/// one emitter is sampled better than two. The edges' product points where `front` does.
+/// A corner and two edges of the parallelogram that a triangle and the next one make, if they do: one emitter is
+/// sampled better than two. The edges' cross product points to the side of `front`.
 fn parallelogram(geometry: &Geometry, index: usize, front: Vec3) -> Option<[Vec3; 3]> {
     let place = |v: u32| Vec3::from_array(geometry.positions[v as usize]);
     let [one, other] = [index, index + 1].map(|i| geometry.triangles[i].map(place));
     for k in 0..3 {
-        // The corner of the first that is opposite to the shared edge, if that is the one.
+        // The first triangle's corner that is opposite to the edge, if they share it.
         let (corner, left, right) = (one[k], one[(k + 1) % 3], one[(k + 2) % 3]);
         for j in 0..3 {
             let (far, a, b) = (other[j], other[(j + 1) % 3], other[(j + 2) % 3]);
@@ -284,7 +284,7 @@ fn flags_of(material: &Material) -> u32 {
     flags.into_iter().filter(|(set, _)| *set).fold(0, |all, (_, flag)| all | flag)
 }
 
-/// An emitter that is a triangle, or two.
+/// An emitter of one triangle or two.
 #[derive(Clone, Copy)]
 struct EmittingPrimitive {
     kind: u32,
@@ -295,7 +295,7 @@ struct EmittingPrimitive {
 }
 
 impl EmittingPrimitive {
-    /// What a triangle with a material that shines gives off, together with the next one before `end` if both make a
+    /// The emitter of a triangle with an emitting material, together with the next triangle before `end` if both make a
     /// parallelogram.
     fn new(
         surfaces: &EmittingSurfaces,
@@ -333,7 +333,7 @@ impl EmittingPrimitive {
         if self.kind == kind::QUAD { 2 } else { 1 }
     }
 
-    /// As an instance places it.
+    /// The emitter in world space, as an instance places it.
     fn placed(&self, instance: &[f32; 24], sign: f32) -> EmittingPrimitive {
         let rows: [Vec3; 3] = std::array::from_fn(|i| Vec3::from_slice(&instance[4 * i..]));
         let offset = Vec3::new(instance[3], instance[7], instance[11]);
@@ -342,7 +342,7 @@ impl EmittingPrimitive {
         let (corner, e1, e2) = (turn(at(0)) + offset, turn(at(3)), turn(at(6)));
         let mut row = row_of(corner, e1, e2, Rgb::BLACK);
         row[10..].copy_from_slice(&self.row[10..]);
-        // In world space its edges go around the other way.
+        // A mirroring transform reverses the winding of its edges.
         EmittingPrimitive { row, flags: self.flags | if sign < 0.0 { flag::REVERSED } else { 0 }, ..*self }
     }
 
@@ -354,8 +354,8 @@ impl EmittingPrimitive {
     }
 }
 
-/// Triangles and spheres in world space whose material gives off light, of copies as many as there is room
-/// for; returns how many copies are left out.
+/// Adds triangles and spheres in world space whose material emits, and of copies as many as there is room for; returns
+/// the number of copies left out.
 fn in_the_world(
     out: &mut Emitters,
     surfaces: &EmittingSurfaces,
@@ -418,14 +418,14 @@ fn in_the_world(
 #[derive(Default)]
 struct MeshEmitters {
     lamps: Vec<EmittingPrimitive>,
-    /// Which of them each triangle is.
+    /// The emitter of each triangle: an index into `lamps`, or [`NONE`].
     of_triangle: Vec<u32>,
-    /// Where these begin in [`Emitters::of_primitive`], once they are there.
+    /// The beginning of these in [`Emitters::of_primitive`], once added.
     begin: Option<usize>,
 }
 
 impl MeshEmitters {
-    /// `given` is the material that takes the place of the triangles' own, or [`NONE`].
+    /// The emitters of a range of triangles. `given` is the material that replaces the triangles' own, or [`NONE`].
     fn new(surfaces: &EmittingSurfaces, range: Range<u32>, given: u32) -> MeshEmitters {
         let EmittingSurfaces { geometry, materials, .. } = surfaces;
         let (first, end) = (range.start as usize, range.end as usize);
@@ -446,8 +446,8 @@ impl MeshEmitters {
     }
 }
 
-/// The triangles of instances, at most `most` emitters; returns how many instances are left out.
-/// Ellipsoids are found by rays alone.
+/// Adds the triangles of instances, at most `most` emitters; returns the number of instances left out. Only rays that
+/// are not light samples find ellipsoids.
 fn instances(out: &mut Emitters, surfaces: &EmittingSurfaces, most: usize) -> usize {
     let (mut meshes, mut room, mut left_out) = (HashMap::new(), most, 0);
     let count = surfaces.placed.len();
@@ -492,7 +492,7 @@ mod tests {
     use crate::world::{self, BlinnPhong, ColorInput, Mesh, Shape, Transform, World};
 
     #[test]
-    fn copies_are_lamps_as_far_as_there_is_room() {
+    fn copies_become_emitters_while_there_is_room() {
         let mut world = World::default();
         let bright = BlinnPhong { emission: ColorInput::Constant(Rgb::WHITE), ..BlinnPhong::default() };
         let material = world.assets.add_material(None, world::Material::BlinnPhong(bright));

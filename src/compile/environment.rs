@@ -1,4 +1,4 @@
-//! What lies infinitely far away.
+//! Compiles the environment: light from infinitely far away.
 
 use glam::{DMat3, DVec3};
 use hecs::Entity;
@@ -15,17 +15,17 @@ use crate::world::assets::{Image, Texels};
 use crate::world::transforms::WorldTransforms;
 use crate::world::{Background, Light, World};
 
-/// All that surroundings are made of.
+/// All inputs of the environment.
 #[derive(PartialEq)]
 pub(super) struct EnvironmentInputs {
     text: DebugText,
     background: Background,
-    /// The first light that is all around, its image and its matrix.
+    /// The first environment or sky light, its image and its matrix.
     light: Option<(Light, Option<ByPtr<Image>>, DMat3)>,
 }
 
 impl EnvironmentInputs {
-    /// The first environment light, or else the background.
+    /// The first environment or sky light, and the background.
     pub(super) fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> EnvironmentInputs {
         let around = |entity: &Entity| {
             let light = (*world.entities.get::<&Light>(*entity).ok()?).clone();
@@ -71,7 +71,7 @@ pub(super) fn compile(inputs: &EnvironmentInputs) -> Result<Environment, Shortag
     Ok(Environment { background, panorama })
 }
 
-/// Turned by a rotation.
+/// A panorama turned by a rotation.
 fn panorama(texels: Vec<[f32; 3]>, [width, height]: [u32; 2], factor: Rgb, rotation: DMat3) -> Panorama {
     // The columns of a rotation are the rows of its inverse.
     let axis = |v: DVec3| v.normalize_or_zero().as_vec3();
@@ -80,12 +80,12 @@ fn panorama(texels: Vec<[f32; 3]>, [width, height]: [u32; 2], factor: Rgb, rotat
     Panorama { width, height, table, irradiance, texels, factor, to_local }
 }
 
-/// Columns of the grid that directions are drawn from, at most; it has half as many rows.
+/// The most columns of the grid from which directions are sampled; it has half as many rows.
 const FINEST: usize = 1024;
 
-/// Luminance times the sine of the polar angle. A node is a texel, or in a larger picture the mean of several with
-/// their neighbours: lookups blend between texels, and nothing that shines may have a probability of zero. Also
-/// returns about the irradiance that it stands for.
+/// The sampling weights of directions: luminance times the sine of the polar angle. A node is a texel or, in a larger
+/// image, the mean of several with their neighbours: lookups interpolate between texels, and nothing that emits may
+/// have a probability of zero. Also returns an estimate of the irradiance.
 fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> (Distribution2d, f32) {
     let (columns, rows) = (width.min(FINEST), height.min(FINEST / 2));
     let luminance = |x: usize, y: usize| Rgb::from(texels[y * width + x]).luminance() as f64;
@@ -109,13 +109,13 @@ fn importance(texels: &[[f32; 3]], width: usize, height: usize) -> (Distribution
     less_their_mean(&mut weights, columns);
     let whole: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
     let per_cell = 2.0 * std::f64::consts::PI.powi(2) / (columns * rows) as f64;
-    // Half of light from all around is lost to the cosine, less of light from one place.
+    // The cosine takes half of the light from all around, less of light from one place.
     (Distribution2d::new(&weights, columns), (0.5 * whole * per_cell) as f32)
 }
 
-/// Takes the mean radiance off the weights: sampled directions find what is about as bright as everything else by
-/// themselves, so light samples go to what is brighter (Karlík and others, "MIS compensation", 2019). What is equally
-/// bright everywhere keeps its weights.
+/// Subtracts the mean radiance from the weights: BSDF samples already find what is about as bright as everything else,
+/// so light samples go to brighter places (Karlík and others, "MIS compensation", 2019). An environment of uniform
+/// brightness keeps its weights.
 fn less_their_mean(weights: &mut [f32], columns: usize) {
     let rows = weights.len() / columns;
     let sine = |at: usize| libm::sin(std::f64::consts::PI * ((at / columns) as f64 + 0.5) / rows as f64);
@@ -128,7 +128,7 @@ fn less_their_mean(weights: &mut [f32], columns: usize) {
     }
 }
 
-/// Linear texels.
+/// The texels of an image, linear.
 pub(super) fn radiances(image: &Image) -> Vec<[f32; 3]> {
     match &image.texels {
         Texels::Rgb32(texels) => texels.clone(),

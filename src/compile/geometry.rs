@@ -1,9 +1,9 @@
-//! Shapes to vertex, triangle and sphere arrays, and to the tree over them.
+//! Compiles shapes to vertex, triangle and sphere arrays, and builds the tree over them.
 //!
-//! A mesh that is placed once is moved to world space and lies in the world's tree. So is one that
-//! is placed several times, copy by copy, while copies are few ([`Settings::copied_triangles`]);
-//! others get a subtree of their own, shared by their instances. So do spheres that a
-//! transform turns into ellipsoids: all are instances of one unit sphere.
+//! A mesh that is placed once is transformed to world space and lies in the world's tree. So is one that is placed
+//! several times, copy by copy, while copies are few ([`Settings::copied_triangles`]); other meshes get a subtree of
+//! their own, shared by their instances. So do spheres that a transform turns into ellipsoids: all are instances of one
+//! unit sphere.
 //!
 //! [`Settings::copied_triangles`]: crate::world::Settings::copied_triangles
 
@@ -26,17 +26,17 @@ use crate::scene::{CompiledScene, Geometry, Part};
 use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
 
-/// What shapes come to.
+/// The compiled shapes.
 #[derive(Clone)]
 pub(super) struct CompiledGeometry {
     pub geometry: Arc<Geometry>,
     /// The triangles of each instance.
     pub placed: Arc<Vec<Range<u32>>>,
-    /// Those of each mesh that is placed several times and copied, place by place.
+    /// The triangles of each copy of a mesh that is placed several times.
     pub copies: Arc<Vec<Range<u32>>>,
 }
 
-/// All that geometry and trees are made of.
+/// All inputs of geometry and trees.
 #[derive(PartialEq)]
 pub(super) struct GeometryInputs {
     shapes: Vec<PlacedShape>,
@@ -52,19 +52,19 @@ struct PlacedShape {
     shape: Shape,
     matrix: DAffine3,
     material: Option<MaterialId>,
-    /// Records of sheets in place of the mesh's own materials.
+    /// Pairs of one of the mesh's own materials and the sheet's record that replaces it.
     replaced: Vec<[MaterialId; 2]>,
 }
 
 impl PlacedShape {
-    /// The record of triangles that have a material of their mesh.
+    /// The record of triangles with a material of their mesh.
     fn record(&self, own: MaterialId) -> MaterialId {
         self.material.unwrap_or_else(|| in_place_of(own, &self.replaced))
     }
 }
 
 impl PartialEq for PlacedShape {
-    /// To the bit.
+    /// Compares matrices and numbers bit by bit.
     fn eq(&self, other: &Self) -> bool {
         let matrix = |of: &Self| of.matrix.to_cols_array().map(f64::to_bits);
         let same_shape = match (&self.shape, &other.shape) {
@@ -78,7 +78,7 @@ impl PartialEq for PlacedShape {
 }
 
 impl GeometryInputs {
-    /// What a world says. Errors: planes that are not flat and convex.
+    /// The inputs from a world. Fails for planes that are not flat and convex.
     pub(super) fn new(
         world: &World,
         order: &[Entity],
@@ -96,7 +96,7 @@ impl GeometryInputs {
             material = material.map(|own| in_place_of(own, &replaced));
             if let Shape::Plane { corners } = &*shape {
                 check_plane(*corners).map_err(|(_, reason)| entity_error(world, entity, reason))?;
-                // Its corners go around either way, as its author liked: a sheet is seen from both sides.
+                // A plane's corners may go around either way: it is a sheet, visible from both sides.
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
             }
             let (shape, matrix) = ((*shape).clone(), transforms[&entity]);
@@ -117,7 +117,7 @@ impl GeometryInputs {
     }
 }
 
-/// Also returns the tree: that of `before`, if it is over the same shapes.
+/// Compiles the shapes. Also returns the tree: that of `before`, if it is over the same shapes.
 pub(super) fn compile(
     inputs: &GeometryInputs,
     before: Option<&CompiledScene>,
@@ -175,10 +175,10 @@ pub(super) fn compile(
     Ok((CompiledGeometry { geometry, placed, copies }, bvh))
 }
 
-/// Which meshes are copied to world space wherever they are placed: those whose copies take least, as many as are
-/// allowed.
+/// Chooses the meshes that are copied to world space at all of their places: those whose copies are smallest, as many
+/// as the limit allows.
 fn choose_copied(inputs: &GeometryInputs, uses: &[u32]) -> Vec<bool> {
-    // Vertices count, too: there may be any number that no triangle uses.
+    // Vertices count, too: a mesh may have any number that no triangle uses.
     let size = |mesh: &ByPtr<Mesh>| mesh.0.triangles.len().max(mesh.0.positions.len()) as u64;
     let sizes = inputs.meshes.iter().map(size);
     let extra: Vec<u64> = uses.iter().zip(sizes).map(|(n, size)| n.saturating_sub(1) as u64 * size).collect();
@@ -194,7 +194,7 @@ fn choose_copied(inputs: &GeometryInputs, uses: &[u32]) -> Vec<bool> {
     copied
 }
 
-/// How many entities place each mesh.
+/// The number of entities that place each mesh.
 fn count_uses(inputs: &GeometryInputs) -> Vec<u32> {
     let mut uses = vec![0; inputs.meshes.len()];
     for placed in &inputs.shapes {
@@ -205,7 +205,8 @@ fn count_uses(inputs: &GeometryInputs) -> Vec<u32> {
     uses
 }
 
-/// Ids have 31 bits, and lanes address three floats a vertex with 31 bits. Claims memory for geometry and trees.
+/// Checks sizes and reserves memory for geometry and trees. Ids have 31 bits, and lanes address three floats a vertex
+/// with 31 bits.
 fn check_size(
     inputs: &GeometryInputs,
     uses: &[u32],
@@ -227,13 +228,13 @@ fn check_size(
     let others = inputs.shapes.iter().filter(|placed| !matches!(placed.shape, Shape::Mesh(_))).count();
     let primitives = triangles + others;
     bytes = bytes.saturating_add(inputs.shapes.len() * PLACED_BYTES);
-    // A part beside each triangle, and the finished tree.
+    // The part of each triangle, and the finished tree.
     let built = peak_bytes(primitives, true, inputs.quality) + primitives * (4 + TREE_BYTES);
     let what = format_args!("the geometry of {triangles} triangles with its tree");
     Ok(memory::reserve(what, bytes.saturating_add(built) as u64)?)
 }
 
-/// Bytes of an instance, or of another shape that is placed.
+/// Bytes of an instance, or of another placed shape.
 const PLACED_BYTES: usize = 320;
 /// Bytes of nodes and blocks, for each triangle.
 const TREE_BYTES: usize = 60;
@@ -263,8 +264,8 @@ fn triangle_mesh(vertices: [Vec3; 3], normals: Option<[Vec3; 3]>, uvs: Option<[V
     }
 }
 
-/// Two triangles; texture coordinates by projecting each corner on the two edges that meet
-/// in the first one, divided by the edges' lengths.
+/// Two triangles. Texture coordinates are projections of each corner on the two edges that meet in the first one,
+/// divided by the edges' lengths.
 fn plane_mesh(corners: [Vec3; 4]) -> Mesh {
     let [a, b, _, d] = corners.map(|c| c.as_dvec3());
     let (u_edge, v_edge) = (b - a, d - a);
@@ -278,13 +279,13 @@ fn plane_mesh(corners: [Vec3; 4]) -> Mesh {
     Mesh { uvs: corners.map(project).to_vec(), ..fan_mesh(&corners) }
 }
 
-/// A convex polygon.
+/// A convex polygon as a fan of triangles.
 fn fan_mesh(corners: &[Vec3]) -> Mesh {
     let triangles = (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect();
     Mesh { positions: corners.to_vec(), triangles, ..Mesh::default() }
 }
 
-/// What instances place.
+/// A tree that instances share.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum InstancedTree<'a> {
     /// A mesh, and records in place of its own materials.
@@ -298,7 +299,7 @@ struct GeometryBuilder {
 }
 
 impl GeometryBuilder {
-    /// Reserves room for all meshes at once: a column that grows holds its content twice while it does.
+    /// Reserves room for all meshes up front: an array that grows holds its content twice while it does.
     fn reserve(&mut self, inputs: &GeometryInputs, uses: &[u32], copied: &[bool]) {
         let times = uses
             .iter()
@@ -308,7 +309,7 @@ impl GeometryBuilder {
             let meshes = inputs.meshes.iter().zip(times.clone());
             meshes.map(|(ByPtr(mesh), times)| times * count(mesh)).sum()
         };
-        // Of shapes that are not meshes.
+        // Room for shapes that are not meshes.
         let is_small =
             |placed: &&PlacedShape| matches!(placed.shape, Shape::Triangle { .. } | Shape::Plane { .. });
         let more = 4 * inputs.shapes.iter().filter(is_small).count() + 8 * inputs.panels.len();
@@ -336,7 +337,7 @@ impl GeometryBuilder {
         self.geometry.sphere_parts.push(part);
     }
 
-    /// Adds a mesh, transformed. `part` gives the part of triangles with some material.
+    /// Adds a transformed mesh. `part` returns the part of triangles with some material.
     fn mesh(&mut self, mesh: &Mesh, matrix: &DAffine3, part: impl Fn(MaterialId) -> Part) {
         let g = &mut self.geometry;
         let first = g.positions.len() as u32;
@@ -386,7 +387,7 @@ impl GeometryBuilder {
         }
     }
 
-    /// Adds what has instances and builds the trees, unless those of `before` are over the same.
+    /// Adds instances and builds the trees, unless those of `before` are over the same shapes.
     fn finish(
         mut self,
         inputs: &GeometryInputs,
@@ -403,11 +404,11 @@ impl GeometryBuilder {
                 subtrees.push(self.subtree(inputs, subtree));
                 subtrees.len() - 1
             });
-            // There is no tree over nothing.
+            // An empty mesh has no tree.
             if subtrees[number].iter().all(|range| range.is_empty()) {
                 continue;
             }
-            // Where its tree begins is known only once that is built.
+            // The root is set once the tree is built.
             let instance =
                 Instance::new(&matrix, Root { child: Child::new(ChildKind::Node, 0), bounds: Aabb::EMPTY });
             let mut rows = [0.0; 24];
@@ -440,7 +441,7 @@ impl GeometryBuilder {
         (self.geometry, ranges, bvh)
     }
 
-    /// The trees of what has instances, then the world's.
+    /// The trees that instances share, then the world's.
     fn trees(
         &self,
         quality: BuildQuality,
@@ -461,7 +462,7 @@ impl GeometryBuilder {
         bvh
     }
 
-    /// Adds what a tree is to be over: its triangles and its spheres.
+    /// Adds the triangles and spheres of a shared tree, and returns them.
     fn subtree(&mut self, inputs: &GeometryInputs, subtree: InstancedTree) -> [Range<u32>; 2] {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         match subtree {
@@ -477,7 +478,7 @@ impl GeometryBuilder {
     }
 }
 
-/// Numbers for the subtrees of instances, in the order in which they are first placed.
+/// Numbers of the instances' subtrees, in the order of their first use.
 fn subtrees_in_order(instances: &[Instance]) -> impl Iterator<Item = usize> {
     let mut numbers = HashMap::new();
     instances.iter().map(move |instance| {
@@ -486,15 +487,14 @@ fn subtrees_in_order(instances: &[Instance]) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The matrix divided by its largest scale, so that floats hold what it makes of unit vectors.
+/// The matrix divided by its largest scale, so that products with unit vectors fit into floats.
 fn relative(matrix: DMat3) -> DMat3 {
     let largest = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length()).into_iter();
     matrix * (1.0 / largest.fold(f64::MIN_POSITIVE, f64::max))
 }
 
-/// A normal in the new space, not made unit length again: interpolated between vertices, it must have the direction
-/// that an instance gets, which interpolates first and transforms then. One without length stays zero, for flat
-/// shading.
+/// A normal in the new space, not normalized: interpolated between vertices, it must have the direction that an
+/// instance gets, which interpolates first and transforms then. A zero normal stays zero, for flat shading.
 fn transform_normal(matrix: &DMat3, normal: Vec3) -> [f32; 3] {
     let n = *matrix * normal.as_dvec3().normalize_or_zero();
     n.as_vec3().to_array()

@@ -1,9 +1,9 @@
-//! What a world says that makes no difference, whatever the transport.
+//! Values in a world that have no effect, whatever the transport.
 
 use crate::error::words;
 use crate::world::{AlphaMode, Background, Material, MaterialId, Principled, World};
 
-/// A sentence for each kind.
+/// One warning for each kind.
 pub(super) fn values(world: &World) -> Vec<String> {
     let mut told: Vec<String> = around(world).into_iter().collect();
     if world.settings.background != Background::default() {
@@ -18,7 +18,7 @@ pub(super) fn values(world: &World) -> Vec<String> {
     told
 }
 
-/// Surroundings that other ones take the place of.
+/// A warning about environments and skies after the first one, which counts.
 fn around(world: &World) -> Option<String> {
     let mut all = world.surroundings().map(|entity| words(&world.name_of(entity)));
     let first = all.next()?;
@@ -76,7 +76,7 @@ fn enters(m: &Principled) -> bool {
     lets_through(m) || m.diffuse_transmission.factor > 0.0
 }
 
-/// Some of the materials of which that holds.
+/// Up to four names of materials for which the test holds.
 fn names(world: &World, says: IsIneffective) -> Vec<String> {
     let materials = (0u32..).zip(&world.assets.materials);
     let found = materials.filter(|(_, named)| match &named.material {
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_do_nothing_are_told() {
+    fn values_without_effect_give_warnings() {
         let half = ScalarInput::constant(0.5);
         let volume = Volume { attenuation_color: Rgb::splat(0.5), ..Volume::CLEAR };
         let thick = Volume { attenuation_distance: 1.0, ..volume };
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn surroundings_that_do_not_count_are_told() {
+    fn surroundings_after_the_first_give_a_warning() {
         let mut world = World::default();
         let light = || Light::Environment { radiance: Rgb::WHITE, image: None };
         world.entities.spawn((crate::world::Name("first".into()), light()));

@@ -1,4 +1,4 @@
-//! Light entities in world space, and visible area lights as surfaces that shine.
+//! Light entities in world space, and the surfaces of visible area lights.
 
 use hecs::Entity;
 
@@ -14,40 +14,40 @@ use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, Text
 /// A light entity in world space.
 #[derive(Debug)]
 pub(super) enum WorldLight {
-    /// From one point, perhaps within a cone.
+    /// A point light, perhaps within a cone.
     Point {
         place: Vec3,
         /// Φ/4π, W sr⁻¹.
         intensity: Rgb,
-        /// Whether irradiance falls with the square of the distance.
+        /// True if irradiance falls with the square of the distance.
         falls: bool,
         cone: Option<SpotCone>,
     },
-    /// From one point, by a profile.
+    /// A point light with a photometric profile.
     Photometric {
         place: Vec3,
         /// The mean over all directions, Φ/4π, W sr⁻¹.
         intensity: Rgb,
         /// 1 over the profile's mean.
         scale: f32,
-        /// Unit vectors: along the axis, and to where angles about it begin.
+        /// Unit vectors: the axis, and the direction from which angles about it are measured.
         axes: [Vec3; 2],
         profile: TextureId,
-        /// Where most of its light goes.
+        /// The cone that holds most of its light.
         beam: BeamCone,
     },
-    /// Parallel.
+    /// Parallel light.
     Directional {
         /// Unit vector towards the light.
         to_light: Vec3,
-        /// W m⁻² on a surface across it.
+        /// W m⁻² on a surface perpendicular to it.
         irradiance: Rgb,
-        /// The full angle that it takes up in the sky.
+        /// Its angular diameter, radians.
         angle: f32,
     },
     /// A rectangle, or a disc within it.
     Area {
-        /// A corner, and the edges from there, up and across: their product points to the side that shines.
+        /// A corner, and the edges from it, up and across: their cross product points to the emitting side.
         corner: Vec3,
         edges: [Vec3; 2],
         outline: Outline,
@@ -59,7 +59,7 @@ pub(super) enum WorldLight {
     },
 }
 
-/// Where a spot shines.
+/// The cone of a spot light.
 #[derive(Debug)]
 pub(super) struct SpotCone {
     /// Unit vector along its axis, away from the light.
@@ -73,9 +73,9 @@ pub(super) struct SpotCone {
 /// The surface of a visible area light.
 #[derive(PartialEq)]
 pub(super) struct LightMesh {
-    /// In order around it, counter-clockwise seen from the side that shines; it is convex.
+    /// The vertices of a convex polygon, counter-clockwise as seen from the emitting side.
     pub corners: Vec<Vec3>,
-    /// Black, but for what it gives off to the front.
+    /// A black material that emits to the front.
     pub material: u32,
     /// The light's entity.
     pub entity: Entity,
@@ -91,25 +91,25 @@ pub fn light_names(world: &World) -> Vec<String> {
     lights.map(|entity| world.name_of(entity)).collect()
 }
 
-/// Lamps, and which lights send no photons.
+/// All lights, and those that send no photons.
 #[derive(Debug, Default)]
 pub(super) struct WorldLights {
     pub all: Vec<WorldLight>,
-    /// True for each lamp that sends none.
+    /// True for each light that sends no photons.
     pub without_caustics: Vec<bool>,
-    /// True if light from all around sends none.
+    /// True if the environment or sky sends no photons.
     pub around_without_caustics: bool,
 }
 
-/// What light entities come to.
+/// The compiled light entities.
 #[derive(Default)]
 pub(super) struct CompiledLights {
     pub lamps: WorldLights,
-    /// Those that rays can hit.
+    /// The surfaces of lights that rays can hit.
     pub panels: Vec<LightMesh>,
 }
 
-/// Materials of lights that can be seen are added to those of the assets.
+/// Compiles the lights. Materials of visible lights are added to those of the assets.
 pub(super) fn compile(
     world: &World,
     order: &[Entity],
@@ -176,7 +176,7 @@ pub(super) fn compile(
     Ok(out)
 }
 
-/// The corners of an area light, counter-clockwise seen from the side that shines, and the area between them.
+/// The corners of an area light, counter-clockwise as seen from the emitting side, and the area between them.
 fn rectangle(
     world: &World,
     entity: Entity,
@@ -191,17 +191,17 @@ fn rectangle(
     if area <= 0.0 || !area.is_finite() {
         return Err(entity_error(world, entity, "its area light has no area: give it a size_m"));
     }
-    // To the side of −Z, which it need not be perpendicular to where it is sheared.
+    // Faces −Z, to which a sheared rectangle need not be perpendicular.
     if cross.dot(direction(matrix, Vec3::NEG_Z).as_dvec3()) < 0.0 {
         corners.swap(1, 3);
     }
     Ok((corners, area))
 }
 
-/// Corners of the polygon that rays hit in place of a disc: it has the disc's area to a thousandth.
+/// Corners of the polygon that rays hit in place of a disc: its area is the disc's to a thousandth.
 const ROUND: usize = 96;
 
-/// The outline within the corners of a rectangle, in their order.
+/// The outline within the corners of a rectangle, in the same order.
 fn cut_out(corners: [Vec3; 4], outline: Outline) -> Vec<Vec3> {
     if outline == Outline::Rectangle {
         return corners.to_vec();
@@ -213,7 +213,7 @@ fn cut_out(corners: [Vec3; 4], outline: Outline) -> Vec<Vec3> {
     (0..ROUND).map(|i| corner + up + across + place(turn(i))).collect()
 }
 
-/// Black, but for what it gives off to the front.
+/// A black material that emits to the front.
 fn surface(radiance: Rgb) -> Material {
     let material = BlinnPhong {
         diffuse: ColorInput::Constant(Rgb::BLACK),
@@ -223,7 +223,7 @@ fn surface(radiance: Rgb) -> Material {
     Material { one_sided_emission: true, ..materials::from_blinn_phong(&material) }
 }
 
-/// The sun of a sky.
+/// The sun of a sky; none for other lights.
 fn sun(light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
     let world::Light::Sky { elevation, azimuth, haze, radiance } = light else { return None };
     let (elevation, azimuth) = (f64::from(*elevation), f64::from(*azimuth));

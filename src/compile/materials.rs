@@ -1,4 +1,4 @@
-//! Materials to records.
+//! Compiles materials to records.
 
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ use crate::world::{
     ScalarInput, Transport,
 };
 
-/// Records for a transport, and what people call them.
+/// The records for a transport, and their human-readable names.
 pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, Vec<String>) {
     let record = |material: &world::Material| match material {
         world::Material::BlinnPhong(material) => {
@@ -37,7 +37,7 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, 
     (records.collect(), ids.map(|id| assets.material_name(id).into_owned()).collect())
 }
 
-/// Numbers what the materials enclose, as light meets it under a transport.
+/// Numbers the bodies that materials enclose under a transport.
 pub(super) fn number_bodies(materials: &mut [Material], transport: Transport) -> Bodies {
     Bodies::number(materials, |material| {
         let &Material {
@@ -51,28 +51,28 @@ pub(super) fn number_bodies(materials: &mut [Material], transport: Transport) ->
     })
 }
 
-/// A record made of another one.
+/// A variant of a material's record.
 #[derive(PartialEq, Eq, Hash)]
 enum RecordVariant {
-    /// It has no front.
+    /// Without a front.
     TwoSided,
-    /// A thin sheet of this optical depth, as bits.
+    /// A thin sheet of this optical depth, stored as bits.
     Thin([u32; 3]),
-    /// It encloses nothing.
+    /// One that encloses nothing.
     Interface,
 }
 
-/// Records for sheets beside those that materials have: they have no front, and may be thin where materials have a
+/// Records for sheets, beside those of the materials: they have no front, and may be thin where materials have a
 /// volume.
 pub(super) struct TwoSidedVariants<'a> {
     pub materials: &'a mut Vec<Material>,
     pub names: &'a mut Vec<String>,
     pub transport: Transport,
-    /// How many of the records are materials' own.
+    /// The number of records that are the materials' own.
     own: usize,
-    /// By the records that they are made from.
+    /// Added records, by the original and the variant.
     known: HashMap<(MaterialId, RecordVariant), MaterialId>,
-    /// The materials of those that were added, in order.
+    /// The original materials of the added records, in order.
     added: Vec<u32>,
 }
 
@@ -82,12 +82,12 @@ impl<'a> TwoSidedVariants<'a> {
         Self { materials, names, transport, own, known: HashMap::new(), added: Vec::new() }
     }
 
-    /// The materials of the last records, which are for sheets.
+    /// The original materials of the added records, which come last.
     pub fn end(self) -> Vec<u32> {
         self.added
     }
 
-    /// The material of a sheet.
+    /// The two-sided material of a sheet.
     pub fn of(&mut self, id: MaterialId) -> MaterialId {
         let record = self.materials[id.0 as usize];
         if !record.hides_back && !record.one_sided_emission {
@@ -100,7 +100,7 @@ impl<'a> TwoSidedVariants<'a> {
         )
     }
 
-    /// The materials of sheets of such thickness, or of interfaces, in place of some materials.
+    /// Pairs of a material and its replacement, for sheets of some thickness or for interfaces.
     pub fn in_place_of(&mut self, materials: &[(MaterialId, Option<f32>)]) -> Vec<[MaterialId; 2]> {
         let mut other = |id: MaterialId, thickness: Option<f32>| match thickness {
             Some(thickness) => self.thin(id, thickness),
@@ -115,8 +115,8 @@ impl<'a> TwoSidedVariants<'a> {
         self.add(id, RecordVariant::Interface, Material { encloses: false, medium: Medium::CLEAR, ..record })
     }
 
-    /// The material of a sheet of a thickness in metres, of what is within a body of this material. (What is scattered
-    /// in it counts as passing: it is thin.)
+    /// The material of a sheet of a thickness in metres, filled with the medium of a body of this material. (Light that
+    /// is scattered in it counts as transmitted: the sheet is thin.)
     fn thin(&mut self, id: MaterialId, thickness: f32) -> MaterialId {
         let record = self.materials[id.0 as usize];
         let Medium { extinction, albedo, .. } = record.medium;
@@ -151,7 +151,7 @@ impl<'a> TwoSidedVariants<'a> {
     }
 }
 
-/// What replaces a material: it or another one.
+/// The replacement of a material, or the material itself if it has none.
 pub(super) fn in_place_of(own: MaterialId, replaced: &[[MaterialId; 2]]) -> MaterialId {
     replaced.iter().find(|[of, _]| *of == own).map_or(own, |[_, sheet]| *sheet)
 }
@@ -189,7 +189,7 @@ fn bump(map: BumpMap) -> BumpParam {
     BumpParam { heights, metres: map.height_m }
 }
 
-/// Reflectance straight on between air and a dielectric (PBRT 4th ed., 9.3.5).
+/// Reflectance at normal incidence between air and a dielectric (PBRT 4th ed., 9.3.5).
 fn reflectance(ior: f32) -> f32 {
     // KHR_materials_ior: 0 stands for a reflectance of 1.
     if ior == 0.0 {
@@ -199,7 +199,7 @@ fn reflectance(ior: f32) -> f32 {
     ratio * ratio
 }
 
-/// What is within a body.
+/// The medium within a body.
 fn medium(volume: world::Volume) -> Medium {
     let distance = f64::from(volume.attenuation_distance);
     let per_metre = |c: f32| {
@@ -214,8 +214,8 @@ fn medium(volume: world::Volume) -> Medium {
     }
 }
 
-/// The part of the extinction that is scattering, in a body that has this colour after many scatterings (Kulla and
-/// Conty 2017, in KHR_materials_volume_scatter).
+/// The single-scattering albedo of a body that has this colour after many scatterings: the part of the extinction that
+/// is scattering (Kulla and Conty 2017, in KHR_materials_volume_scatter).
 fn single_scattering_albedo(color: f32) -> f32 {
     // The formula would leave two parts in 10⁵ for black.
     if color <= 0.0 {
@@ -239,7 +239,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
             AlphaMode::Mask { cutoff } => Coverage::Mask(cutoff),
             AlphaMode::Blend => Coverage::Blend,
         },
-        // Light inside a body meets its back: that is there.
+        // Light inside a body hits its back, which is not hidden.
         hides_back: !m.double_sided && volume.is_none(),
         metallic: scalar(m.metallic),
         roughness: scalar(m.roughness),
@@ -249,7 +249,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
         one_sided_emission: !m.double_sided,
         unlit: m.unlit,
         caustics: m.caustics,
-        // Below 1: what is thinner than its surroundings, as air in glass.
+        // Below 1: a body less dense than its surroundings, such as air in glass.
         ior: if m.ior == 0.0 { 1e3 } else { bending(m.ior.max(1e-3), m.roughness) },
         specular: scalar(m.specular),
         specular_color: color(m.specular_color),
@@ -287,7 +287,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
     }
 }
 
-/// However rough, a boundary between equal indices neither bends nor reflects light: that of fog is smooth.
+/// Smooths boundaries between equal indices, such as those of fog: however rough, they neither refract nor reflect.
 fn without_unseen_boundary(m: &world::Principled) -> world::Principled {
     let is_solid = m.volume.is_some() && m.transmission.factor > 0.0;
     let mirrors = m.metallic.factor != 0.0 || m.iridescence.factor.factor != 0.0;
@@ -298,8 +298,7 @@ fn without_unseen_boundary(m: &world::Principled) -> world::Principled {
     world::Principled { roughness, dispersion: 0.0, anisotropy: Default::default(), ..m.clone() }
 }
 
-/// An index that rough glass can have: at exactly 1 its microfacets, which bend nothing, would have no
-/// half vector.
+/// An index that rough glass can have: at exactly 1 its microfacets refract nothing and would have no half vector.
 fn bending(ior: f32, roughness: ScalarInput) -> f32 {
     const LEAST: f32 = 1e-4;
     if roughness.factor > 0.0 && (ior - 1.0).abs() < LEAST { 1.0 + LEAST } else { ior }
@@ -317,17 +316,14 @@ fn film(m: &Iridescence) -> ThinFilmParam {
     }
 }
 
-/// The classic model with its energy bounded: a Lambertian lobe of albedo kd; the highlight as a
-/// GGX lobe of the same width (α² = 2/(s + 2), Walter and others 2007) and constant reflectance
-/// ks; the mirror image a smooth one of reflectance kr; what has an ior is smooth glass.
-/// A surface that lets an even part of the light through and bends none of it, as `d` in an OBJ's library means it:
-/// that part of it is not there. (Otherwise the path transport takes materials with an index of refraction for glass,
+/// A surface that transmits the same part of each colour without refraction, as `d` in an OBJ's library means it: that
+/// part of the surface is absent. (Otherwise the path transport takes materials with an index of refraction for glass,
 /// which has no `diffuse`.)
 pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<Material> {
     let through = m.kt.r;
     let is_even = m.kt == Rgb::splat(through) && through > 0.0 && through < 1.0;
     (m.ior == Some(1.0) && is_even).then(|| {
-        // What is there answers all light that it gets.
+        // The part that is present reflects and emits all of the light.
         let there = 1.0 - through;
         let whole =
             |color: ColorParam| ColorParam { factor: color.factor.map(|c| (c / there).min(1.0)), ..color };
@@ -344,6 +340,9 @@ pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<Material> {
     })
 }
 
+/// The classic model with its energy bounded: a Lambertian lobe of albedo kd; the highlight as a GGX lobe of the same
+/// width (α² = 2/(s + 2), Walter and others 2007) and constant reflectance ks; the mirror image as a smooth lobe of
+/// reflectance kr. Materials with an ior are smooth glass.
 pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
     let none = ScalarParam::constant(0.0);
     let one = ScalarParam::constant(1.0);
@@ -352,7 +351,7 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
     let mirror = !is_black(m.kr);
     let shines = !is_black(m.specular);
     let glass = m.ior.is_some();
-    // One of the two is the base's own reflection; with a mirror the highlight lies above it. Glass shows lamps by its
+    // One of the two is the base's own reflection; with a mirror the highlight lies above it. Glass shows lights by its
     // own reflection.
     let (reflection, roughness) = if mirror || glass { (m.kr, 0.0) } else { (m.specular, width) };
     let layer = match m.specular {

@@ -1,15 +1,15 @@
-//! What systems made before: a system whose inputs are the same makes nothing again.
+//! Memoized results: a system whose inputs are unchanged does not run again.
 
 use std::sync::Arc;
 
-/// What a system made, and of what.
+/// A system's output, with the inputs that it was made from.
 pub(super) struct Memo<I, O> {
     pub inputs: I,
     pub output: O,
 }
 
 impl<I: PartialEq, O: Clone> Memo<I, O> {
-    /// What was made from the same inputs before, or else is made now.
+    /// Reuses the output of `before` if its inputs are equal, or else makes it.
     pub fn reuse_or_make<E>(
         before: Option<&Self>,
         of: I,
@@ -23,8 +23,7 @@ impl<I: PartialEq, O: Clone> Memo<I, O> {
     }
 }
 
-/// A value that is equal to itself alone: pointers are compared. It is kept, so that no other value can take its
-/// address.
+/// A value that is compared by its address. Holds the value, so that no other can get that address.
 pub(super) struct ByPtr<T>(pub Arc<T>);
 
 impl<T> PartialEq for ByPtr<T> {
@@ -33,16 +32,16 @@ impl<T> PartialEq for ByPtr<T> {
     }
 }
 
-/// The pointers of a list.
+/// The values of a list, to be compared by their addresses.
 pub(super) fn all<T>(list: &[Arc<T>]) -> Vec<ByPtr<T>> {
     list.iter().map(|one| ByPtr(one.clone())).collect()
 }
 
-/// What a value is to the last bit: the sign of a zero counts.
+/// A value's debug text, exact to the last bit: the sign of a zero counts.
 #[derive(PartialEq)]
 pub(super) struct DebugText(String);
 
-/// By its debug text, which tells any two floats apart.
+/// The debug text of a value; any two floats have different ones.
 pub(super) fn debug_text(value: &impl std::fmt::Debug) -> DebugText {
     DebugText(format!("{value:?}"))
 }

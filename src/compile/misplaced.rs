@@ -1,5 +1,5 @@
-//! Values that were given to entities although they are no components: a program's compiler cannot know, and without
-//! a word they would have no effect.
+//! Values that were given to entities although they are no components: a program's compiler cannot detect that, and
+//! they would silently have no effect.
 
 use hecs::Entity;
 
@@ -10,7 +10,7 @@ use crate::world::{
     World,
 };
 
-/// Errors: the first value that belongs elsewhere, and where.
+/// Fails for the first value that belongs elsewhere; the error names the right place.
 pub(super) fn check(world: &World) -> Result<(), CompileError> {
     const MATERIAL: &str =
         "materials belong to the assets: give the entity the MaterialId that assets.add_material returns";
@@ -44,7 +44,7 @@ mod tests {
     use crate::world::{Camera, Shape};
 
     #[test]
-    fn what_is_no_component_is_refused_by_name() {
+    fn values_that_are_no_components_are_refused_by_name() {
         let refused = |give: &dyn Fn(&mut World, Entity)| {
             let mut world = World::default();
             world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 },));
@@ -53,7 +53,7 @@ mod tests {
             compile(&world, None).map(|_| ()).map_err(|error| error.to_string())
         };
         assert_eq!(refused(&|_, _| ()), Ok(()));
-        // A program's own components are its own business.
+        // A program's own components are allowed.
         assert_eq!(refused(&|world, ball| world.entities.insert_one(ball, 1.0f32).unwrap()), Ok(()));
         let material = refused(&|world, ball| {
             world.entities.insert_one(ball, Material::BlinnPhong(BlinnPhong::default())).unwrap();

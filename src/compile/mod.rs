@@ -1,5 +1,5 @@
-//! From a [`World`](crate::world::World) to a scene that can be rendered: one system in each file, each a function
-//! from components to columns. Everything is in the order of the entities in the world.
+//! Compiles a [`World`](crate::world::World) into a scene that can be rendered: one system in each file, each a
+//! function from components to columns, in the order of the entities in the world.
 
 mod camera;
 mod classic;

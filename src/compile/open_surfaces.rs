@@ -1,4 +1,4 @@
-//! Open surfaces of glass: those that have a thickness are thin sheets; three or more that meet in an edge are interfaces.
+//! Open surfaces of glass: those with a thickness are thin sheets; three or more that meet in an edge are interfaces.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -14,27 +14,27 @@ use crate::world::boundary::{
 use crate::world::transforms::{WorldTransforms, point};
 use crate::world::{Material, MaterialId, Mesh, Shape, World};
 
-/// The winding number below which a surface is a sheet: half-way between a flat one and a body.
+/// The winding number below which a surface is a sheet: half-way between those of a flat surface and of a body.
 const BODY: f64 = 0.75;
-/// The winding number above which its holes are too small for a shell.
+/// The winding number above which a surface's holes are too small to make it a shell.
 const HARDLY_OPEN: f64 = 0.99;
 
-/// The smallest number of surfaces that make interfaces, and of their materials.
+/// The least number of surfaces, and of their materials, that make interfaces.
 const FEWEST: usize = 3;
 
-/// All surfaces of glass, where any of them has a thickness or some of them may be interfaces.
+/// All surfaces of glass, if any of them has a thickness or some of them may be interfaces.
 #[derive(PartialEq)]
 pub(super) struct OpenSurfaceInputs(Vec<GlassSurface>);
 
-/// The part of an entity's shape that has a volume.
+/// The part of an entity's shape that is glass.
 struct GlassSurface {
     entity: u32,
     name: String,
     corners: SurfaceCorners,
     matrix: DAffine3,
-    /// Its materials that are glass, and their thickness before the transform; none if they have no volume.
+    /// Its glass materials, and their thickness before the transform; none if they have no volume.
     materials: Vec<(MaterialId, Option<f32>)>,
-    /// Whether these are the mesh's own, of which it may have others.
+    /// True if these are the mesh's own materials; it may have others.
     own: bool,
 }
 
@@ -46,7 +46,7 @@ enum SurfaceCorners {
 }
 
 impl PartialEq for GlassSurface {
-    /// To the bit.
+    /// Compares matrices bit by bit.
     fn eq(&self, other: &Self) -> bool {
         let bits = |of: &Self| of.matrix.to_cols_array().map(f64::to_bits);
         (self.entity, &self.name, &self.corners, &self.materials, self.own, bits(self))
@@ -59,16 +59,16 @@ impl PartialEq for GlassSurface {
 pub(super) struct Sheet {
     /// The number of its entity.
     pub entity: u32,
-    /// What people call it.
+    /// Its human-readable name.
     name: String,
-    /// Its materials that are glass, and the thickness of each in the world; none of interfaces.
+    /// Its glass materials, and the thickness of each in the world; none for interfaces.
     pub materials: Vec<(MaterialId, Option<f32>)>,
     open: usize,
     edges: usize,
 }
 
 impl OpenSurfaceInputs {
-    /// The surfaces of a world.
+    /// The glass surfaces of a world.
     pub fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> OpenSurfaceInputs {
         let glass = |id: MaterialId| match world.assets.materials.get(id.0 as usize)?.material {
             Material::Principled(ref material) => Some(Some(material.volume?.thickness)),
@@ -139,7 +139,7 @@ impl GlassSurface {
         triangles.map(|triangle| triangle.map(|vertex| positions[vertex as usize])).collect()
     }
 
-    /// Equal for surfaces that have the same edges before their transforms.
+    /// A key that is equal for surfaces with the same edges before their transforms; none for polygons.
     fn key(&self) -> Option<(*const Mesh, Vec<MaterialId>)> {
         let own = || self.materials.iter().filter(|_| self.own).map(|(id, _)| *id).collect();
         match &self.corners {
@@ -157,7 +157,7 @@ struct Rimmed<'a> {
     open: Vec<[Vec3; 2]>,
 }
 
-/// The surfaces that are thin sheets, in the order of their entities.
+/// The thin sheets and interfaces, in the order of their entities.
 pub(super) fn find(inputs: &OpenSurfaceInputs) -> Vec<Sheet> {
     let mut known: HashMap<_, (usize, Vec<[Vec3; 2]>)> = HashMap::new();
     let mut rimmed = Vec::new();
@@ -184,7 +184,7 @@ pub(super) fn find(inputs: &OpenSurfaceInputs) -> Vec<Sheet> {
     for JoinedSurfaces { members, rim, crossed } in joined(&rims) {
         let is_interface = |member: &usize| {
             let mut thickness = rimmed[*member].surface.materials.iter().map(|(_, thickness)| *thickness);
-            // Panes say how thick they are.
+            // Panes have a thickness.
             crossed.contains(member) && thickness.all(|it| it.unwrap_or(0.0) <= 0.0)
         };
         let (interfaces, others): (Vec<usize>, Vec<usize>) =
@@ -203,7 +203,7 @@ pub(super) fn find(inputs: &OpenSurfaceInputs) -> Vec<Sheet> {
     sheets
 }
 
-/// A surface between two of the bodies that meet in an edge: it bends light as it would in air.
+/// A surface between two of the bodies that meet in an edge: it refracts light as it would in air.
 fn interface(rimmed: &Rimmed) -> Sheet {
     Sheet {
         entity: rimmed.surface.entity,
@@ -234,14 +234,14 @@ fn sheets_of(members: &[&Rimmed], rim: &[[Vec3; 2]]) -> Vec<Sheet> {
         members.iter().zip(&scales).map(|(member, scale)| thickness(member, *scale)).collect();
     let thinnest =
         materials.iter().flatten().filter_map(|(_, thickness)| *thickness).fold(f32::INFINITY, f32::min);
-    // Where the author does not say how thick it is, it is no sheet.
+    // A surface without a thickness is no sheet.
     if thinnest <= 0.0 || thinnest.is_infinite() {
         return Vec::new();
     }
     let middle = rim.as_flattened().iter().sum::<Vec3>() / (2 * rim.len()) as f32;
-    // The mean length of what lies within a body (Cauchy): 4 V / A.
+    // The mean chord length of a body (Cauchy): 4 V / A.
     let within = 4.0 / 6.0 * six_volumes(middle, all.iter().copied()).abs() / whole;
-    // Holes in what the author says is much thinner than it is large open a shell.
+    // In a surface that is much thinner than it is large, holes make an open shell.
     let is_thin = f64::from(thinnest) < 0.5 * within;
     if inside(&all) >= if is_thin { HARDLY_OPEN } else { BODY } {
         return Vec::new();
@@ -256,19 +256,19 @@ fn sheets_of(members: &[&Rimmed], rim: &[[Vec3; 2]]) -> Vec<Sheet> {
     members.iter().zip(materials).map(sheet).collect()
 }
 
-/// How much longer a transform makes what stands on a surface, which has such an area in the world.
+/// The factor by which a transform stretches lengths along the normals of a surface with the area `in_world`.
 fn normal_scale(surface: &GlassSurface, in_world: f64) -> f64 {
     let corners = |triangle: [u32; 3]| triangle.map(|vertex| surface.positions()[vertex as usize]);
     let before: f64 = surface.triangles().into_iter().map(|triangle| area(corners(triangle))).sum();
     surface.matrix.matrix3.determinant().abs() * before / in_world.max(f64::MIN_POSITIVE)
 }
 
-/// The numbers of the entities whose surfaces with a volume are thin sheets.
+/// The numbers of the entities whose surfaces are thin sheets or interfaces.
 pub(crate) fn thin_sheets(world: &World, order: &[Entity], transforms: &WorldTransforms) -> HashSet<u32> {
     find(&OpenSurfaceInputs::new(world, order, transforms)).into_iter().map(|sheet| sheet.entity).collect()
 }
 
-/// Sentences about surfaces that are rendered as sheets, and as interfaces.
+/// Warnings about surfaces that are rendered as sheets, and as interfaces.
 pub(super) fn told(sheets: &[Sheet]) -> Vec<String> {
     const MOST: usize = 4;
     let listed = |one: &dyn Fn(&Sheet) -> Option<String>| {
@@ -301,7 +301,7 @@ pub(super) fn told(sheets: &[Sheet]) -> Vec<String> {
 }
 
 impl Sheet {
-    /// The largest thickness of its materials; none of an interface.
+    /// The largest thickness of its materials; none for an interface.
     fn thickness(&self) -> Option<f32> {
         self.materials.iter().filter_map(|(_, thickness)| *thickness).reduce(f32::max)
     }
@@ -333,12 +333,12 @@ mod tests {
         let around = (0..4).map(|i| Quat::from_rotation_y(i as f32 * quarter));
         let ends = [1.0, -1.0].map(|sign| Quat::from_rotation_x(sign * quarter));
         let sides = around.chain(ends).map(turned);
-        // Turns round.
+        // Removes the rounding errors of the rotations.
         let whole = |corners: [Vec3; 4]| corners.map(|corner| corner.round());
         sides.map(whole).flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()
     }
 
-    /// Which of some meshes, each with a place and a scale, are sheets of such thickness.
+    /// The numbers of the meshes that are sheets and their thickness in the world; each mesh is given with a scale.
     fn sheets(thickness: f32, shapes: &[(&[[Vec3; 3]], Vec3)]) -> Vec<(u32, f32)> {
         let mut world = World::default();
         let one = ScalarInput::constant(1.0);
@@ -380,17 +380,17 @@ mod tests {
         assert_eq!(sheets(0.1, &sides), []);
         assert_eq!(sheets(0.1, &sides[..5]).len(), 5);
         assert_eq!(sheets(0.1, &[(&cube[..4], one), (&cube[4..], one)]), []);
-        // Side by side: of one sheet.
+        // Two adjacent surfaces make one sheet.
         let beside: Vec<_> = cube[..2].iter().map(|t| t.map(|corner| corner + 2.0 * Vec3::X)).collect();
         assert_eq!(sheets(0.1, &[(&cube[..2], one), (&beside, one)]).len(), 2);
-        // Three panes that meet in an edge are no interfaces: they say how thick they are.
+        // Three panes that meet in an edge are no interfaces: they have a thickness.
         let found = sheets(0.1, &[(&cube[..2], one), (&beside, one), (&cube[2..4], one)]);
         assert_eq!(found.len(), 3);
         assert!(found.iter().all(|(_, thickness)| (thickness - 0.1).abs() < 1e-6), "{found:?}");
     }
 
     #[test]
-    fn a_sheet_is_as_thick_as_its_transform_makes_it() {
+    fn sheet_thickness_scales_with_the_transform() {
         let pane = &cube()[..2];
         for (scale, expected) in [
             (Vec3::splat(3.0), 0.3),

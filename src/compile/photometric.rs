@@ -5,32 +5,32 @@ use std::f64::consts::PI;
 use crate::math::Rgb;
 use crate::world::{Image, Texels};
 
-/// The least brightness of a beam, over that of the brightest direction.
+/// The least brightness of a beam, relative to the brightest direction.
 const BEAM: f64 = 0.1;
-/// Profiles with a wider beam are treated as shining everywhere.
+/// Profiles with a wider beam are treated as emitting everywhere.
 const WIDEST: f64 = 0.9 * PI;
 
-/// The second of a beam's angles, at most; the rest of its width is spread. Here cosines differ clearly by angle.
+/// The second of a beam's angles, at most; the rest of its width is spread. At such angles cosines differ clearly.
 const FURTHER: f64 = 0.25 * PI;
 
 /// The cone that holds most of a profile's light, relative to its mean over all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct BeamCone {
-    /// Cosines of two angles whose sum is that to the axis within which the beam lies: of the spread of directions, and
-    /// of how far light leaves from each of these, as for surfaces ([`super::light_tree::LightBounds`]). −1 and 0 if it
-    /// is everywhere.
+    /// Cosines of two angles whose sum is the angle to the axis within which the beam lies: the spread of directions,
+    /// and the angle within which light leaves from each of these, as for surfaces
+    /// ([`super::light_tree::LightBounds`]). −1 and 0 if the beam is everywhere.
     pub cosines: [f32; 2],
-    /// True if it goes backwards along the axis.
+    /// True if it points backwards along the axis.
     pub backwards: bool,
-    /// The mean within it.
+    /// The mean intensity within it.
     pub intensity: f32,
-    /// The mean outside of it, over that within; 0 only if all is dark there.
+    /// The mean outside of it, over that within; 0 only if all is dark outside.
     pub outside: f32,
 }
 
 /// The mean of a profile over all directions, and its beam; `None` if it is dark.
 ///
-/// Rows lie at equal angles from straight ahead to straight back, and what lies between two of them is blended.
+/// Rows lie at equal angles from straight ahead to straight back; values between two of them are interpolated.
 pub(super) fn summary(image: &Image) -> Option<(f32, BeamCone)> {
     let (width, height) = (image.width as usize, image.height as usize);
     let value = |at: usize| match &image.texels {
@@ -51,7 +51,7 @@ pub(super) fn summary(image: &Image) -> Option<(f32, BeamCone)> {
     }
     let brightest = rows.iter().map(|row| row.most).fold(0.0, f64::max);
     let is_bright = |row: &ProfileRow| row.most >= BEAM * brightest;
-    // Blending makes it one row wider.
+    // Interpolation makes it one row wider.
     let ahead = (rows.iter().rposition(is_bright).unwrap_or(0) + 1).min(height - 1);
     let back = rows.iter().position(is_bright).unwrap_or(0).saturating_sub(1);
     let angle = |row: usize| if height > 1 { PI * row as f64 / (height - 1) as f64 } else { PI };
@@ -67,7 +67,7 @@ pub(super) fn summary(image: &Image) -> Option<(f32, BeamCone)> {
     }
     let intensity = mean_of(within);
     let dark = outside.iter().all(|row| row.most <= 0.0);
-    // The least that is chosen at all, so that a faint rest is not left out.
+    // The least value that is still sampled, so that faint light outside is not left out.
     let rest = if dark { 0.0 } else { (mean_of(outside) / intensity).max(1e-3) };
     let beam = BeamCone {
         cosines: [(spread - FURTHER).max(0.0), spread.min(FURTHER)].map(|angle| libm::cos(angle) as f32),
@@ -90,8 +90,7 @@ fn mean_of(rows: &[ProfileRow]) -> f64 {
     rows.iter().map(|row| row.weight * row.mean).sum::<f64>() / weights.max(f64::MIN_POSITIVE)
 }
 
-/// The solid angle for which a row stands, but for a factor: ∫ sin θ of a tent that is as wide as a step to either
-/// side.
+/// The solid angle that a row stands for, up to a factor: ∫ sin θ of a tent that is as wide as a step to either side.
 fn weight(row: usize, rows: usize) -> f64 {
     if rows < 2 {
         return 1.0;
@@ -114,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn means_are_those_of_the_blended_rows() {
+    fn profile_mean_is_that_of_interpolated_rows() {
         let (mean, beam) = summary(&profile(181, |_| 3.0)).unwrap();
         assert!((mean - 3.0).abs() < 1e-5 && beam.cosines[0] == -1.0, "{mean} {beam:?}");
         // cos² θ has a mean of 1/3.
@@ -124,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn beams_hold_all_that_is_bright() {
+    fn beam_contains_all_bright_directions() {
         let cone = |angle: f64| if angle < 0.2001 { 1.0 } else { 0.0 };
         let (_, beam) = summary(&profile(1801, cone)).unwrap();
         assert!(

@@ -1,9 +1,9 @@
-//! A clear sky and its sun, from what air does to light: molecules (Rayleigh) and haze (Mie) scatter it, and ozone
-//! absorbs it, each at heights of its own. Light that is scattered once is followed along every line of sight; light
-//! that is scattered more often is taken to be even in all directions at each height (Hillaire, "A scalable and
-//! production ready sky and atmosphere rendering technique", 2020, whose coefficients these are, except for haze).
+//! A clear sky and its sun, computed from the air: molecules (Rayleigh) and haze (Mie) scatter light, and ozone absorbs
+//! it, each with its own profile of heights. Single scattering is integrated along every line of sight; multiple
+//! scattering is taken to be isotropic at each height (Hillaire, "A scalable and production ready sky and atmosphere
+//! rendering technique", 2020, whose coefficients these are, except for haze).
 //!
-//! Lengths are in kilometres. The sun outside of the air is white.
+//! Lengths are in kilometres. Above the air, sunlight is white.
 
 use std::f64::consts::PI;
 
@@ -13,47 +13,48 @@ use rayon::prelude::*;
 /// A colour's red, green and blue.
 type SkyColor = [f64; 3];
 
-/// From the middle of the earth to its ground, and to where the air ends.
+/// Distances from the middle of the earth to its ground, and to the top of the air.
 const GROUND: f64 = 6360.0;
 const TOP: f64 = 6460.0;
-/// What the ground sends back.
+/// The albedo of the ground.
 const GROUND_ALBEDO: f64 = 0.3;
-/// Where the picture is seen from, above the ground.
+/// The viewer's height above the ground.
 const EYE: f64 = 0.1;
 
-/// Of molecules at the ground, km⁻¹, and their scale height.
+/// The scattering coefficient of molecules at the ground, km⁻¹, and their scale height.
 const RAYLEIGH: (SkyColor, f64) = ([5.802e-3, 13.558e-3, 33.1e-3], 8.0);
-/// The same for what haze scatters and for what it absorbs (a tenth, as in Bruneton and Neyret; 15 times as much as
-/// theirs, which is the haze of high mountains: an optical depth of 0.08).
+/// The scattering and absorption coefficients of haze at the ground, km⁻¹, and its scale height (a tenth is absorbed,
+/// as in Bruneton and Neyret; 15 times as much as theirs, which is the haze of high mountains: an optical depth of
+/// 0.08).
 const HAZE: ([f64; 2], f64) = ([60e-3, 6.7e-3], 1.2);
-/// Henyey and Greenstein's g of haze.
+/// The Henyey-Greenstein anisotropy g of haze.
 const HAZE_ANISOTROPY: f64 = 0.8;
-/// Of ozone where most of it is, that height, and how far it reaches above and below.
+/// The absorption coefficient of ozone where it is densest, km⁻¹, that height, and its extent above and below.
 const OZONE: (SkyColor, f64, f64) = ([0.65e-3, 1.881e-3, 0.085e-3], 25.0, 15.0);
 
-/// Irradiance of the sun outside of the air: white in the sun at noon has a radiance of about 1.
+/// The sun's irradiance above the air, chosen so that white in the sun at noon has a radiance of about 1.
 pub(super) const SOLAR: f64 = 4.0;
-/// The angle that the sun takes up.
+/// The sun's angular diameter, radians.
 pub(super) const SUN_ANGLE: f32 = 0.533 * std::f32::consts::PI / 180.0;
 
-/// Size of the picture.
+/// Width and height of the panorama in texels.
 pub(super) const SIZE: [usize; 2] = [512, 256];
 
-/// Air with its haze.
+/// The atmosphere with its haze.
 pub(super) struct Air {
-    /// Times the haze of a clear day.
+    /// Haze, relative to that of a clear day.
     haze: f64,
-    /// What comes through from the top: see [`Air::transmittance`].
+    /// Transmittance from the top of the air: see [`Air::transmittance`].
     transmittance: Vec<SkyColor>,
     /// Light that was scattered twice or more, for a sun of irradiance 1: see [`Air::again`].
     again: Vec<SkyColor>,
 }
 
-/// Sizes of the tables: heights, cosines.
+/// Sizes of the tables: heights and cosines.
 const TRANSMITTANCE: [usize; 2] = [64, 256];
 const AGAIN: [usize; 2] = [24, 32];
 
-/// What air does to light at some height, km⁻¹.
+/// Coefficients of the air at some height, km⁻¹.
 struct Matter {
     rayleigh: SkyColor,
     haze: f64,
@@ -61,12 +62,12 @@ struct Matter {
 }
 
 impl Air {
-    /// Without tables.
+    /// Air without tables.
     fn bare(haze: f32) -> Self {
         Self { haze: f64::from(haze), transmittance: Vec::new(), again: Vec::new() }
     }
 
-    /// With its panorama it takes some tenths of a CPU second.
+    /// Computes the tables. With the panorama, this takes some tenths of a CPU second.
     pub(super) fn new(haze: f32) -> Self {
         let mut air = Self::bare(haze);
         let [heights, cosines] = TRANSMITTANCE;
@@ -94,8 +95,8 @@ impl Air {
         Matter { rayleigh, haze: HAZE.0[0] * haze, extinction }
     }
 
-    /// What comes through from a distance to the middle of the earth, along a cosine to the zenith, to the top of the
-    /// air.
+    /// Transmittance from a place at distance `r` from the middle of the earth, along a direction of cosine `mu` to the
+    /// zenith, to the top of the air.
     fn through(&self, r: f64, mu: f64) -> SkyColor {
         const STEPS: usize = 192;
         let length = to_top(r, mu);
@@ -109,7 +110,7 @@ impl Air {
         depth.map(|depth| libm::exp(-depth))
     }
 
-    /// How much of the sun's light comes to a place.
+    /// The part of the sun's light that arrives at a place.
     fn transmittance(&self, r: f64, mu: f64) -> SkyColor {
         let (there, mu) = part_of_sun(r, mu);
         if there == 0.0 {
@@ -126,8 +127,7 @@ impl Air {
         Self::bare(haze).through(r, mu).map(|c| c * there * SOLAR)
     }
 
-    /// Radiance of light that has been scattered at least twice, for a sun of irradiance 1; the same in all
-    /// directions.
+    /// Radiance of light that has been scattered at least twice, for a sun of irradiance 1; isotropic.
     fn again(&self, r: f64, sun: f64) -> SkyColor {
         let x = ((r - GROUND) / (TOP - GROUND)).max(0.0).sqrt();
         // The inverse of `sun_cosine`.
@@ -135,8 +135,8 @@ impl Air {
         between(&self.again, AGAIN, x, y)
     }
 
-    /// An entry of that table: light scattered twice, divided by the part that is not scattered again (equations 5 to
-    /// 10).
+    /// An entry of the table [`Air::again`]: light scattered twice, divided by the part that is not scattered again
+    /// (equations 5 to 10).
     fn scattered_again(&self, r: f64, sun: f64) -> SkyColor {
         const DIRECTIONS: usize = 8;
         let (mut second, mut onwards) = ([0.0; 3], [0.0; 3]);
@@ -155,7 +155,7 @@ impl Air {
         std::array::from_fn(|k| second[k] / (1.0 - onwards[k]))
     }
 
-    /// Along a line of sight, for a sun of irradiance 1.
+    /// Light along a line of sight, for a sun of irradiance 1.
     fn seen(&self, r: f64, way: DVec3, sun: DVec3, phase: Phase) -> SightLight {
         const STEPS: usize = 32;
         let mu = way.y;
@@ -197,13 +197,13 @@ impl Air {
         seen
     }
 
-    /// Radiance from all around, row by row from the zenith, with the sun's azimuth in the middle; without the sun.
+    /// Radiance from all directions, row by row from the zenith, with the sun's azimuth in the middle; without the sun.
     pub(super) fn panorama(&self, elevation: f64) -> Vec<[f32; 3]> {
         let [width, height] = SIZE;
         let sun = DVec3::new(0.0, libm::sin(elevation), -libm::cos(elevation));
         let row = |row: usize| {
             let polar = PI * (row as f64 + 0.5) / height as f64;
-            // To the sun's left it looks as to its right.
+            // The sky is symmetric about the sun's azimuth.
             let half = (0..width / 2).map(|column| {
                 let turn = PI * (1.0 - (column as f64 + 0.5) / (width / 2) as f64);
                 let level = libm::sin(polar);
@@ -218,24 +218,24 @@ impl Air {
     }
 }
 
-/// What a line of sight brings.
+/// Light that arrives along a line of sight.
 struct SightLight {
     light: SkyColor,
-    /// The part of even light of radiance 1 along it that would be scattered towards the eye.
+    /// The part of isotropic light of radiance 1 along it that would be scattered towards the eye.
     scattered: SkyColor,
 }
 
-/// Where light is scattered to.
+/// A phase function.
 #[derive(Clone, Copy, PartialEq)]
 enum Phase {
-    /// Everywhere alike.
+    /// Isotropic.
     Even,
-    /// As molecules and haze do.
+    /// Those of molecules and haze.
     Own,
 }
 
 impl Phase {
-    /// Of molecules and of haze (Cornette and Shanks 1992).
+    /// The values for molecules and for haze (Cornette and Shanks 1992).
     fn values(self, cos: f64) -> [f64; 2] {
         if self == Phase::Even {
             return [0.25 / PI; 2];
@@ -252,14 +252,14 @@ fn part(i: usize, count: usize) -> f64 {
     i as f64 / (count - 1) as f64
 }
 
-/// How much of the sun's disc is above the horizon, and a cosine to the zenith that is not below it.
+/// The part of the sun's disc above the horizon, and the cosine to the zenith, clamped to the horizon.
 fn part_of_sun(r: f64, mu: f64) -> (f64, f64) {
     let horizon = -(1.0 - (GROUND / r) * (GROUND / r)).max(0.0).sqrt();
     let half = f64::from(SUN_ANGLE) / 2.0;
     (((mu - horizon) / half * 0.5 + 0.5).clamp(0.0, 1.0), mu.max(horizon))
 }
 
-/// Closer together about the horizon.
+/// The cosine of the sun's zenith angle in a column of the table; columns are closer together about the horizon.
 fn sun_cosine(part: f64) -> f64 {
     let odd = 2.0 * part - 1.0;
     odd * odd.abs()
@@ -283,8 +283,8 @@ fn horizon() -> f64 {
     (TOP * TOP - GROUND * GROUND).sqrt()
 }
 
-/// Height and cosine to the zenith by two numbers from 0 to 1, closer together where the air is dense and about the
-/// horizon (Bruneton and Neyret 2008).
+/// Distance from the middle of the earth and cosine to the zenith, by two numbers from 0 to 1; closer together where
+/// the air is dense and about the horizon (Bruneton and Neyret 2008).
 fn place_of(x: f64, y: f64) -> (f64, f64) {
     let rho = horizon() * x;
     let r = (rho * rho + GROUND * GROUND).sqrt();
@@ -305,7 +305,7 @@ fn coordinates_of(r: f64, mu: f64) -> (f64, f64) {
     (rho / horizon(), (to_top(r, mu) - least) / (most - least))
 }
 
-/// Between the entries of a table.
+/// Interpolates between the entries of a table.
 fn between(table: &[SkyColor], [rows, columns]: [usize; 2], x: f64, y: f64) -> SkyColor {
     let place = |part: f64, count: usize| {
         let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
@@ -325,10 +325,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn straight_up_the_air_is_as_thick_as_its_columns() {
+    fn transmittance_to_the_zenith_is_that_of_the_vertical_columns() {
         let found = Air::sun(1.0, PI / 2.0);
         for (k, found) in found.into_iter().enumerate() {
-            // ∫ of each part's density over the height; of ozone's tent half its width.
+            // ∫ of each component's density over the height; for ozone's tent, half its width.
             let column = |scale: f64| scale * (libm::exp(-EYE / scale) - libm::exp(-(TOP - GROUND) / scale));
             let depth = RAYLEIGH.0[k] * column(RAYLEIGH.1)
                 + (HAZE.0[0] + HAZE.0[1]) * column(HAZE.1)
@@ -338,7 +338,7 @@ mod tests {
         }
     }
 
-    /// Irradiance on the ground, and of that what comes from the sky alone.
+    /// Irradiance on the ground: all of it, and the sky's part.
     fn ground(haze: f32, elevation: f64) -> [SkyColor; 2] {
         let mut sky = [0.0; 3];
         let texels = Air::new(haze).panorama(elevation);
@@ -355,12 +355,12 @@ mod tests {
     }
 
     #[test]
-    fn skies_are_as_bright_and_as_blue_as_measured_ones() {
+    fn sky_brightness_and_colour_are_within_measured_ranges() {
         let [all, sky] = ground(1.0, 60f64.to_radians());
         let share = sky[1] / all[1];
         assert!((0.08..0.2).contains(&share), "diffuse share at noon {share}");
         assert!(sky[2] > 1.7 * sky[0], "{sky:?}");
-        // White in the sun.
+        // A white surface in the sun.
         assert!((0.8..1.1).contains(&(all[1] / PI)), "{all:?}");
         let [all, sky] = ground(1.0, 5f64.to_radians());
         assert!(sky[1] / all[1] > 0.4, "{all:?} {sky:?}");
@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_lost_between_table_and_place() {
+    fn table_coordinates_round_trip() {
         for (x, y) in [(0.0, 0.3), (0.2, 0.0), (0.5, 0.5), (0.9, 1.0), (1.0, 0.7)] {
             let (r, mu) = place_of(x, y);
             let (a, b) = coordinates_of(r, mu);

@@ -1,4 +1,4 @@
-//! How bright a surface is whose emission is a texture: by the texels that it shows, not by their factor.
+//! The brightness of surfaces whose emission is a texture: by the texels that they show, not by the factor.
 
 use std::collections::HashMap;
 
@@ -8,12 +8,12 @@ use crate::math::{NONE, Rgb, Vec2};
 use crate::scene::textures::SampledTexture;
 use crate::scene::{Geometry, Textures};
 
-/// Cells along an image's longer side, at most.
+/// The most cells along an image's longer side.
 const FINEST: usize = 512;
-/// A triangle's texels are looked up at the centres of smaller, equal triangles, in this many rows.
+/// A triangle's texels are sampled at the centres of smaller, equal triangles, in this many rows.
 const ROWS: usize = 8;
 
-/// The textures of all materials that shine by one.
+/// Mean emission of surfaces with emission textures; a table for each texture.
 pub(super) struct EmissionAverages<'a> {
     surfaces: &'a EmittingSurfaces<'a>,
     sums: HashMap<u32, EmissionSums>,
@@ -25,7 +25,7 @@ impl<'a> EmissionAverages<'a> {
     }
 
     /// The mean luminance of a material's emission on a primitive, relative to its factor. Zero only if all of it is
-    /// black: what shines only a little must have a chance, too.
+    /// black: faint emitters must be sampled, too.
     pub(super) fn mean(&mut self, material: u32, primitive: u32) -> f32 {
         let EmittingSurfaces { geometry, materials, textures, .. } = *self.surfaces;
         let texture = materials[material as usize].emission.texture;
@@ -39,8 +39,8 @@ impl<'a> EmissionAverages<'a> {
     }
 }
 
-/// Where in the image a triangle's corners are, in units of its width and height; `None` for a sphere, and for what
-/// has no texture coordinates.
+/// The corners of a triangle in the image, in units of its width and height; `None` for spheres and for triangles
+/// without texture coordinates.
 fn corners(geometry: &Geometry, sampled: &SampledTexture, primitive: u32) -> Option<[Vec2; 3]> {
     if primitive & SPHERE != 0 {
         return None;
@@ -63,12 +63,12 @@ fn corners(geometry: &Geometry, sampled: &SampledTexture, primitive: u32) -> Opt
     Some([at(vertices[0])?, at(vertices[1])?, at(vertices[2])?])
 }
 
-/// Sums of an image's luminance over all rectangles of cells from its corner (Crow 1984).
+/// A summed-area table of an image's luminance (Crow 1984).
 struct EmissionSums {
     columns: usize,
     rows: usize,
     wrap: [u32; 2],
-    /// One column and one row more than there are cells.
+    /// The sums; one column and one row more than there are cells.
     sums: Vec<f64>,
 }
 
@@ -102,7 +102,7 @@ impl EmissionSums {
         let size = Vec2::new(self.columns as f32, self.rows as f32);
         let [a, b, c] = corners.map(|corner| corner * size);
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        // Lookups blend with neighbours.
+        // Lookups interpolate between neighbours.
         let most = self.within(low - 1.0, high + 1.0);
         if most <= 0.0 {
             return 0.0;
@@ -112,7 +112,7 @@ impl EmissionSums {
         let mut sum = 0.0;
         for row in 0..ROWS {
             for place in 0..2 * row + 1 {
-                // The centroids of small triangles, of which every other one is turned over.
+                // The centroids of small triangles, every other one of which is upside down.
                 let third = if place % 2 == 0 { 1.0 / 3.0 } else { 2.0 / 3.0 };
                 let down = row as f32 + 1.0 - third;
                 let along = (place / 2) as f32 + third;
@@ -135,15 +135,15 @@ impl EmissionSums {
         (sum / cells.max(1) as f64) as f32
     }
 
-    /// The sum of whole cells.
+    /// The sum over a rectangle of whole cells.
     fn sum(&self, [left, top]: [usize; 2], [right, bottom]: [usize; 2]) -> f64 {
         let at = |x: usize, y: usize| self.sums[y * (self.columns + 1) + x];
         (at(right, bottom) - at(left, bottom) - at(right, top) + at(left, top)).max(0.0)
     }
 }
 
-/// The cells between two places along an axis: in two parts if an end of the image lies between them, or all cells if
-/// that is as far as around it.
+/// The cells between two places along an axis: two ranges if an end of the image lies between them, or all cells if
+/// they are at least the image's size apart.
 fn spans(low: f32, high: f32, cells: usize, wrap: u32) -> [(usize, usize); 2] {
     let count = cells as f32;
     let low = low.floor();
@@ -152,7 +152,7 @@ fn spans(low: f32, high: f32, cells: usize, wrap: u32) -> [(usize, usize); 2] {
     if wrap == 1 {
         return [(low.clamp(0.0, count - 1.0) as usize, high.clamp(1.0, count) as usize), (0, 0)];
     }
-    // Far out, floats are too coarse for cells.
+    // Far from zero, floats are too coarse for cells.
     if (high - low).is_nan() || high - low >= count || low.abs() > 1e6 {
         return whole;
     }
@@ -161,14 +161,14 @@ fn spans(low: f32, high: f32, cells: usize, wrap: u32) -> [(usize, usize); 2] {
     let first = (low, high.min(cells));
     let beyond = high.saturating_sub(cells);
     match wrap {
-        // Turned over every other time.
+        // Mirrored every other time.
         2 if (turn * 0.5).fract() == 0.0 => [first, (cells - beyond, cells)],
         2 => [(cells - first.1, cells - first.0), (0, beyond)],
         _ => [first, (0, beyond)],
     }
 }
 
-/// Of a texel, linear.
+/// The linear luminance of a texel.
 fn luminance(textures: &Textures, sampled: &SampledTexture, texel: usize) -> f32 {
     if sampled.float {
         return Rgb::from(textures.texels32[texel]).luminance();
@@ -204,15 +204,15 @@ mod tests {
         assert_eq!(triangle(0.5, 0.5, 0.25), 0.0);
         let half = triangle(0.0, 0.0, 1.0);
         assert!(half > 0.3 / 4096.0 && half < 8.0 / 4096.0, "{half}");
-        // However small the part that shines, it is not nothing.
+        // However small the emitting part, the mean is not zero.
         assert!(triangle(-0.4, -0.4, 0.81) > 0.0);
-        // Beside the image it goes on.
+        // Beyond the image it repeats.
         assert!(triangle(3.0, -2.0, 1.0 / 64.0) > 0.2);
         assert_eq!(triangle(3.5, -2.5, 0.25), 0.0);
     }
 
     #[test]
-    fn an_image_that_is_even_has_its_value_everywhere() {
+    fn uniform_image_has_its_value_everywhere() {
         let (columns, rows) = (16, 8);
         let sums =
             (0..(columns + 1) * (rows + 1)).map(|at| (at % (columns + 1) * (at / (columns + 1))) as f64);

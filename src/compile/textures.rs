@@ -1,4 +1,4 @@
-//! Images and textures to texels and columns.
+//! Compiles images and textures to texels and columns.
 
 mod mips;
 mod srgb;
@@ -18,27 +18,27 @@ use crate::scene::textures::SampledTexture;
 use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
 use crate::world::{AlphaMode, Channel, ColorInput, Material};
 
-/// How an image's levels are made.
+/// The kind of an image's mip levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct MipKind {
-    /// Of floats, else of bytes.
+    /// True if texels are floats, not bytes.
     float: bool,
-    /// There are smaller copies.
+    /// True if there are smaller levels.
     smaller: bool,
-    /// Texels of these are means of light, not of stored values. One image may be read both ways; this is set if any
-    /// texture asks for it.
+    /// True if texels are means of light, not of stored values. An image may be read both ways; this is set if any
+    /// texture needs it.
     srgb: bool,
-    /// Colours count in these by their alpha, as much as they are there.
+    /// True if colours are weighted by their alpha.
     cut: bool,
 }
 
-/// All that texels are made of.
+/// All inputs of texels.
 #[derive(PartialEq)]
 pub(super) struct TextureInputs {
     images: Vec<ByPtr<Image>>,
-    /// How each image's levels are made.
+    /// The kind of each image's levels.
     kinds: Vec<MipKind>,
-    /// How images are looked up.
+    /// The textures, by which images are looked up.
     textures: DebugText,
 }
 
@@ -49,7 +49,8 @@ impl TextureInputs {
     }
 }
 
-/// `before` may have been made of some of the same images: their texels are copied, or shared if all are the same.
+/// Compiles all textures. `before` may have been made from some of the same images: their texels are copied, or shared
+/// if all are the same.
 pub(super) fn compile(
     assets: &Assets,
     inputs: &TextureInputs,
@@ -66,7 +67,7 @@ pub(super) fn compile(
     Ok(Arc::new(out))
 }
 
-/// Texels of all images and their copies. Says where each image's levels begin.
+/// Makes the texels of all images and their levels. Returns the first level of each image.
 fn levels(
     inputs: &TextureInputs,
     out: &mut Textures,
@@ -138,7 +139,7 @@ struct KnownLevels<'a> {
     texels32: &'a [[f32; 3]],
 }
 
-/// Those of all images, by these.
+/// The levels of all images, by the images' addresses.
 fn known(before: &Memo<TextureInputs, Arc<Textures>>) -> HashMap<*const Image, KnownLevels<'_>> {
     let Memo { inputs: TextureInputs { images, kinds, .. }, output: made } = before;
     let (mut rest8, mut rest32) = (&made.texels8[..], &made.texels32[..]);
@@ -155,7 +156,7 @@ fn known(before: &Memo<TextureInputs, Arc<Textures>>) -> HashMap<*const Image, K
 }
 
 impl TexelsOut<'_> {
-    /// Copies known texels if there are as many as there is room for; says whether it did.
+    /// Copies known texels if they fill the room exactly; returns true if so.
     fn copy(&mut self, known: &KnownLevels) -> bool {
         match self {
             TexelsOut::Bytes(room) if room.len() == known.texels8.len() => {

@@ -1,4 +1,4 @@
-//! What a world says that its transport has no use for.
+//! Values in a world that its transport does not use.
 
 use crate::math::Rgb;
 use crate::world::{
@@ -6,7 +6,7 @@ use crate::world::{
     World,
 };
 
-/// One sentence with all of it.
+/// One warning that lists all of them.
 pub(super) fn by_transport(world: &World) -> Option<String> {
     let (names, transport, other) = match world.settings.transport {
         Transport::Whitted => (by_whitted(world), "Whitted", "Path"),
@@ -67,7 +67,7 @@ fn by_path(world: &World) -> Vec<&'static str> {
 
 type IsUsed = fn(&Principled) -> bool;
 
-/// What physically based surfaces have that [`super::classic`] leaves out, and which of them say so.
+/// Features of physically based surfaces that [`super::classic`] leaves out, with a test for each.
 const OF_SURFACES: [(&str, IsUsed); 9] = [
     ("normal maps", |m| m.normal.is_some()),
     ("bump maps", |m| m.bump.is_some()),
@@ -96,7 +96,7 @@ mod tests {
     use crate::world::{Outline, Transform};
 
     #[test]
-    fn what_a_transport_ignores_it_says() {
+    fn values_that_the_transport_ignores_give_a_warning() {
         let said = |change: fn(&mut World)| {
             let mut world = World::default();
             world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
@@ -137,7 +137,7 @@ mod tests {
         let expected = "the path transport makes no use of ambient, the samples of area lights, the pattern of \
                         area lights (transport: Whitted does)";
         assert_eq!(path.as_deref(), Some(expected));
-        // What is on neither list is rendered by both.
+        // Values on neither list are used by both transports.
         let plain = |world: &mut World| {
             let plain = Material::Principled(Box::default());
             world.assets.add_material(None, plain);

@@ -1,4 +1,5 @@
-//! Non-local means of one half of the samples, weighed by the other half and by features; over lanes, tile by tile.
+//! Non-local means of one half of the samples, with weights from the other half and from features; over lanes, tile by
+//! tile.
 
 use rayon::prelude::*;
 
@@ -6,62 +7,64 @@ use super::plane::{BORDER, ImagePlane};
 use crate::math::elementary::exp2;
 use crate::simd::{Float, Isa, Kernel, Lanes, dispatch};
 
-/// Columns and rows of a tile: its sums stay in the second-level cache.
+/// The columns and rows of a tile: its sums stay in the second-level cache.
 pub const TILE: [usize; 2] = [64, 16];
-/// Columns of the scratch rows: patches look beyond the tile, and lanes beyond those.
+/// The number of columns of scratch rows: patches reach beyond the tile, and lanes beyond those.
 const ROW: usize = TILE[0] + 2 * super::PATCH + 16;
-/// Rows of it.
+/// The number of scratch rows.
 const ROWS: usize = TILE[1] + 2 * super::PATCH;
 
-/// What is filtered and how.
+/// The inputs and parameters of a filter.
 pub struct FilterPass<'a> {
-    /// Channels of even and of odd samples, three at most.
+    /// The channels of even and of odd samples.
     pub halves: [&'a [&'a ImagePlane]; 2],
-    /// What is compared to find pixels that look alike: these channels of even and of odd samples.
+    /// The channels of even and of odd samples that are compared to find pixels that look alike.
     pub compared: [&'a [&'a ImagePlane]; 2],
-    /// Variance of one half of these in each channel.
+    /// The variance of one half in each compared channel.
     pub variance: &'a [&'a ImagePlane],
-    /// In units in which a difference of 1 leaves e⁻¹ of the weight.
+    /// The features, in units in which a difference of 1 leaves e⁻¹ of the weight.
     pub features: &'a [ImagePlane],
-    /// Factor on distances between patches, 1 / k².
+    /// The factor on distances between patches, 1 / k².
     pub sharpness: f32,
-    /// What is made of them.
+    /// The filtered images to compute.
     pub candidates: &'a [FilteredImage],
-    /// Radius in pixels of what is averaged: see [`FilterPass::steps`].
+    /// The radius of the filter in units of the stride: see [`FilterPass::steps`].
     pub radius: usize,
-    /// Distance between the pixels that are averaged. They then count less and less towards the radius, which is in
-    /// units of it. Without it all count alike, and every other one is left out beyond [`DENSE`].
+    /// The distance in pixels between the pixels that are averaged; their weights fall towards the radius. Without it
+    /// the distance is 1, all weights are equal, and beyond [`DENSE`] every other pixel is left out.
     pub stride: Option<usize>,
-    /// Pixels to each side of patches.
+    /// The radius of patches in pixels.
     pub patch: usize,
     /// Added to variances.
     pub least: f32,
 }
 
-/// One of several filtered images.
+/// A way to weigh pixels for a filtered image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilteredImage {
     /// Weights by colours and features: e^(−distance) to the power of 2ⁿ, so that one exponential is enough.
     Colors(u32),
-    /// The same, where features may differ by 2√2 as much.
+    /// [`FilteredImage::Colors`], but features may differ by 2√2 times as much.
     Wide(u32),
-    /// Weights by features.
+    /// Weights by features only.
     FeaturesAlone,
 }
 
-/// Nearer than this all pixels count; beyond it those of one colour of a chequerboard, and in an outer ring of the same
-/// area those of the other colour: with one colour alone the image would be two images, which share no pixel.
+/// Within this radius all pixels count; beyond it those of one colour of a chequerboard, and in an outer ring of the
+/// same area those of the other colour: with one colour only, the image would split into two images that share no
+/// pixel.
 const DENSE: i32 = 4;
 
-/// Sums of a tile: weights, then channels, of each half of each candidate.
+/// The sums of a tile: weights, then channels, of each half of each candidate.
 struct TileSums {
     sums: Vec<f32>,
-    /// How many numbers a sum has for a tile.
+    /// The number of values that each sum has in a tile.
     area: usize,
 }
 
 impl FilterPass<'_> {
-    /// Where the pixels to be averaged are, within a disc, and how much they count.
+    /// Returns the offsets of the pixels to average, within a disc and from the corner of the border, and their
+    /// weights.
     fn steps(&self) -> Vec<([usize; 2], f32)> {
         let radius = self.radius as i32;
         let taken = |[dx, dy]: &[i32; 2]| {
@@ -81,7 +84,7 @@ impl FilterPass<'_> {
         steps.map(|step| (step.map(place), weight(step))).collect()
     }
 
-    /// Planes `[candidate][half][channel]`; the one after the channels has the sums of weights.
+    /// Returns planes `[candidate][half][channel]`; the one after the channels holds the sums of weights.
     pub fn run(&self, isa: Isa) -> Vec<[Vec<ImagePlane>; 2]> {
         let size = self.halves[0][0].size;
         let across = size[0].div_ceil(TILE[0]);
@@ -113,7 +116,7 @@ impl FilterPass<'_> {
 
 struct TileKernel<'a> {
     pass: &'a FilterPass<'a>,
-    /// From the corner of the border.
+    /// Offsets from the corner of the border, and weights.
     steps: &'a [([usize; 2], f32)],
     corner: [usize; 2],
 }
@@ -126,7 +129,7 @@ impl Kernel for TileKernel<'_> {
     }
 }
 
-/// Distances of patches between a tile's pixels and those one step away, by each half.
+/// Distances of patches between a tile's pixels and those one step away, in each half.
 struct Distances {
     of: [Vec<f32>; 2],
     rows: [Vec<f32>; 2],
@@ -150,7 +153,7 @@ fn tile<F: Float>(TileKernel { pass, steps, corner }: &TileKernel) -> TileSums {
     out
 }
 
-/// Differences in colour beyond what noise makes, of the tile and of what patches have around it, summed along rows.
+/// Computes differences in colour beyond those of noise, of the tile and of the margin for patches, summed along rows.
 #[inline(always)]
 fn compare<F: Float>(
     pass: &FilterPass,
@@ -178,7 +181,7 @@ fn compare<F: Float>(
     }
 }
 
-/// Of one row, pixel by pixel.
+/// Computes the differences of one row, pixel by pixel.
 #[inline(always)]
 fn compare_row<F: Float>(
     pass: &FilterPass,
@@ -209,7 +212,7 @@ fn compare_row<F: Float>(
     }
 }
 
-/// A patch's sum from those of its rows.
+/// Sums a patch from the sums of its rows.
 #[inline(always)]
 fn patch<F: Float>(rows: &[f32], patch: usize, x: usize) -> F {
     let mut sum = F::load(&rows[x..]);
@@ -233,7 +236,7 @@ fn add_row<F: Float>(
     let zero = F::zero();
     let (channels, area) = (pass.halves[0].len(), out.area);
     let across = (2 * pass.patch + 1) as f32;
-    // Patches' means, as exponents of two.
+    // The factor from sums of patches to exponents of two.
     let mean = F::splat(-std::f32::consts::LOG2_E * pass.sharpness / (across * across * channels as f32));
     for x in (0..TILE[0]).step_by(F::WIDTH) {
         let mut unlike = zero;
@@ -246,7 +249,7 @@ fn add_row<F: Float>(
         let fourth = square * square;
         let (wide, alike) = (wide * F::splat(counts), fourth * fourth * F::splat(counts));
         for half in 0..2 {
-            // By the other half.
+            // The weight comes from the other half.
             let apart: F = patch(&distances.of[1 - half][y * ROW..], pass.patch, x);
             let like = exp2(apart.max(zero) * mean);
             for (candidate, kind) in pass.candidates.iter().enumerate() {
@@ -277,7 +280,7 @@ mod tests {
 
     /// Pixels of one colour of a chequerboard must not be filtered apart from those of the other colour.
     #[test]
-    fn far_pixels_are_of_both_colours() {
+    fn far_steps_cover_both_chequerboard_colours() {
         let pass = FilterPass {
             halves: [&[], &[]],
             compared: [&[], &[]],

@@ -1,4 +1,4 @@
-//! What samples hit first as planes that say which pixels belong together.
+//! Feature planes, made from the first hits of samples, which guide the filter.
 
 use super::filter::{FilterPass, FilteredImage};
 use super::plane::{ImagePlane, variance};
@@ -6,17 +6,16 @@ use crate::film::Features;
 use crate::math::elementary::log2;
 use crate::simd::Isa;
 
-/// A difference of this much leaves e⁻¹ of the weight: in albedo, in a coordinate of a normal, or of a distance in
-/// proportion.
+/// The difference that leaves e⁻¹ of the weight: in albedo, in a coordinate of a normal, or relative in a distance.
 const WIDTH: f32 = 0.1;
-/// Pixels to each side that are averaged.
+/// The radius of the filter in pixels.
 const RADIUS: usize = 3;
-/// As [`super::PATCH`].
+/// The radius of patches in pixels; see [`super::PATCH`].
 const PATCH: usize = 2;
-/// Below any difference that matters, squared.
+/// Added to variances: below the square of any difference that matters.
 const LEAST: f32 = 1e-6;
 
-/// Albedo, normal, depth and coverage without their noise, in units of [`WIDTH`], and the image's frame.
+/// Returns planes of denoised albedo, normal, depth and coverage, in units of [`WIDTH`], and [`ImagePlane::frame`].
 pub fn features(isa: Isa, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<ImagePlane> {
     let mut planes = Vec::with_capacity(9);
     for group in [&[0, 1, 2][..], &[3, 4, 5], &[6, 7]] {
@@ -53,12 +52,12 @@ pub fn features(isa: Isa, size: [usize; 2], halves: [&[Features]; 2]) -> Vec<Ima
     planes
 }
 
-/// One of eight numbers.
+/// Returns one of the eight features.
 fn feature(of: &Features, number: usize) -> f32 {
     match number {
         0..3 => of.albedo.to_array()[number],
         3..6 => of.normal[number - 3],
-        // The logarithm, so that the size of a scene does not matter; 0 where there is nothing.
+        // The logarithm, so that the size of a scene does not matter; 0 where nothing was hit.
         6 if of.coverage > 0.0 => log2(of.depth_m.clamp(1e-30, 1e30)) * std::f32::consts::LN_2 * of.coverage,
         6 => 0.0,
         _ => of.coverage,

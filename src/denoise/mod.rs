@@ -1,21 +1,20 @@
-//! From a noisy image to one without noise: every pixel becomes a mean of those around it that look alike, as the
-//! other half of the samples sees them.
+//! A denoiser for films: every pixel becomes a mean of the pixels around it that look alike, as judged by the other
+//! half of the samples.
 //!
-//! Even and odd samples are two images of the same thing, each with its own noise. Which pixels of one are averaged
-//! is decided by the other one (so that no noise chooses itself) and by what the samples hit first: by non-local
-//! means over patches (Buades and others 2005; Rousselle, Knaus and Zwicker 2012) and by features that were filtered
-//! in the same way (Rousselle, Manzi and Zwicker, "Robust denoising using feature and color information", 2013).
-//! There are four such means for each pixel, which differ in how much colours and features count. Each is compared with
-//! the other half, and in every place the one with the smallest error is taken. What then differs between the two halves
-//! is filtered once more.
+//! Even and odd samples are two images of the same scene with independent noise. The weights for one half come from the
+//! other half (so that no noise selects itself) and from features, the first hits of samples: by non-local means over
+//! patches (Buades and others 2005; Rousselle, Knaus and Zwicker 2012) and by features that were filtered in the same
+//! way (Rousselle, Manzi and Zwicker, "Robust denoising using feature and color information", 2013). There are four
+//! such means for each pixel, the candidates, which differ in how much colours and features count. Each is compared
+//! with the other half, and every pixel takes the one with the smallest error. The noise that then remains is filtered
+//! once more.
 //!
-//! Before that, the texture of surfaces is divided out (`texture`), and the light of single samples far above all
-//! around them is taken out (`outliers`): it comes back only as far as both halves agree on it.
+//! Before that, the texture of surfaces is divided out (`texture`), and the light of outliers, single samples far
+//! brighter than their surroundings, is removed (`outliers`): it is restored only as far as both halves agree on it.
 //!
-//! Paths that neighbours share have errors in common, which averaging neighbours does not remove. They are found as
-//! what differs between the two halves over whole groups, and averaged over what lies beside them.
+//! Path reuse correlates the errors of neighbours, which averaging over neighbours does not remove.
 //!
-//! Every sum goes in one order, whatever the lanes and threads: the same film, the same bits.
+//! Every sum has a fixed order, independent of lanes and threads: the same film gives the same bits.
 
 mod filter;
 mod guides;
@@ -31,64 +30,66 @@ use filter::{FilterPass, FilteredImage};
 use outliers::Split;
 use plane::ImagePlane;
 
-/// Pixels to each side that are averaged first. Measured on three scenes at 4 and 32 samples: 10 is up to 1.2 times
-/// worse and up to 1.1 times better.
+/// The radius of the first filter in pixels. Measured on three scenes at 4 and 32 samples: 10 is up to 1.2 times worse
+/// and up to 1.1 times better.
 const RADIUS: usize = 8;
-/// Pixels to each side of which patches are compared.
+/// The radius of patches in pixels.
 const PATCH: usize = 2;
-/// Differences in colour count little, much (as with k = 0.25), not at all, or much where features count little.
+/// The candidates: differences in colour count little, much (as with k = 0.25), not at all, or much while features
+/// count little.
 const CANDIDATES: [FilteredImage; 4] = [
     FilteredImage::Colors(0),
     FilteredImage::Colors(3),
     FilteredImage::FeaturesAlone,
     FilteredImage::Wide(3),
 ];
-/// The number of the last one.
+/// The index of the last candidate.
 const WIDE: usize = CANDIDATES.len() - 1;
-/// How the first filter works, and the last one when little noise is left.
+/// The size of the first filter.
 const FIRST: FilterSize = FilterSize { radius: RADIUS, patch: PATCH, sharpness: 2.0 };
-/// See [`FIRST`].
+/// The size of the last filter, when little noise is left.
 const LAST: FilterSize = FilterSize { radius: 3, patch: 1, sharpness: 4.0 };
-/// Variances are means over this many pixels to each side.
+/// Variances are averaged over this many pixels to each side.
 const VARIANCE_RADIUS: usize = 1;
-/// No variance is below this part of the mean over more pixels: the halves of a few may be alike by chance.
+/// The lower limit of a variance, as a fraction of the mean over more pixels: the halves of a few pixels may agree by
+/// chance.
 const FAR_PART: f32 = 0.25;
-/// Pixels to each side of that mean.
+/// The radius of that mean in pixels.
 const FAR_RADIUS: usize = 3;
-/// Brightness, relative to the image's mean, below which what is compared is in proportion to it, and above which to its
-/// logarithm: noise grows with brightness, and one bright pixel must not outweigh a patch.
+/// The brightness, relative to the image's mean, below which compared values are linear and above which they are
+/// logarithmic: noise grows with brightness, and one bright pixel must not outweigh a patch.
 const KNEE: f32 = 0.1;
-/// Below any difference in what is compared that matters, squared.
+/// Added to variances: below the square of any difference of compared values that matters.
 const LEAST: f32 = 2e-4;
 
-/// About how many bytes it takes for each pixel: planes of halves, of what is compared, of texture and of outliers,
-/// variances, features and candidates, and their sums.
+/// The approximate number of bytes for each pixel: planes of halves, compared values, texture and outliers, variances,
+/// features and candidates, and their sums.
 pub const BYTES: usize = 4 * (6 + 6 + 6 + 6 + 3 + 9 + 32 + 32);
 
-/// See [`FilterPass`].
+/// The size of a filter; see [`FilterPass`].
 struct FilterSize {
     radius: usize,
     patch: usize,
     sharpness: f32,
 }
 
-/// A film and what its samples hit first.
+/// A film and the first hits of its samples.
 #[derive(Clone, Copy)]
 pub struct Noisy<'a> {
-    /// Of whole pixels with even and odd samples.
+    /// The film; every pixel needs even and odd samples.
     pub film: &'a Film,
-    /// Of even and of odd samples, pixel by pixel, row by row.
+    /// The features of even and of odd samples, pixel by pixel, row by row.
     pub features: [&'a [Features]; 2],
 }
 
-/// A film without its noise, or nearly so: means of pixels that look alike, by their colours and by what their
-/// samples hit first (Rousselle, Manzi and Zwicker 2013).
+/// A denoised film: means of pixels that look alike, by their colours and by the first hits of their samples
+/// (Rousselle, Manzi and Zwicker 2013).
 #[derive(Clone, Debug)]
 pub struct Denoised {
-    /// Of each pixel, in W m⁻² sr⁻¹, row by row from the top of the film's region.
+    /// The radiance of each pixel, in W m⁻² sr⁻¹, row by row from the top of the film's region.
     pub radiance: Vec<Rgb>,
-    /// Root mean square of the noise that is left in a component, in W m⁻² sr⁻¹, estimated from the difference of
-    /// both halves. Detail that was smoothed away does not count.
+    /// The root mean square of the remaining noise in a component, in W m⁻² sr⁻¹, estimated from the difference of both
+    /// halves. Detail that was smoothed away does not count.
     pub noise: f64,
 }
 
@@ -103,7 +104,7 @@ impl Denoised {
     }
 }
 
-/// Takes the noise out; `None` if a pixel lacks even or odd samples.
+/// Denoises a film; `None` if a pixel lacks even or odd samples.
 pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     let region = noisy.film.region();
     let size = [region.width() as usize, region.height() as usize];
@@ -142,14 +143,15 @@ pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     Some(Denoised { radiance, noise })
 }
 
-/// The mean luminance of an image, by which everything is divided, so that what is small is small in relation to it.
+/// The mean luminance of an image, by which everything is divided, so that thresholds are relative to it.
 fn brightness(halves: &[Vec<Rgb>; 2]) -> f32 {
     let sum: f64 = halves.iter().flatten().map(|rgb| f64::from(rgb.luminance())).sum();
     let mean = (sum / (2 * halves[0].len()).max(1) as f64) as f32;
     if mean > 0.0 && mean.is_finite() { mean } else { 1.0 }
 }
 
-/// Both halves of each candidate: `[candidate][half][channel]`, and the sums of weights.
+/// Filters both halves for each candidate: returns `[candidate][half][channel]`, where the last channel holds the sums
+/// of weights.
 fn filtered(
     isa: Isa,
     color: &[[ImagePlane; 3]; 2],

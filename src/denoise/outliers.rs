@@ -1,12 +1,12 @@
-//! The light of single samples far above all around them: it is taken out before filtering, and comes back as far as
-//! both halves of the samples agree on it.
+//! Outliers, single samples far brighter than their surroundings: their light is removed before filtering, and restored
+//! as far as both halves of the samples agree on it.
 //!
-//! A sample that reaches a small bright thing by a rare way makes its pixel far brighter in one half than in the other
-//! one. What both halves see stays: small lights, highlights, bright edges. Of an outlier, the part that the other
-//! half's surroundings confirm stays, too; the rest is excess. Where excess is dense, as within a caustic, it is noise
-//! like any other and is filtered with the image. Where it is sparse, it is spread over surfaces, at larger and larger
-//! scales, and comes back at the first scale at which both halves have seen enough of it. What is too rare even for the
-//! largest scale is left out: nothing is known of where it belongs.
+//! A sample that reaches a small bright thing by a rare path makes its pixel far brighter in one half than in the
+//! other. Light that is in both halves is kept: small lights, highlights, bright edges. The part of an outlier that the
+//! other half's surroundings confirm is kept, too; the rest is excess. Dense excess, as within a caustic, is noise like
+//! any other and is filtered with the image. Sparse excess is spread over surfaces, at larger and larger scales, and
+//! restored at the first scale at which both halves have enough of it. Excess that is too rare even for the largest
+//! scale is dropped: nothing is known of its place.
 
 use super::filter::{FilterPass, FilteredImage};
 use super::plane::ImagePlane;
@@ -14,41 +14,41 @@ use crate::simd::Isa;
 
 /// Pixels are outliers if they are brighter than usual by more than this factor.
 const FACTOR: f32 = 3.0;
-/// Brightness, relative to the image's mean, that no outlier lies below.
+/// The least brightness of an outlier, relative to the image's mean.
 const FLOOR: f32 = 0.01;
-/// Pixels to each side among which the usual brightness is looked up.
+/// The radius in pixels of the window that gives the usual brightness.
 const WINDOW: usize = 3;
-/// Their place in the order of brightness from which edges and dense noise are usual.
+/// The quantile of brightness in the window that counts as usual, so that edges and dense noise do.
 const QUANTILE: f32 = 0.85;
-/// Like pixels of the window that are enough to disregard the unlike ones.
+/// The number of similar pixels in the window that is enough to ignore dissimilar ones.
 const ENOUGH: usize = 8;
-/// Squared difference of features, in units of their width, from which pixels are unlike.
+/// The squared difference of features, in units of their width, from which pixels are dissimilar.
 const UNLIKE: f32 = 1.0;
-/// Pixels to each side among which other outliers make it probable that two of them meet in one pixel.
+/// The radius in pixels within which other outliers make it probable that two of them coincide in one pixel.
 const MEETING: usize = 7;
-/// Numbers of outliers in a half from which, and up to which, their mean is more and more reliable.
+/// The numbers of outliers in a half between which the reliability of their mean rises from 0 to 1.
 const RELIABLE: [f32; 2] = [2.5, 6.0];
-/// Pixels to each side of which dense excess is counted.
+/// The radius in pixels within which dense excess is counted.
 const DENSE_RADIUS: usize = 2;
-/// Radius of each scale, in units of its stride.
+/// The radius of each scale, in units of its stride.
 const RADIUS: usize = 3;
-/// Distances of the pixels that are averaged at each scale.
+/// The distance in pixels between the pixels that are averaged at each scale.
 const STRIDES: [usize; 4] = [1, 2, 4, 8];
-/// How far the largest scale looks beyond a pixel.
+/// The reach of the largest scale in pixels.
 pub const REACH: usize = RADIUS * STRIDES[STRIDES.len() - 1];
 
-/// Both halves of an image without its outliers, and their light.
+/// Both halves of an image without its outliers, and the light of these.
 pub struct Split {
-    /// What is left, `[half][channel]`.
+    /// The image without its excess, `[half][channel]`.
     pub base: [[ImagePlane; 3]; 2],
-    /// To be added after filtering, `[half][channel]`.
+    /// The light to add after filtering, `[half][channel]`.
     pub spread: [[ImagePlane; 3]; 2],
 }
 
-/// Excess of a half: three channels, and the square of their mean.
+/// The excess of a half: three channels, and the square of their mean.
 type Excess = [ImagePlane; 4];
 
-/// Takes the outliers out of an image.
+/// Separates the outliers from an image.
 pub fn split(isa: Isa, color: &[[ImagePlane; 3]; 2], features: &[ImagePlane]) -> Split {
     let size = color[0][0].size;
     let shares = shares(color, features);
@@ -71,7 +71,7 @@ pub fn split(isa: Isa, color: &[[ImagePlane; 3]; 2], features: &[ImagePlane]) ->
     let mut spread = [0, 1].map(|_| [0, 1, 2].map(|_| ImagePlane::new(size, |_| 0.0)));
     for stride in STRIDES {
         let means = smoothed(isa, &excess, features, [RADIUS, stride]);
-        // An outlier that is a mean over the scales before lies in so many pixels of this one.
+        // An outlier that has been averaged over the previous scales covers this many pixels of this one.
         let accepted = accepted(&means, (stride * stride) as f32);
         for (half, means) in means.iter().enumerate() {
             for (plane, mean) in spread[half].iter_mut().zip(means) {
@@ -89,7 +89,7 @@ fn without(plane: &ImagePlane, share: &ImagePlane) -> ImagePlane {
     ImagePlane::of(plane.size, |x, y| plane.at(x, y) * (1.0 - share.at(x, y)))
 }
 
-/// The part of each pixel's light that is excess, of each half.
+/// Returns the fraction of each pixel's light that is excess, in each half.
 fn shares(color: &[[ImagePlane; 3]; 2], features: &[ImagePlane]) -> [ImagePlane; 2] {
     let size = color[0][0].size;
     let bright = color
@@ -101,12 +101,12 @@ fn shares(color: &[[ImagePlane; 3]; 2], features: &[ImagePlane]) -> [ImagePlane;
         if own <= limit {
             return 0.0;
         }
-        // Two outliers that meet would agree on whatever is left of both.
+        // Two outliers that coincide would agree on whatever is left of both.
         let rest = if trusted { limit } else { limit / FACTOR };
         1.0 - rest / own
     };
     let first = [0, 1].map(|half: usize| ImagePlane::of(size, |x, y| share(half, x, y, true)));
-    // Where a half has outliers, some of them meet one of the other half in the same pixel.
+    // Where a half has outliers, some of them coincide with one of the other half.
     let near = first.each_ref().map(|share| {
         ImagePlane::of(size, |x, y| f32::from(u8::from(share.at(x, y) > 0.0))).smoothed(MEETING)
     });
@@ -118,8 +118,9 @@ fn shares(color: &[[ImagePlane; 3]; 2], features: &[ImagePlane]) -> [ImagePlane;
     })
 }
 
-/// The brightness above which a pixel of one half is an outlier, as the other half sees it. If the same pixel of the
-/// other half is not trusted, two of those around it must confirm it. The result is `own` or more if it is no outlier.
+/// Returns the brightness above which a pixel of one half is an outlier, judged by the other half. If the same pixel of
+/// the other half is not trusted, two of its neighbours must confirm it. The result is `own` or more if the pixel is no
+/// outlier.
 fn limit(own: f32, other: &ImagePlane, features: &[ImagePlane], [x, y]: [usize; 2], trusted: bool) -> f32 {
     let [mut largest, mut second] = [0.0f32; 2];
     for (u, v) in (0..9).filter(|number| *number != 4).map(|number| (x + number % 3, y + number / 3)) {
@@ -150,13 +151,13 @@ fn limit(own: f32, other: &ImagePlane, features: &[ImagePlane], [x, y]: [usize; 
     let place = ((values.len() - 1) as f32 * QUANTILE) as usize;
     let mut usual = confirmed.max(*values.select_nth_unstable_by(place, f32::total_cmp).1);
     if edge {
-        // How much of a pixel lies on either side of an edge is noise, too.
+        // The fraction of a pixel on either side of an edge is noisy, too.
         usual = usual.max(same).max(largest);
     }
     FACTOR * usual + FLOOR
 }
 
-/// Means of excess over pixels with like features, and at the end the sums of weights.
+/// Averages excess over pixels with similar features; the last plane holds the sums of weights.
 fn smoothed(
     isa: Isa,
     excess: &[Excess; 2],
@@ -179,14 +180,15 @@ fn smoothed(
     pass.run(isa).pop().unwrap_or_default()
 }
 
-/// The part of the mean excess that both halves agree on: each has enough outliers, and one mean is like the other.
+/// Returns the fraction of the mean excess on which both halves agree: each has enough outliers, and their means are
+/// similar.
 fn accepted(means: &[Vec<ImagePlane>; 2], area: f32) -> ImagePlane {
     let [few, many] = RELIABLE;
     ImagePlane::of(means[0][0].size, |x, y| {
         let [(a, m), (b, n)] = means.each_ref().map(|planes| {
             let at = |number: usize| planes[number].at(x, y);
             let mean = (at(0) + at(1) + at(2)) / 3.0;
-            // As many outliers of one brightness would have that mean and that mean of squares.
+            // The number of outliers of one brightness that would have that mean and that mean of squares.
             let count = if at(3) > 0.0 { at(4) * area * mean * mean / at(3) } else { 0.0 };
             (mean, count)
         });

@@ -1,19 +1,19 @@
-//! One number for each pixel, with a border that repeats the image's edge.
+//! Image planes: one number for each pixel, with a border that repeats the image's edge.
 
 use rayon::prelude::*;
 
 use crate::simd::Float;
 
-/// How far anything looks beyond a pixel.
+/// The width of the border: the largest reach of any filter beyond a pixel.
 pub const BORDER: usize = super::outliers::REACH;
 const _: () = assert!(BORDER >= super::RADIUS + super::PATCH);
-/// Rows are whole tiles long, and lanes may read beyond them.
+/// Additional columns: rows are whole tiles long, and lanes may read beyond them.
 const SPARE: usize = super::filter::TILE[0] + 16;
 
 /// A difference of features that leaves no weight.
 const OUTSIDE: f32 = 1e3;
 
-/// See the module.
+/// One number for each pixel, with a border that repeats the image's edge.
 #[derive(Clone, Debug, Default)]
 pub struct ImagePlane {
     values: Vec<f32>,
@@ -23,7 +23,7 @@ pub struct ImagePlane {
 }
 
 impl ImagePlane {
-    /// By the number of each pixel, row by row.
+    /// Creates a plane from a function of each pixel's index, row by row.
     pub fn new(size: [usize; 2], value: impl Fn(usize) -> f32 + Sync) -> Self {
         let [width, height] = size;
         let stride = width + 2 * BORDER + SPARE;
@@ -48,12 +48,12 @@ impl ImagePlane {
         Self { values, size, stride }
     }
 
-    /// By the column and the row of each pixel.
+    /// Creates a plane from a function of each pixel's column and row.
     pub fn of(size: [usize; 2], value: impl Fn(usize, usize) -> f32 + Sync) -> Self {
         Self::new(size, |at| value(at % size[0], at / size[0]))
     }
 
-    /// 0 within the image, so far from it in the border that nothing there is like a pixel.
+    /// Creates a plane that is 0 within the image, and so large in the border that no pixel is similar to it.
     pub fn frame(size: [usize; 2]) -> Self {
         let mut plane = Self::new(size, |_| 0.0);
         let [width, height] = size;
@@ -66,29 +66,29 @@ impl ImagePlane {
         plane
     }
 
-    /// The value `before` pixels to the left of a pixel and above it, at most as many as the border has.
+    /// The value `before` pixels to the left of a pixel and above it; `before` is at most [`BORDER`].
     pub fn around(&self, before: usize, x: usize, y: usize) -> f32 {
         self.values[(y + BORDER - before) * self.stride + x + BORDER - before]
     }
 
-    /// A pixel's.
+    /// The value of a pixel.
     pub fn at(&self, x: usize, y: usize) -> f32 {
         self.values[(y + BORDER) * self.stride + x + BORDER]
     }
 
-    /// From a place on that may lie in the border: `x` and `y` are counted from its corner.
+    /// The values from a place on, which may lie in the border: `x` and `y` are counted from the border's corner.
     #[inline(always)]
     pub fn from(&self, x: usize, y: usize) -> &[f32] {
         &self.values[y * self.stride + x..]
     }
 
-    /// The values at two places, counted as in [`ImagePlane::from`], and at those `right` to the right of them.
+    /// Loads lanes at two places, counted as in [`ImagePlane::from`], each moved `right` columns to the right.
     #[inline(always)]
     pub fn pair<F: Float>(&self, own: [usize; 2], other: [usize; 2], right: usize) -> (F, F) {
         (F::load(self.from(own[0] + right, own[1])), F::load(self.from(other[0] + right, other[1])))
     }
 
-    /// Means over the squares of pixels up to `radius` away to each side.
+    /// Averages over squares of pixels, `radius` to each side.
     pub fn smoothed(&self, radius: usize) -> ImagePlane {
         let [width, height] = self.size;
         let across = 2 * radius + 1;
@@ -106,7 +106,8 @@ impl ImagePlane {
     }
 }
 
-/// The variance of one half of the samples, from the difference of both, averaged over the pixels around.
+/// Estimates the variance of one half of the samples from the difference of both, averaged over squares of `radius`
+/// pixels to each side.
 pub fn variance(even: &ImagePlane, odd: &ImagePlane, radius: usize) -> ImagePlane {
     let width = even.size[0].max(1);
     let square = |at: usize| {

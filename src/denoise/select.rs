@@ -1,17 +1,17 @@
-//! Which of several filtered images is nearest to the truth, place by place.
+//! Selection of the candidate with the smallest error, pixel by pixel.
 
 use super::plane::{ImagePlane, variance};
 
-/// Errors are means over this many pixels to each side.
+/// Errors are averaged over this many pixels to each side.
 const ERROR_RADIUS: usize = 2;
 /// One choice fades into another over this many pixels to each side.
 const FADE_RADIUS: usize = 2;
 
-/// Weights that are enough to average away noise.
+/// The sum of weights that is enough to average away noise.
 const ENOUGH: f32 = 4.0;
 
-/// Completes pixels with too few like them, as at silhouettes, from a candidate that takes more pixels for alike: as
-/// much of it as is missing. The last plane of each half has the sums of weights.
+/// Completes pixels with too few similar ones, as at silhouettes, from the candidate `wide`, which accepts more pixels:
+/// as much of it as is missing. The last plane of each half holds the sums of weights.
 pub fn complete(candidates: &[[[ImagePlane; 4]; 2]], wide: usize) -> Vec<[[ImagePlane; 3]; 2]> {
     let completed = |own: &[ImagePlane; 4], other: &[ImagePlane; 4]| {
         [0, 1, 2].map(|channel: usize| {
@@ -30,7 +30,7 @@ pub fn complete(candidates: &[[[ImagePlane; 4]; 2]], wide: usize) -> Vec<[[Image
         .collect()
 }
 
-/// Of candidates `[half][channel]`, in each place the one that differs least from the half that it was not made of.
+/// Selects, for each pixel, the candidate `[half][channel]` that differs least from the half that it was not made of.
 pub fn best(color: &[[ImagePlane; 3]; 2], candidates: Vec<[[ImagePlane; 3]; 2]>) -> [[ImagePlane; 3]; 2] {
     let size = color[0][0].size;
     let noise = [0, 1, 2].map(|c| variance(&color[0][c], &color[1][c], 1));
@@ -58,7 +58,8 @@ pub fn best(color: &[[ImagePlane; 3]; 2], candidates: Vec<[[ImagePlane; 3]; 2]>)
     })
 }
 
-/// The squared error of a candidate, estimated: what it differs by from the other half, less that half's own noise.
+/// Estimates the relative squared error of a candidate: its squared difference from the other half, less that half's
+/// own noise.
 fn error(
     color: &[[ImagePlane; 3]; 2],
     filtered: &[[ImagePlane; 3]; 2],

@@ -1,4 +1,4 @@
-//! Films whose truth is known.
+//! Tests of the denoiser on films with known truth.
 
 use rand::RngExt;
 
@@ -8,10 +8,10 @@ use crate::sampling::Stream;
 
 const SIZE: [u32; 2] = [100, 70];
 
-/// What a pixel is in truth and where it is.
+/// The true radiance of a pixel, and its depth.
 type Scene<'a> = &'a dyn Fn(u32, u32) -> (Rgb, f32);
 
-/// Samples with noise that is as large as the radiance, and what they hit: walls, each at its depth.
+/// Samples with noise as large as the radiance, and their first hits: walls, each at its depth.
 fn noisy(scene: Scene, samples: u32, seed: u64) -> (Film, [Vec<Features>; 2]) {
     let (region, mut stream) = (Region::whole(SIZE), Stream::new(seed));
     let mut film = Film::new(region, FilmScale::default());
@@ -54,13 +54,13 @@ fn edge(x: u32, _: u32) -> (Rgb, f32) {
     if x < 41 { (Rgb::splat(0.05), 2.0) } else { (Rgb::splat(1.0), 3.0) }
 }
 
-/// A shadow on one wall: features know nothing of it.
+/// A shadow on one wall, which features do not show.
 fn shadow(x: u32, _: u32) -> (Rgb, f32) {
     (Rgb::splat(if x < 41 { 0.02 } else { 1.0 }), 2.0)
 }
 
 #[test]
-fn noise_goes_and_what_is_there_stays() {
+fn denoising_reduces_error_and_keeps_brightness() {
     for (name, scene, least) in
         [("slope", &slope as Scene, 10.0), ("edge", &edge, 10.0), ("shadow", &shadow, 4.0)]
     {
@@ -75,18 +75,18 @@ fn noise_goes_and_what_is_there_stays() {
     }
 }
 
-/// Where features differ nothing is averaged, however alike colours are.
+/// Pixels with different features are not averaged, however similar their colours.
 #[test]
-fn edges_of_features_are_edges() {
+fn feature_edges_stay_sharp() {
     let (film, features) = noisy(&edge, 4, 5);
     let found = clean(&film, &features, Isa::detect());
     let row = |x: u32| found.radiance[(35 * SIZE[0] + x) as usize].g;
     assert!((38..41).all(|x| row(x) < 0.1) && (41..44).all(|x| row(x) > 0.6), "{} {}", row(40), row(41));
 }
 
-/// Without noise nothing changes, and neither do units: the brightness of an image has no say.
+/// An image without noise is unchanged, whatever its brightness.
 #[test]
-fn what_has_no_noise_stays() {
+fn noise_free_image_is_unchanged() {
     for unit in [1e-6, 1.0, 1e5f32] {
         let scene = |x: u32, y: u32| (Rgb::new(((x * 7 + y * 13) % 5) as f32 + 0.5, 0.25, 1.0) * unit, 2.0);
         let mut film = Film::new(Region::whole(SIZE), FilmScale::new(6.0 * unit, unit));
@@ -103,7 +103,7 @@ fn what_has_no_noise_stays() {
 }
 
 #[test]
-fn every_level_and_number_of_threads_gives_the_same_bits() {
+fn result_is_independent_of_isa_and_threads() {
     let (film, features) = noisy(&edge, 4, 7);
     let expected = clean(&film, &features, Isa::PORTABLE);
     for isa in Isa::available() {
@@ -114,12 +114,12 @@ fn every_level_and_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
-fn one_sample_is_too_few() {
+fn denoise_returns_none_for_one_sample() {
     let (film, features) = noisy(&edge, 1, 7);
     assert!(denoise(Isa::detect(), &Noisy { film: &film, features: [&features[0], &features[1]] }).is_none());
 }
 
-/// A film with 16 samples of each pixel, as given by its column, row and number.
+/// A film with 16 samples of each pixel, given by column, row and sample number.
 fn film_of(sample: impl Fn(u32, u32, u32) -> f32) -> Film {
     let mut film = Film::new(Region::whole(SIZE), FilmScale::default());
     for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
@@ -131,7 +131,7 @@ fn film_of(sample: impl Fn(u32, u32, u32) -> f32) -> Film {
     film
 }
 
-/// Noise around 1, another number for each pixel and sample.
+/// Noise around 1, different for each pixel and sample.
 fn noise(x: u32, y: u32, number: u32) -> f32 {
     Stream::new(u64::from((y * SIZE[0] + x) * 16 + number)).random_range(0.0..2.0)
 }
@@ -140,8 +140,8 @@ fn wall() -> [Vec<Features>; 2] {
     noisy(&|_, _| (Rgb::WHITE, 2.0), 1, 1).1
 }
 
-/// Where an outlier is planted: alone, in corners and at edges, in two halves of one pixel among others, and in each
-/// other pixel of a group, as shared paths leave them.
+/// True if an outlier is planted: isolated, in corners and at edges, in both halves of one pixel among others, and in
+/// every other pixel of a group, as path reuse leaves them.
 fn planted(x: u32, y: u32, number: u32) -> bool {
     let single = [(0, 0), (99, 35), (50, 69), (20, 20), (24, 25), (33, 22), (27, 31)].contains(&(x, y));
     let group = (70..74).contains(&x) && (40..44).contains(&y) && (x + y).is_multiple_of(2);
@@ -160,9 +160,9 @@ fn outliers_leave_no_halo() {
     }
 }
 
-/// What is bright in both halves is not taken for an outlier, be it a single pixel, and does not light what is around.
+/// A pixel that is bright in both halves is no outlier, even a single one, and does not brighten its surroundings.
 #[test]
-fn small_lights_stay_and_have_no_halo() {
+fn small_lights_are_kept_without_halo() {
     let lights = [(30, 30, 1), (60, 20, 2), (80, 50, 3)];
     let light = |x: u32, y: u32| {
         let within =
@@ -184,7 +184,7 @@ fn small_lights_stay_and_have_no_halo() {
     }
 }
 
-/// Light that many outliers bring together, as a caustic does, is not lost.
+/// The light of many outliers together, as in a caustic, is not lost.
 #[test]
 fn light_of_many_outliers_is_spread() {
     let rare = |x, y, number| if noise(y, x + 31, number) < 0.005 { 800.0 } else { 0.0 };
@@ -199,7 +199,7 @@ fn light_of_many_outliers_is_spread() {
 
 /// A pattern in the albedo survives light that is as noisy as it is bright.
 #[test]
-fn textures_stay() {
+fn albedo_texture_is_kept() {
     let albedo = |x: u32, y: u32| 0.3 + 0.05 * ((x * 3 + y * 5) % 7) as f32;
     let film = film_of(|x, y, number| albedo(x, y) * noise(x, y, number));
     let mut features = wall();
@@ -215,9 +215,9 @@ fn textures_stay() {
     assert!(after * 5.0 < before, "{before} before, {after} after");
 }
 
-/// A silhouette's pixels are unlike each other, and are averaged nevertheless.
+/// Pixels of a silhouette differ from each other, and are averaged nevertheless.
 #[test]
-fn pixels_unlike_all_others_lose_noise() {
+fn dissimilar_pixels_are_denoised() {
     let mut features = wall();
     for half in &mut features {
         for (at, of) in half.iter_mut().enumerate().filter(|(at, _)| *at as u32 % SIZE[0] == 50) {

@@ -1,8 +1,8 @@
 //! The texture of surfaces: albedo relative to a material's mean, which is divided out before filtering and multiplied
 //! back afterwards, so that fine patterns survive however much is averaged.
 //!
-//! Only pixels among others of their own material take part: where several surfaces share a pixel, its light is not in
-//! proportion to the albedo that its samples have in the mean.
+//! Only pixels among others of their own material take part: where several surfaces share a pixel, its light is not
+//! proportional to the mean albedo of its samples.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use crate::film::Features;
 
 /// Added to albedos: light that is reflected at a surface does not depend on its colour.
 const GLOSS: f32 = 0.1;
-/// Squared length of a mean normal below which samples hit different surfaces.
+/// The squared length of a mean normal below which samples hit different surfaces.
 const ONE_SURFACE: f32 = 0.98;
 
-/// The factors of even and of odd samples, `[half][channel]`: 1 where there is no texture.
+/// Returns the factors of even and of odd samples, `[half][channel]`: 1 where there is no texture.
 pub fn factors(size: [usize; 2], halves: [&[Features]; 2]) -> [[ImagePlane; 3]; 2] {
     let means = means(halves);
     let pure = pure(size, halves);
@@ -30,7 +30,7 @@ pub fn factors(size: [usize; 2], halves: [&[Features]; 2]) -> [[ImagePlane; 3]; 
     })
 }
 
-/// The mean albedo of each material.
+/// Returns the mean albedo of each material.
 fn means(halves: [&[Features]; 2]) -> BTreeMap<u32, [f32; 3]> {
     let mut sums = BTreeMap::<u32, [f64; 4]>::new();
     for of in halves.into_iter().flatten().filter(|of| of.material != 0) {
@@ -43,7 +43,7 @@ fn means(halves: [&[Features]; 2]) -> BTreeMap<u32, [f32; 3]> {
         .collect()
 }
 
-/// Whether a pixel and those beside it show one material and one surface each.
+/// True for each pixel if it and its neighbours show one material and one surface each.
 fn pure(size: [usize; 2], halves: [&[Features]; 2]) -> Vec<bool> {
     let [width, height] = size;
     let around = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);

@@ -1,4 +1,4 @@
-//! Files that are either whole or not there, even if the power fails.
+//! Atomic writing of files, which are either complete or absent, even if the power fails.
 
 use std::collections::BTreeSet;
 use std::fs::{File, TryLockError};
@@ -11,19 +11,19 @@ use tempfile::NamedTempFile;
 use super::links;
 use crate::error::SaveError;
 
-/// What a file is written through before it has its name.
+/// The writer of a temporary file.
 pub type Writer<'a> = BufWriter<&'a File>;
 
-/// Temporary files have names that begin and end like this.
+/// The prefix and the suffix of the names of temporary files.
 const PREFIX: &str = ".rayfront-";
 const SUFFIX: &str = ".part";
 
-/// Writes a file that is either as it was or whole.
+/// Replaces the content of a file atomically.
 pub fn replace(path: &Path, content: &[u8]) -> Result<(), SaveError> {
     write_whole(path, |mut file| file.write_all(content).and_then(|()| file.flush()))
 }
 
-/// Writes a temporary file beside the place, waits until it is on disk, and renames it. Until then, and after an
+/// Writes a temporary file in the same folder, waits until it is on disk, and renames it. Until then, and after an
 /// error, an older file of that name stays as it was. Links stay links, and permissions stay as they were.
 pub fn write_whole<E: std::fmt::Display>(
     path: &Path,
@@ -43,7 +43,7 @@ pub fn begin<E: std::fmt::Display>(
     Ok(UnnamedFile { path: path.to_owned(), place, temporary })
 }
 
-/// A file that is written but does not have its name yet. If it is dropped, it is gone.
+/// A temporary file that is written but not yet renamed. Dropping it removes the file.
 pub struct UnnamedFile {
     path: PathBuf,
     place: PathBuf,
@@ -51,44 +51,44 @@ pub struct UnnamedFile {
 }
 
 impl UnnamedFile {
-    /// The second half of [`write_whole`]: waits until the file is on disk, and gives it its name.
+    /// The second half of [`write_whole`]: waits until the file is on disk, and renames it.
     pub fn finish(self) -> Result<(), SaveError> {
         let UnnamedFile { path, place, temporary } = self;
         let failed = |error: std::io::Error| SaveError::new(&path, error);
         if let Ok(older) = std::fs::metadata(&place) {
             temporary.as_file().set_permissions(older.permissions()).map_err(failed)?;
         }
-        // Else a rename could reach the disk before the content does.
+        // Otherwise a rename could reach the disk before the content does.
         temporary.as_file().sync_all().map_err(failed)?;
         let (file, named) = temporary.into_parts();
         std::fs::rename(&named, &place).map_err(failed)?;
         // It has another name now, so there is nothing to remove.
         let _ = named.keep();
         drop(file);
-        // The name is a part of the folder. Not every file system can be asked to keep that.
+        // The name is a part of the folder. Not every file system can sync a folder.
         #[cfg(unix)]
         let _ = File::open(folder_of(&place)).and_then(|folder| folder.sync_all());
         Ok(())
     }
 }
 
-/// Whether a file could be written there now. Removes what was left there by processes that were killed while they
-/// wrote.
+/// Checks that a file could be written now. Removes temporary files that were left behind by processes that were killed
+/// while they wrote.
 pub fn writable(path: &Path) -> Result<(), SaveError> {
     let place = place_of(path)?;
     remove_left_behind(folder_of(&place));
     temporary_beside(path, &place).map(|_| ())
 }
 
-/// Folders in which nothing is left behind: listing one can take long, and once is enough.
+/// Folders that have been cleaned: listing one can take long, and once is enough.
 static CLEAN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Where a path leads: links are followed if they may be, even where nothing is yet.
+/// Resolves a path: links are followed if they may be, even to files that do not exist yet.
 fn place_of(path: &Path) -> Result<PathBuf, SaveError> {
     links::check(path)?;
     let failed = |error: std::io::Error| SaveError::new(path, error);
     let mut place = path.to_owned();
-    // (Systems follow some forty.)
+    // (Operating systems follow about forty.)
     for _ in 0..40 {
         let found = match std::fs::symlink_metadata(&place) {
             Ok(found) => found,
@@ -119,8 +119,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A file in the same folder, because renaming works only within one file system. It is locked while it is being
-/// written.
+/// Creates a file in the same folder, because renaming works only within one file system. It is locked while it is
+/// being written.
 fn temporary_beside(path: &Path, place: &Path) -> Result<NamedTempFile, SaveError> {
     let folder = folder_of(place);
     if !folder.is_dir() {
@@ -129,8 +129,8 @@ fn temporary_beside(path: &Path, place: &Path) -> Result<NamedTempFile, SaveErro
     }
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
-    // Temporary files are private; this one will be an ordinary file, and the umask applies. What replaces a private
-    // file is private from the beginning.
+    // Temporary files are private; this one will be an ordinary file, and the umask applies. The replacement of a
+    // private file is private from the beginning.
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -138,12 +138,12 @@ fn temporary_beside(path: &Path, place: &Path) -> Result<NamedTempFile, SaveErro
         builder.permissions(PermissionsExt::from_mode(mode));
     }
     let temporary = builder.tempfile_in(folder).map_err(|error| SaveError::new(path, error))?;
-    // Not every file system has locks: there, a file is left alone while it is young.
+    // Not every file system has locks; without locks, a file is kept while it is young.
     let _ = temporary.as_file().try_lock();
     Ok(temporary)
 }
 
-/// Removes temporary files of ours that nobody is writing any more.
+/// Removes our temporary files that are no longer being written.
 fn remove_left_behind(folder: &Path) {
     // Nothing panics while it holds the lock.
     if !CLEAN.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_owned()) {
@@ -153,13 +153,13 @@ fn remove_left_behind(folder: &Path) {
         let name = entry.file_name();
         let is_ours = name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
         if is_ours && is_left_behind(&entry.path()) {
-            // Those of other users stay.
+            // Files of other users stay.
             let _ = std::fs::remove_file(entry.path());
         }
     }
 }
 
-/// Whether nobody has locked a file, or written to it for some time.
+/// True if a file is not locked and has not been written to for a minute.
 fn is_left_behind(path: &Path) -> bool {
     // Opened for writing, since some file systems give no lock otherwise. This does not block: it is an ordinary
     // file.
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn links_and_modes_stay() {
+    fn replacing_a_file_keeps_links_and_modes() {
         let folder = tempfile::tempdir().unwrap();
         let [file, link, hanging] = ["file", "link", "hanging"].map(|name| folder.path().join(name));
         std::fs::create_dir(folder.path().join("below")).unwrap();
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_file_is_not_replaced() {
+    fn folders_devices_and_link_loops_are_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let [device, ring] = ["device", "ring"].map(|name| folder.path().join(name));
         symlink("/dev/null", &device).unwrap();
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_left_behind_is_removed() {
+    fn abandoned_temporary_files_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let old = |name: &str| {
             let path = folder.path().join(name);

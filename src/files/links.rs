@@ -1,6 +1,6 @@
-//! Links where something is to be written: they are followed only if somebody has typed their names. All other names
-//! are ours (defaults, `NAME.denoised.png`, checkpoints) or come with a film, and whoever made the folder in which such
-//! a link lies would decide which file is lost.
+//! Links at output paths: they are followed only if the user has typed their names. All other names are ours (defaults,
+//! `NAME.denoised.png`, checkpoints) or come with a film, and whoever made the folder that contains such a link would
+//! decide which file is lost.
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
@@ -12,12 +12,12 @@ use crate::error::SaveError;
 /// The names that were typed, as absolute paths. `None`: all were, as in a program that uses the library.
 static TYPED: Mutex<Option<BTreeSet<PathBuf>>> = Mutex::new(None);
 
-/// From now on, links are followed only where one of these names, or of those of earlier calls, is to be written.
+/// From now on, follows links only at output paths with one of these names, or those of earlier calls.
 pub fn follow_only<'p>(typed: impl IntoIterator<Item = &'p Path>) {
     names().get_or_insert_default().extend(typed.into_iter().map(absolute));
 }
 
-/// Errors: the path is a link that nobody has typed, wherever it leads.
+/// Returns an error if the path is a link that was not typed, wherever it leads.
 pub fn check(path: &Path) -> Result<(), SaveError> {
     if !path.is_symlink() || is_typed(path) {
         return Ok(());
@@ -26,8 +26,8 @@ pub fn check(path: &Path) -> Result<(), SaveError> {
     Err(SaveError::new(path, reason))
 }
 
-/// Makes a folder if it is not there, and those above it. None of them may be a link, up to one that was typed or
-/// that holds the working folder.
+/// Makes a folder and those above it, unless they exist. None of them may be a link, up to one that was typed or that
+/// contains the working folder.
 pub fn make_folder(path: &Path) -> Result<(), SaveError> {
     let failed = |error: std::io::Error| SaveError::new(path, error);
     let here = std::env::current_dir().map_err(failed)?;
@@ -36,12 +36,12 @@ pub fn make_folder(path: &Path) -> Result<(), SaveError> {
     std::fs::create_dir_all(path).map_err(failed)
 }
 
-/// Opens a file to append to it; makes it if it is not there.
+/// Opens a file to append to it; creates it unless it exists.
 pub fn open_to_append(path: &Path) -> Result<File, SaveError> {
     check(path)?;
     let failed = |error: std::io::Error| SaveError::new(path, error);
     let file = OpenOptions::new().create(true).append(true).open(path).map_err(failed)?;
-    // It may have become a link just now.
+    // It may have become a link in the meantime.
     check(path)?;
     Ok(file)
 }
@@ -54,7 +54,7 @@ fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// Nothing panics while it holds the lock.
+/// Locks [`TYPED`]. Nothing panics while it holds the lock.
 fn names() -> MutexGuard<'static, Option<BTreeSet<PathBuf>>> {
     TYPED.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -1,5 +1,5 @@
-//! Files of other people, and our own: scenes and all that they name are opened here, and results are written here.
-//! Only ordinary files are read, after a look at their size; what is written is either whole or not there.
+//! File access: scenes and everything that they name are opened here, and results are written here. Only ordinary files
+//! are read, after a check of their size; writes are atomic.
 
 #[cfg(feature = "formats")]
 pub mod atomic_write;
@@ -15,28 +15,29 @@ use crate::memory;
 #[cfg(feature = "formats")]
 pub use atomic_write::replace;
 
-/// Whether scenes may refer to any file.
+/// True if scenes may refer to any file.
 static OUTSIDE: AtomicBool = AtomicBool::new(false);
 
-/// Scenes may refer to files outside of their folders, from now on. For scenes that are known to be harmless.
+/// Allows scenes to refer to files outside of their folders from now on. Only for scenes that are known to be harmless.
 pub fn allow_outside() {
     OUTSIDE.store(true, Ordering::Relaxed);
 }
 
-/// Whether they may.
+/// True if scenes may refer to files outside of their folders.
 pub fn outside_is_allowed() -> bool {
     OUTSIDE.load(Ordering::Relaxed)
 }
 
-/// Whether two paths are of one file, or would be if it existed.
+/// True if two paths name the same file, or would if it existed.
 pub fn are_same(one: &Path, other: &Path) -> bool {
     let real = |path: &Path| std::fs::canonicalize(path).or_else(|_| std::path::absolute(path));
     one == other || matches!((real(one), real(other)), (Ok(one), Ok(other)) if one == other)
 }
 
-/// Opens a file that must be an ordinary one: a pipe might never deliver anything, and a device might never end.
+/// Opens an ordinary file; returns it with its length. Other files are errors: a pipe might never deliver anything, and
+/// a device might never end.
 pub fn open(path: &Path) -> io::Result<(File, u64)> {
-    // Checked first: opening a pipe already waits.
+    // Checked first: even opening a pipe waits.
     is_ordinary(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -44,13 +45,13 @@ pub fn open(path: &Path) -> io::Result<(File, u64)> {
     Ok((file, metadata.len()))
 }
 
-/// Reads all of an ordinary file, if there is memory for it.
+/// Reads all of an ordinary file, if there is enough memory for it.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let (file, length) = open(path)?;
     let _claim = memory::reserve("what is in it", length).map_err(io::Error::other)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX).saturating_add(1))?;
-    // No more than was asked for, even if the file grows meanwhile.
+    // No more than was reserved, even if the file grows meanwhile.
     file.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
@@ -64,27 +65,27 @@ fn is_ordinary(metadata: &Metadata) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, format!("this is {what}: name an ordinary file")))
 }
 
-// Temporary folders come with this feature.
+// The crate for temporary folders comes with this feature.
 #[cfg(feature = "formats")]
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn ordinary_files_alone_are_read() {
+    fn only_ordinary_files_are_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         std::fs::write(&path, "some bytes").unwrap();
         assert_eq!(read(&path).unwrap(), b"some bytes");
         assert!(read(folder.path()).unwrap_err().to_string().contains("a folder"));
         assert_eq!(read(&folder.path().join("b")).unwrap_err().kind(), io::ErrorKind::NotFound);
-        // Would never end.
+        // Reading it would never end.
         #[cfg(unix)]
         assert!(read(Path::new("/dev/zero")).unwrap_err().to_string().contains("a device"));
     }
 
     #[test]
-    fn a_file_that_memory_does_not_do_for_is_refused_before_it_is_read() {
+    fn file_larger_than_memory_is_rejected_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("large");
         File::create(&path).unwrap().set_len(1 << 43).unwrap();

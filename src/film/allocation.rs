@@ -1,54 +1,55 @@
-//! How many samples blocks of pixels get, decided beforehand.
+//! The number of samples of each block of pixels, decided before rendering.
 
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-/// Samples of each block of a region, row by row: [`Allocation::LEAST`] times a power of two. A block gets those
-/// with the lowest numbers.
+/// The number of samples of each block of a region, row by row: [`Allocation::LEAST`] times a power of two. A block
+/// gets the samples with the lowest numbers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Allocation(Vec<u32>);
 
 impl Allocation {
-    /// What every block gets.
+    /// The smallest number of samples of a block.
     pub const LEAST: u32 = 16;
-    /// No block gets more.
+    /// The largest number of samples of a block.
     const MOST: u32 = 1 << 28;
 
-    /// `None` if a block cannot get one of these numbers.
+    /// Creates an allocation; `None` if a number is invalid.
     pub fn new(samples: Vec<u32>) -> Option<Allocation> {
         let allocation = Allocation(samples);
         allocation.is_sound().then_some(allocation)
     }
 
-    /// Whether blocks can get all these numbers. What is read from a file may hold others.
+    /// True if all numbers are valid. Those that are read from a file may not be.
     pub fn is_sound(&self) -> bool {
         let can_be = |n: &u32| n.is_power_of_two() && (Self::LEAST..=Self::MOST).contains(n);
         !self.0.is_empty() && self.0.iter().all(can_be)
     }
 
-    /// Samples of each block.
+    /// The number of samples of each block.
     pub fn samples(&self) -> &[u32] {
         &self.0
     }
 
-    /// The most that a block gets.
+    /// The largest number of samples of any block.
     pub fn most(&self) -> u32 {
         self.0.iter().copied().max().unwrap_or(0)
     }
 
-    /// The first part of `samples` of which the same blocks get every one.
+    /// Returns the first part of `samples` whose samples all go to the same blocks.
     pub fn first_round(&self, samples: Range<u32>) -> Range<u32> {
         let end = samples.start.max(Self::LEAST - 1).saturating_add(1).next_power_of_two();
         samples.start..samples.end.min(end)
     }
 
-    /// Which blocks get a sample.
+    /// True for each block that gets a sample.
     pub fn blocks(&self, sample: u32) -> Vec<bool> {
         self.0.iter().map(|n| sample < *n).collect()
     }
 
-    /// Part `index` of `count` with equal numbers of samples, all blocks together, as far as whole samples allow.
+    /// Returns part `index` of `count`; the parts have equal numbers of samples, summed over all blocks, as far as
+    /// whole samples allow.
     pub fn shard(&self, index: u32, count: u32) -> Range<u32> {
         let all: u128 = self.0.iter().map(|n| u128::from(*n)).sum();
         let cut = |part: u32| {
@@ -76,7 +77,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn parts_are_as_large_as_each_other(exponents in prop::collection::vec(0u32..7, 1..40), count in 1u32..20) {
+        fn shards_have_equal_numbers_of_samples(exponents in prop::collection::vec(0u32..7, 1..40), count in 1u32..20) {
             let allocation = Allocation::new(exponents.iter().map(|e| 16 << e).collect()).unwrap();
             let work = |range: Range<u32>| -> u64 {
                 range.map(|s| allocation.blocks(s).iter().filter(|gets| **gets).count() as u64).sum()
@@ -95,7 +96,7 @@ mod tests {
         }
 
         #[test]
-        fn rounds_belong_to_the_same_blocks(exponents in prop::collection::vec(0u32..5, 1..9), start in 0u32..300) {
+        fn samples_of_a_round_go_to_the_same_blocks(exponents in prop::collection::vec(0u32..5, 1..9), start in 0u32..300) {
             let allocation = Allocation::new(exponents.iter().map(|e| 16 << e).collect()).unwrap();
             let start = start.min(allocation.most() - 1);
             let round = allocation.first_round(start..allocation.most());
@@ -106,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn invalid_allocations_are_rejected() {
         for wrong in [vec![], vec![8], vec![16, 48], vec![1 << 30]] {
             assert_eq!(Allocation::new(wrong), None);
         }

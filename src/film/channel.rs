@@ -1,15 +1,15 @@
-//! Columns of numbers, one for each pixel, that an image file may hold besides light.
+//! The channels of an image file besides colour.
 
-/// A column of numbers, one for each pixel of a film's region.
+/// A channel: one number for each pixel of a film's region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmChannel {
-    /// As compositors read it: the layer's name, a dot and the component's name, such as `depth.Z`.
+    /// The name as compositors read it: the layer's name, a dot and the component's name, such as `depth.Z`.
     pub name: &'static str,
-    /// Row by row from the top, width × height of the region.
+    /// The values, row by row from the top, width × height of the region.
     pub values: Values,
 }
 
-/// Its numbers.
+/// The values of a channel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
     /// Measurements.
@@ -19,7 +19,7 @@ pub enum Values {
 }
 
 impl Values {
-    /// How many there are.
+    /// The number of values.
     pub fn len(&self) -> usize {
         match self {
             Values::Float(values) => values.len(),
@@ -27,7 +27,7 @@ impl Values {
         }
     }
 
-    /// Whether there is none.
+    /// True if there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

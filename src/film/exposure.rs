@@ -1,21 +1,21 @@
-//! Exposure chosen by the image itself.
+//! Automatic exposure.
 
 use crate::math::Rgb;
 use crate::world::Settings;
 
-/// What the middle of an image should come to: the reflectance of a grey card.
+/// The target for the log-average of luminance: the reflectance of a grey card.
 const MIDDLE_GREY: f64 = 0.18;
-/// One in this many lit pixels is left out at the dark end, and as many at the bright end.
+/// One in this many lit pixels is ignored at the dark end, and as many at the bright end.
 const TAIL: usize = 10;
-/// Limits in stops, those of a fixed exposure.
+/// The limit in stops, as for a fixed exposure.
 const MOST_EV: f64 = 64.0;
 
-/// The stops that bring the log-average of luminance to 0.18 (Reinhard and others 2002, equation 1 with their key of
-/// a normal scene), rounded to hundredths so that people can pass them on.
+/// Returns the exposure in stops that brings the log-average of luminance to 0.18 (Reinhard and others 2002, equation 1
+/// with their key of a normal scene), rounded to hundredths so that the printed value can be passed on.
 ///
-/// Eyes judge light by ratios, hence logarithms. Black pixels say nothing about the light; of the others, the darkest
-/// tenth are corners, and the brightest tenth lamps and highlights. None of these count. An image that is all black
-/// gets 0.
+/// The eye perceives ratios of light, hence logarithms. Black pixels do not count; nor do the darkest tenth of the
+/// others, which are corners, and the brightest tenth, which are lights and highlights. An image that is all black gets
+/// 0.
 pub fn automatic_ev(pixels: &[Rgb]) -> f32 {
     let lit = pixels.iter().map(|pixel| pixel.luminance());
     let mut lit: Vec<f32> = lit.filter(|luminance| *luminance > 0.0 && luminance.is_finite()).collect();
@@ -31,7 +31,7 @@ pub fn automatic_ev(pixels: &[Rgb]) -> f32 {
     (libm::round(ev * 100.0) / 100.0).clamp(-MOST_EV, MOST_EV) as f32 + 0.0
 }
 
-/// Stops by which an image is exposed: by its settings, and by the image itself where they say so.
+/// Returns the exposure of an image in stops: that of the settings, plus the automatic one if they enable it.
 pub fn exposure_ev(settings: &Settings, radiance: &[Rgb]) -> f32 {
     let own_ev = if settings.auto_exposure { automatic_ev(radiance) } else { 0.0 };
     own_ev + settings.exposure_ev
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_constant_image_becomes_middle_grey() {
+    fn constant_image_is_exposed_to_middle_grey() {
         for (light, ev) in [(0.18, 0.0), (0.36, -1.0), (0.045, 2.0), (18_000.0, -16.61), (1e-30, 64.0)] {
             assert_eq!(automatic_ev(&[Rgb::splat(light); 7]), ev, "{light}");
         }
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn neither_black_nor_lamps_nor_order_count() {
+    fn automatic_exposure_ignores_black_extremes_and_order() {
         let mut image = vec![Rgb::splat(0.09); 40];
         image.extend([Rgb::splat(0.36); 40]);
         assert_eq!(automatic_ev(&image), 0.0, "the geometric mean is 0.18");
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_count_by_their_luminance() {
+    fn automatic_exposure_uses_luminance_of_colours() {
         assert_eq!(automatic_ev(&[Rgb::new(0.0, 0.18 / 0.7152, 0.0)]), 0.0);
     }
 }

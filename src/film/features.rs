@@ -1,45 +1,46 @@
-//! What a pixel's samples hit first, on average: depth, normals and the like.
+//! The first hits of a pixel's samples, averaged: depth, normals and so on.
 
 use crate::math::Rgb;
 
-/// What one sample hit first.
+/// The first hit of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstHit {
-    /// Distance from the camera along its axis, in metres.
+    /// The distance from the camera along its axis, in metres.
     pub depth_m: f32,
-    /// Shading normal of unit length, on the viewer's side.
+    /// The shading normal of unit length, on the viewer's side.
     pub normal: [f32; 3],
-    /// Base colour.
+    /// The base colour.
     pub albedo: Rgb,
-    /// In world space, in metres.
+    /// The position in world space, in metres.
     pub position: [f32; 3],
     /// The entity's number in the world.
     pub entity: u32,
-    /// Material id.
+    /// The number of the material's record in the scene.
     pub material: u32,
 }
 
-/// What all of a pixel's samples hit first. Means are over those that hit anything.
+/// The first hits of all of a pixel's samples. Means are over the samples that hit anything.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Features {
-    /// The part of the samples that hit anything.
+    /// The fraction of samples that hit anything.
     pub coverage: f32,
-    /// Mean distance along the camera's axis, in metres; infinite where there is nothing.
+    /// The mean distance along the camera's axis, in metres; infinite if nothing was hit.
     pub depth_m: f32,
-    /// Mean of unit normals, hence shorter where they differ.
+    /// The mean of unit normals, hence shorter where they differ.
     pub normal: [f32; 3],
-    /// In the mean.
+    /// The mean base colour.
     pub albedo: Rgb,
-    /// In the mean.
+    /// The mean position in world space, in metres.
     pub position: [f32; 3],
-    /// What most samples hit: 0 for nothing, else one more than the entity's number. In a draw the smallest number.
+    /// The most frequent entity: 0 for none, else one more than the entity's number. Ties go to the smallest number.
     pub entity: u32,
-    /// The same for materials.
+    /// The most frequent material: 0 for none, else one more than the number of its record. Ties go to the smallest
+    /// number.
     pub material: u32,
 }
 
 impl Features {
-    /// Of a pixel whose samples hit nothing.
+    /// The features of a pixel whose samples hit nothing.
     pub const NOTHING: Features = Features {
         coverage: 0.0,
         depth_m: f32::INFINITY,
@@ -51,7 +52,7 @@ impl Features {
     };
 }
 
-/// A 128-bit hash (XXH3): equal bits, equal hashes.
+/// A 128-bit hash (XXH3): equal bits have equal hashes.
 pub fn hash(features: &[Features]) -> u128 {
     let mut hasher = xxhash_rust::xxh3::Xxh3::new();
     for Features { coverage, depth_m, normal, albedo, position, entity, material } in features {
@@ -65,7 +66,7 @@ pub fn hash(features: &[Features]) -> u128 {
     hasher.digest128()
 }
 
-/// A pixel's samples, to be added in their order.
+/// An accumulator for the first hits of a pixel's samples, which must be added in their order.
 #[derive(Debug, Default)]
 pub struct Gathering {
     hits: u32,
@@ -88,7 +89,7 @@ impl Gathering {
         }
     }
 
-    /// The features of the samples so far; then begins a new pixel.
+    /// Returns the features of the samples so far, and begins a new pixel.
     pub fn take(&mut self) -> Features {
         let (hits, samples) = (f64::from(self.hits), self.entities.len());
         let [depth_m, nx, ny, nz, r, g, b, x, y, z] = self.sums.map(|sum| (sum / hits) as f32);
@@ -111,7 +112,7 @@ impl Gathering {
     }
 }
 
-/// The most frequent number, in a draw the smallest; 0 if there is none.
+/// Returns the most frequent number; ties go to the smallest. 0 if there is none.
 fn most_frequent(numbers: &mut [u32]) -> u32 {
     numbers.sort_unstable();
     let mut best: &[u32] = &[0; 0];
@@ -133,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn means_are_over_hits_and_ids_of_the_most() {
+    fn features_are_means_over_hits_and_most_frequent_ids() {
         let mut pixel = Gathering::default();
         for sample in [Some(hit(1.0, 4)), None, Some(hit(3.0, 2)), Some(hit(2.0, 4))] {
             pixel.add(sample.as_ref());
@@ -146,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_draw_goes_to_the_smaller_number() {
+    fn ties_of_ids_go_to_the_smaller_number() {
         for order in [[3, 1, 1, 3], [1, 3, 3, 1]] {
             let mut pixel = Gathering::default();
             order.into_iter().for_each(|entity| pixel.add(Some(&hit(1.0, entity))));

@@ -1,4 +1,4 @@
-//! Samples to pixels with exact sums, and pixels to what a screen shows.
+//! The film: exact sums of samples, tone mapping for the screen, and image metrics.
 
 pub(crate) mod allocation;
 pub(crate) mod channel;

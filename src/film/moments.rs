@@ -1,13 +1,12 @@
-//! Squares of whole samples, from which the variance of a pixel is estimated.
+//! Sums of squared samples, from which the variance of a pixel is estimated.
 
 use super::{Film, PixelSum, Region};
 use crate::math::Rgb;
 
-/// Larger components of a sample count as this here, so that 2²² squares, times 2²² samples, fit 128 bits.
+/// The limit of a sample's components, in quanta: 2²² squares, times 2²² samples, fit 128 bits.
 const LARGEST: u128 = 1 << 42;
 
-/// Sums of the squares of samples, in squared quanta: integers, as those of [`Film`], so that
-/// order does not matter.
+/// Sums of squared samples, in squared quanta: integers like those of [`Film`], so that order does not matter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moments {
     region: Region,
@@ -15,12 +14,12 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of no samples.
+    /// Creates the moments of no samples.
     pub fn new(region: Region) -> Moments {
         Moments { region, squares: vec![[0; 3]; region.area()] }
     }
 
-    /// With sums from elsewhere; `None` if there is not one for each pixel.
+    /// Creates moments from sums; `None` if there is not one for each pixel.
     pub fn with_squares(region: Region, squares: Vec<[u128; 3]>) -> Option<Moments> {
         (squares.len() == region.area()).then_some(Moments { region, squares })
     }
@@ -39,7 +38,7 @@ impl Moments {
         hasher.digest128()
     }
 
-    /// Adds the squares of a film that holds one sample of each pixel, all parts of it.
+    /// Adds the squares of a film that holds one sample of each pixel, with all its parts.
     pub fn add_sample(&mut self, film: &Film) {
         for (squares, pixel) in self.squares.iter_mut().zip(film.pixels()) {
             for (square, sum) in squares.iter_mut().zip(pixel.total()) {
@@ -49,7 +48,7 @@ impl Moments {
         }
     }
 
-    /// Adds those of a region that lies within this one's.
+    /// Adds the moments of a region that lies within this one's.
     pub fn merge(&mut self, other: &Moments) {
         let (from, width) = (other.region, other.region.width() as usize);
         for (y, row) in (from.y0..from.y1).zip(other.squares.chunks(width.max(1))) {
@@ -60,9 +59,9 @@ impl Moments {
         }
     }
 
-    /// The variance of each pixel's mean, (radiance)², estimated from its samples without bias if they are
-    /// independent of each other: (Σx² − (Σx)² / n) / (n (n − 1)). Samples that are spread evenly differ more than
-    /// their means do, so then it is too large. Infinite for fewer than two samples.
+    /// The variance of each pixel's mean, in (radiance)²: (Σx² − (Σx)² / n) / (n (n − 1)), an unbiased estimate if
+    /// samples are independent. It is too large for stratified samples, which differ more than their means do. Infinite
+    /// for fewer than two samples.
     pub fn variance_of_mean(&self, film: &Film) -> Vec<Rgb> {
         let quantum = film.unit().quantum();
         let pixels = self.squares.iter().zip(film.pixels());
@@ -78,7 +77,7 @@ fn variance(squares: &[u128; 3], pixel: &PixelSum, quantum: f64) -> Rgb {
     let n = count as f64;
     let sums = pixel.total().map(|sum| (sum.max(0) as u128).min(count * (LARGEST - 1)));
     let channel = |c: usize| {
-        // Exact up to here, so nothing cancels that is not equal.
+        // Exact up to here, so there is no cancellation error.
         let spread = count.saturating_mul(squares[c]).saturating_sub(sums[c].saturating_mul(sums[c]));
         (spread as f64 * quantum * quantum / (n * n * (n - 1.0))) as f32
     };
@@ -106,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn of_four_samples() {
+    fn variance_of_four_samples_matches_hand_computation() {
         let (film, moments) = gather(&[1.0, 3.0, 4.0, 8.0]);
         // Mean 4, squared deviations 9 + 1 + 0 + 16, over 3 for a sample's variance, over 4 for the mean's.
         assert_eq!(moments.variance_of_mean(&film), [Rgb::new(26.0 / 12.0, 0.0, 0.0)]);
@@ -114,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn brightness_does_not_cancel_and_does_not_overflow() {
+    fn variance_of_bright_samples_is_exact_and_does_not_overflow() {
         let (film, moments) = gather(&[262_000.0, 262_000.0 + 1.0 / 16.0]);
         let found = moments.variance_of_mean(&film)[0].r;
         assert_eq!(found, 1.0 / 1024.0, "half of (1/16)² / 2");

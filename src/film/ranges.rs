@@ -1,20 +1,20 @@
-//! Which samples of its pixels a film holds.
+//! The ranges of samples that a film holds.
 
 use std::ops::Range;
 
-/// Numbers of samples: ranges that neither overlap nor touch, in order.
+/// A set of sample numbers: ranges that neither overlap nor touch, in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SampleRanges(Vec<Range<u32>>);
 
 impl SampleRanges {
-    /// Those of one range.
+    /// The samples of one range.
     pub fn of(range: Range<u32>) -> SampleRanges {
         let mut ranges = SampleRanges::default();
         ranges.insert(range);
         ranges
     }
 
-    /// Those of several, in any order; `None` if a range is empty or two overlap.
+    /// The samples of several ranges in any order; `None` if a range is empty or two overlap.
     pub fn disjoint(ranges: impl IntoIterator<Item = Range<u32>>) -> Option<SampleRanges> {
         let mut sorted: Vec<Range<u32>> = ranges.into_iter().collect();
         sorted.sort_unstable_by_key(|range| range.start);
@@ -23,7 +23,7 @@ impl SampleRanges {
         (!is_empty && !overlap).then(|| SampleRanges(joined(sorted)))
     }
 
-    /// Adds a range; ranges that overlap or touch become one.
+    /// Adds a range; ranges that overlap or touch are joined.
     pub fn insert(&mut self, range: Range<u32>) {
         if range.is_empty() {
             return;
@@ -34,7 +34,7 @@ impl SampleRanges {
         self.0 = joined(ranges);
     }
 
-    /// Adds those of others.
+    /// Adds all ranges of another set.
     pub fn extend(&mut self, others: &SampleRanges) {
         others.0.iter().for_each(|range| self.insert(range.clone()));
     }
@@ -44,12 +44,12 @@ impl SampleRanges {
         self.0.iter().cloned()
     }
 
-    /// How many samples there are.
+    /// The number of samples.
     pub fn count(&self) -> u32 {
         self.0.iter().map(|range| range.len() as u32).sum()
     }
 
-    /// The sample at a place among them.
+    /// Returns the sample at an index within the set.
     pub fn nth(&self, place: u32) -> Option<u32> {
         let mut left = place;
         for range in self.iter() {
@@ -61,14 +61,14 @@ impl SampleRanges {
         None
     }
 
-    /// The first range that both have.
+    /// Returns the first range that both sets contain.
     pub fn common(&self, other: &SampleRanges) -> Option<Range<u32>> {
         let both = |a: &Range<u32>, b: &Range<u32>| a.start.max(b.start)..a.end.min(b.end);
         let pairs = self.0.iter().flat_map(|a| other.0.iter().map(move |b| both(a, b)));
         pairs.filter(|range| !range.is_empty()).min_by_key(|range| range.start)
     }
 
-    /// The part of a range that they lack.
+    /// Returns the part of a range that the set lacks.
     pub fn missing(&self, of: Range<u32>) -> SampleRanges {
         let mut missing = Vec::new();
         let mut next = of.start;
@@ -84,19 +84,19 @@ impl SampleRanges {
         SampleRanges(missing)
     }
 
-    /// Samples of `others` that are not among these.
+    /// Returns the samples of `others` that are not in this set.
     pub fn missing_from(&self, others: &SampleRanges) -> SampleRanges {
         SampleRanges(others.iter().flat_map(|range| self.missing(range).0).collect())
     }
 
-    /// Part `index` of `count` that `samples` samples are cut into, as evenly as possible.
+    /// Returns part `index` of `count` of `samples` samples, which are cut as evenly as possible.
     pub fn shard(samples: u32, index: u32, count: u32) -> Range<u32> {
         let cut = |i: u32| (u64::from(samples) * u64::from(i) / u64::from(count.max(1))) as u32;
         cut(index)..cut(index + 1)
     }
 }
 
-/// Ranges in order, in which those that overlap or touch have become one.
+/// Joins sorted ranges that overlap or touch.
 fn joined(sorted: Vec<Range<u32>>) -> Vec<Range<u32>> {
     let mut joined: Vec<Range<u32>> = Vec::with_capacity(sorted.len());
     for range in sorted {
@@ -109,7 +109,7 @@ fn joined(sorted: Vec<Range<u32>>) -> Vec<Range<u32>> {
 }
 
 impl std::fmt::Display for SampleRanges {
-    /// `0..16, 32..64`.
+    /// Formats the ranges as `0..16, 32..64`.
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         for (i, range) in self.0.iter().enumerate() {
             let comma = if i > 0 { ", " } else { "" };
@@ -125,7 +125,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn parts_cover_all_samples_once() {
+    fn shards_cover_all_samples_once() {
         for (samples, count) in [(64, 7), (3, 8), (1, 1), (4_194_304, 64)] {
             let parts = (0..count).map(|i| SampleRanges::shard(samples, i, count));
             let parts = SampleRanges::disjoint(parts.filter(|part| !part.is_empty()));
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn overlaps_are_found() {
+    fn overlapping_and_empty_ranges_are_detected() {
         let ranges = SampleRanges::disjoint([8..16, 0..4]).unwrap();
         assert_eq!(ranges.to_string(), "0..4, 8..16");
         assert_eq!(ranges.common(&SampleRanges::of(3..9)), Some(3..4));
@@ -145,7 +145,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn as_sets_of_numbers(ranges in prop::collection::vec((0u32..40, 0u32..9), 0..9), of in 0u32..50) {
+        fn ranges_behave_like_sets_of_numbers(ranges in prop::collection::vec((0u32..40, 0u32..9), 0..9), of in 0u32..50) {
             let mut all = SampleRanges::default();
             let mut set = std::collections::BTreeSet::new();
             for (start, length) in ranges {

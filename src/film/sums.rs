@@ -2,34 +2,33 @@
 
 use crate::math::Rgb;
 
-/// Sums are whole multiples of this radiance, times the film's unit: integers add up to the same in any
-/// order.
+/// The radiance of a quantum, times the film scale. Sums are integers in quanta, so they do not depend on the order of
+/// samples.
 pub const QUANTUM: f64 = 1.0 / (1 << 24) as f64;
-/// A sample's components are cut off here, times the film's unit, so that 2²¹ samples of each parity fit
-/// 63 bits.
+/// Components of a sample are clamped to this, times the film scale, so that 2²¹ samples of each parity fit 63 bits.
 pub const MAX_RADIANCE: f32 = 262_143.0;
 
-/// The unit in which a film counts radiance: a power of two, so that counting rounds nothing more.
+/// The film scale: the unit in which a film counts radiance, a power of two so that scaling does not round.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct FilmScale(i32);
 
 impl FilmScale {
-    /// Scenes whose brightest thing lies between these powers of two are counted as they are.
+    /// The exponents of the brightest radiance for which the scale is 1.
     const USUAL: std::ops::RangeInclusive<i32> = -4..=16;
 
-    /// Surfaces are lit by at least this many quanta, as a power of two.
+    /// The light on surfaces is at least this many quanta, as a power of two.
     const FINENESS: i32 = 20;
 
-    /// For a scene whose brightest thing has one radiance and whose surfaces are lit by about another: suns must not
-    /// be cut off, and starlight must be more than a few quanta. If both cannot be had, because something small is a
-    /// million times as bright as all that it lights, it is cut off.
+    /// Chooses the scale for a scene whose brightest radiance is `brightest` and whose surfaces are lit by about
+    /// `usual`: suns must not be clamped, and starlight must be more than a few quanta. If both is impossible, because
+    /// something small is a million times as bright as everything it lights, it is clamped.
     #[doc(hidden)]
     pub fn new(brightest: f32, usual: f32) -> FilmScale {
         if !(brightest > 0.0 && brightest.is_finite() && usual > 0.0) {
             return FilmScale(0);
         }
         let [brightest, usual] = [brightest, usual].map(|radiance| libm::ilogb(f64::from(radiance)));
-        // So far that both this power of two and its inverse are floats.
+        // Limited so that both this power of two and its inverse are floats.
         let largest = (usual + 24 - Self::FINENESS).clamp(0, 100);
         match brightest {
             _ if Self::USUAL.contains(&brightest) => FilmScale(0),
@@ -38,7 +37,7 @@ impl FilmScale {
         }
     }
 
-    /// True if [`FilmScale::new`] gives it for some scene.
+    /// True if [`FilmScale::new`] can return this scale.
     pub(crate) fn is_sound(self) -> bool {
         self.0.abs() <= 100
     }
@@ -53,7 +52,7 @@ impl FilmScale {
         libm::scalbnf(1.0, -self.0)
     }
 
-    /// Radiance in quanta, whose sums do not depend on their order; what is negative or NaN counts as none.
+    /// Converts radiance to quanta, whose sums do not depend on their order; negative values and NaN count as 0.
     #[inline(always)]
     pub(crate) fn counted(self, radiance: Rgb) -> [i64; 3] {
         (radiance * self.inverse()).to_array().map(quanta)
@@ -63,9 +62,9 @@ impl FilmScale {
 /// A rectangle of pixels of an image: columns `x0..x1` and rows `y0..y1`, row 0 at the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Region {
-    /// First column.
+    /// The first column.
     pub x0: u32,
-    /// First row.
+    /// The first row.
     pub y0: u32,
     /// One past the last column.
     pub x1: u32,
@@ -74,40 +73,40 @@ pub struct Region {
 }
 
 impl Region {
-    /// All of an image.
+    /// The region of a whole image.
     pub fn whole([width, height]: [u32; 2]) -> Region {
         Region { x0: 0, y0: 0, x1: width, y1: height }
     }
 
-    /// Pixels a row.
+    /// The number of pixels per row.
     pub fn width(&self) -> u32 {
         self.x1 - self.x0
     }
 
-    /// Rows.
+    /// The number of rows.
     pub fn height(&self) -> u32 {
         self.y1 - self.y0
     }
 
-    /// How many pixels there are.
+    /// The number of pixels.
     pub fn area(&self) -> usize {
         self.width() as usize * self.height() as usize
     }
 
-    /// The place of a pixel, by its column and row in the image, in data that go row by row from the top of the
-    /// region. It must lie within the region.
+    /// Returns the index of a pixel, given by its column and row in the image, in data that go row by row from the top
+    /// of the region. The pixel must lie within the region.
     #[inline(always)]
     pub fn index(&self, x: u32, y: u32) -> usize {
         (y - self.y0) as usize * self.width() as usize + (x - self.x0) as usize
     }
 }
 
-/// What a pixel has gathered, even and odd samples apart: their difference estimates the error.
+/// The sums of a pixel, even and odd samples separate: their difference estimates the error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelSum {
     /// Radiance in quanta: even samples, odd samples; red, green, blue.
     pub sum: [[i64; 3]; 2],
-    /// How many samples were begun, even and odd. A sample may be added in several parts.
+    /// The number of samples begun, even and odd. A sample may be added in several parts.
     pub count: [u32; 2],
 }
 
@@ -118,7 +117,7 @@ impl PixelSum {
         [0, 1, 2].map(|channel| i128::from(even[channel]) + i128::from(odd[channel]))
     }
 
-    /// The same, rounded.
+    /// [`PixelSum::total`], rounded.
     fn rounded_total(&self) -> [f64; 3] {
         let [even, odd] = self.sum;
         // Both are positive, and their sum fits unless there are millions of samples.
@@ -128,13 +127,13 @@ impl PixelSum {
         })
     }
 
-    /// The mean of its samples, where a quantum is of this radiance.
+    /// The mean of its samples, given the radiance of a quantum.
     pub(crate) fn mean(&self, quantum: f64) -> Rgb {
         let count = (self.count[0] as f64 + self.count[1] as f64).max(1.0);
         self.rounded_total().map(|sum| (sum * quantum / count) as f32).into()
     }
 
-    /// The means of its even and of its odd samples, of which there must be some.
+    /// The means of its even and of its odd samples; there must be some of both.
     pub(crate) fn halves(&self, quantum: f64) -> [Rgb; 2] {
         [0, 1].map(|parity: usize| {
             let mean = |sum: i64| (sum as f64 * quantum / f64::from(self.count[parity])) as f32;
@@ -143,24 +142,24 @@ impl PixelSum {
     }
 }
 
-/// The samples of a region's pixels, as exact sums: the same film in whatever order samples are added.
+/// Exact sums of the samples of a region's pixels: the film is the same in whatever order samples are added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     region: Region,
     unit: FilmScale,
-    /// Of the unit.
+    /// The inverse of the unit.
     inverse: f32,
     pixels: Vec<PixelSum>,
     no_numbers: RejectedCounts,
     cut: RejectedCounts,
 }
 
-/// Parts of samples that were changed when they were counted.
+/// The number of parts of samples that were changed when they were added, and the first of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RejectedCounts {
-    /// How many.
+    /// The number of parts.
     pub count: u64,
-    /// Row, column and sample of the first one.
+    /// The row, column and sample of the first one.
     pub first: Option<[u32; 3]>,
 }
 
@@ -177,7 +176,7 @@ impl RejectedCounts {
 }
 
 impl Film {
-    /// Black.
+    /// Creates a black film.
     #[doc(hidden)]
     pub fn new(region: Region, unit: FilmScale) -> Film {
         Film::of(region, unit, vec![PixelSum::default(); region.area()])
@@ -194,8 +193,8 @@ impl Film {
         }
     }
 
-    /// With sums from elsewhere, row by row from the top; `None` if there is not one for each pixel, or if one is
-    /// below zero or counts more samples than there are numbers.
+    /// Creates a film from sums, row by row from the top; `None` if there is not one for each pixel, or if one is
+    /// negative or counts more samples than 32 bits can hold.
     #[doc(hidden)]
     pub fn with_pixels(region: Region, unit: FilmScale, pixels: Vec<PixelSum>) -> Option<Film> {
         let sound = |pixel: &PixelSum| {
@@ -206,18 +205,18 @@ impl Film {
         fits.then(|| Film::of(region, unit, pixels))
     }
 
-    /// The unit that it counts in.
+    /// The film scale.
     #[doc(hidden)]
     pub fn unit(&self) -> FilmScale {
         self.unit
     }
 
-    /// Which pixels it holds.
+    /// The region of its pixels.
     pub fn region(&self) -> Region {
         self.region
     }
 
-    /// Their sums, row by row from the top.
+    /// The sums of its pixels, row by row from the top.
     #[doc(hidden)]
     pub fn pixels(&self) -> &[PixelSum] {
         &self.pixels
@@ -228,11 +227,11 @@ impl Film {
     pub(crate) fn add(&mut self, x: u32, y: u32, sample: u32, radiance: Rgb) {
         let sum = &mut self.pixels[self.region.index(x, y)].sum[(sample & 1) as usize];
         let counted = radiance * self.inverse;
-        // Nothing is ever subtracted, so what ends at the largest number does so in any order.
+        // Nothing is ever subtracted, so saturation does not depend on the order either.
         sum[0] = sum[0].saturating_add(quanta(counted.r));
         sum[1] = sum[1].saturating_add(quanta(counted.g));
         sum[2] = sum[2].saturating_add(quanta(counted.b));
-        // NaN is not below anything.
+        // Comparisons with NaN are false.
         if !(counted.r.abs() < MAX_RADIANCE
             && counted.g.abs() < MAX_RADIANCE
             && counted.b.abs() < MAX_RADIANCE)
@@ -252,17 +251,17 @@ impl Film {
         }
     }
 
-    /// Parts with a component that was NaN or −∞: such components count as black.
+    /// The parts with a component that was NaN or −∞, which counts as 0.
     pub(crate) fn no_numbers(&self) -> RejectedCounts {
         self.no_numbers
     }
 
-    /// What was as bright as [`Film::brightest`] or brighter: such components count as that.
+    /// The parts with a component of [`Film::brightest`] or more, which is clamped to that.
     pub(crate) fn cut(&self) -> RejectedCounts {
         self.cut
     }
 
-    /// The most that a part of a sample counts as.
+    /// The largest radiance that a part of a sample counts as.
     pub(crate) fn brightest(&self) -> f64 {
         f64::from(MAX_RADIANCE) / QUANTUM * self.unit.quantum()
     }
@@ -274,7 +273,7 @@ impl Film {
         *count = count.saturating_add(1);
     }
 
-    /// Adds another film of the same unit, whose region must lie within this one's.
+    /// Adds another film of the same scale, whose region must lie within this one's.
     #[doc(hidden)]
     pub fn merge(&mut self, other: &Film) {
         self.no_numbers.merge(&other.no_numbers);
@@ -297,37 +296,37 @@ impl Film {
         }
     }
 
-    /// How many samples a pixel has, on average.
+    /// The mean number of samples per pixel.
     pub fn samples_per_pixel(&self) -> f64 {
         let all: u64 = self.pixels.iter().map(|p| u64::from(p.count[0]) + u64::from(p.count[1])).sum();
         all as f64 / self.pixels.len().max(1) as f64
     }
 
-    /// Mean radiance of each pixel in W m⁻² sr⁻¹, row by row from the top, width × height of the region; black where
-    /// there is no sample.
+    /// The mean radiance of each pixel in W m⁻² sr⁻¹, row by row from the top, width × height of the region; black
+    /// where there is no sample.
     pub fn radiance(&self) -> Vec<Rgb> {
         self.means().collect()
     }
 
-    /// The same, one after the other.
+    /// An iterator over the pixels of [`Film::radiance`].
     pub(crate) fn means(&self) -> impl ExactSizeIterator<Item = Rgb> {
         let quantum = self.unit.quantum();
         self.pixels.iter().map(move |p| p.mean(quantum))
     }
 
-    /// Mean radiance of each pixel's even and of its odd samples; `None` before every pixel has some of both.
+    /// The mean radiance of each pixel's even and of its odd samples; `None` until every pixel has some of both.
     pub(crate) fn halves(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
         let quantum = self.unit.quantum();
         self.has_halves().then(|| self.pixels.iter().map(move |p| p.halves(quantum)))
     }
 
-    /// Whether every pixel has even and odd samples.
+    /// True if every pixel has even and odd samples.
     fn has_halves(&self) -> bool {
         self.pixels.iter().all(|p| !p.count.contains(&0))
     }
 
-    /// Root mean square of the noise that is left in the pixels' components, in W m⁻² sr⁻¹, estimated from the
-    /// difference of even and odd samples; `None` before every pixel has some of both.
+    /// The root mean square of the remaining noise in the pixels' components, in W m⁻² sr⁻¹, estimated from the
+    /// difference of even and odd samples; `None` until every pixel has some of both.
     pub fn noise(&self) -> Option<f64> {
         if !self.has_halves() {
             return None;
@@ -343,9 +342,9 @@ impl Film {
         Some((sum / (3 * self.pixels.len()).max(1) as f64).sqrt())
     }
 
-    /// How large the noise is relative to the image, 0 to 1, for people: the root mean square over the pixels of
-    /// their noise (estimated from the difference of even and odd samples) relative to their brightness, or to a
-    /// tenth of the image's where they are darker than that. No pixel counts for more than 1. `None` before every
+    /// The noise relative to the image, from 0 to 1, as a human-readable measure: the root mean square over the pixels
+    /// of their noise (estimated from the difference of even and odd samples) relative to their brightness, or to a
+    /// tenth of the image's mean where they are darker than that. No pixel counts for more than 1. `None` until every
     /// pixel has some of both.
     pub fn relative_noise(&self) -> Option<f64> {
         // A pixel's brightness, and its variance: the mean of two halves has a quarter of that of their difference.
@@ -374,13 +373,13 @@ impl Film {
         let relative = |p: &PixelSum| {
             let (brightness, squares) = look(p);
             let brightness = brightness.max(floor);
-            // Of three components, each beside a third of the brightness.
+            // The mean over three components, each relative to a third of the brightness.
             if squares == 0.0 { 0.0 } else { (3.0 * squares / (brightness * brightness)).min(1.0) }
         };
         Some((self.pixels.iter().map(relative).sum::<f64>() / count).sqrt())
     }
 
-    /// A 128-bit hash (XXH3) of the region, the unit and all sums and counts: equal films, equal hashes.
+    /// A 128-bit hash (XXH3) of the region, the unit and all sums and counts: equal films have equal hashes.
     pub fn hash(&self) -> u128 {
         let mut hasher = xxhash_rust::xxh3::Xxh3::new();
         let r = self.region;
@@ -408,7 +407,7 @@ impl Film {
     }
 }
 
-/// To the nearest quantum; what is negative or NaN counts as none.
+/// Rounds to the nearest quantum; negative values and NaN count as 0.
 #[inline(always)]
 fn quanta(radiance: f32) -> i64 {
     let limited = if radiance > 0.0 { radiance } else { 0.0 };
@@ -421,9 +420,9 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Suns and starlight are counted as well as what is usual.
+    /// Suns and starlight are counted as precisely as ordinary radiances.
     #[test]
-    fn films_count_in_units_of_what_is_brightest() {
+    fn film_scale_preserves_precision_of_brightest_radiance() {
         for exponent in [-90, -40, -5, -4, 0, 16, 17, 40, 100] {
             let brightest = libm::scalbnf(1.37, exponent);
             let mut film = Film::new(Region::whole([1, 1]), FilmScale::new(brightest, brightest));
@@ -436,13 +435,13 @@ mod tests {
         for nothing in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert_eq!(FilmScale::new(nothing, nothing), FilmScale::default());
         }
-        // A spark in a dim room: what it lights counts for more than how bright it is.
+        // A spark in a dim room: the light on surfaces has priority over the brightness of the spark.
         assert_eq!(FilmScale::new(1e9, 0.05), FilmScale::default());
         assert_eq!((FilmScale::new(1e9, 1.0), FilmScale::new(1e9, 1e9)), (FilmScale(4), FilmScale(13)));
     }
 
     #[test]
-    fn means_noise_and_saturation() {
+    fn film_reports_means_noise_and_clamped_parts() {
         let mut film = Film::new(Region { x0: 2, y0: 3, x1: 4, y1: 4 }, FilmScale::default());
         for sample in 0..4 {
             film.count(2, 3, sample);
@@ -459,9 +458,9 @@ mod tests {
         assert_eq!((film.no_numbers(), film.cut(), film.brightest()), (all, all, f64::from(MAX_RADIANCE)));
     }
 
-    /// A path that forks adds its sample in as many parts as it likes.
+    /// A path that forks may add its sample in any number of parts.
     #[test]
-    fn sums_end_at_the_largest_number_in_any_order() {
+    fn sums_saturate_in_any_order() {
         let region = Region::whole([1, 1]);
         let bright = |parity: u32, count: u32| {
             let mut film = Film::new(region, FilmScale::default());
@@ -470,7 +469,7 @@ mod tests {
             film
         };
         let mut film = Film::new(region, FilmScale::default());
-        // 2²¹ fit.
+        // 2²¹ parts fit.
         [1 << 20, 1 << 20].iter().for_each(|count| film.merge(&bright(0, *count)));
         assert!((0..i64::MAX).contains(&film.pixels()[0].sum[0][0]));
         let reversed = |parts: &[Film]| {
@@ -488,7 +487,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_split_and_order_gives_the_same_film(
+        fn film_is_independent_of_split_and_order(
             samples in prop::collection::vec((0u32..4, 0u32..3, 0u32..8, 0f32..10.0), 1..50),
             cut in 0usize..50,
         ) {

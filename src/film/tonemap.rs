@@ -1,31 +1,30 @@
-//! From linear radiance to what a screen shows: exposure, a tone curve, the sRGB curve
-//! and rounding to 8 or 16 bits. Everything is computed in f64 with `libm`, so that an
-//! image has the same bytes on every machine.
+//! The display transform of linear radiance: exposure, a tone curve, the sRGB curve and rounding to 8 or 16 bits.
+//! Everything is computed in f64 with `libm`, so that an image has the same bytes on every machine.
 
 use std::sync::LazyLock;
 
 use crate::math::Rgb;
 use crate::world::Tonemap;
 
-/// Row by row.
+/// A 3 × 3 matrix, row by row.
 type Matrix = [[f64; 3]; 3];
 
-/// Radiance above this counts as this; small enough that no curve overflows f64.
+/// The upper limit of radiance; small enough that no curve overflows f64.
 const LARGEST: f64 = f32::MAX as f64;
 
-/// How the pixels of one image become display values.
+/// The transform from the pixels of one image to display values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayTransform {
     curve: Tonemap,
-    /// 2^exposure.
+    /// The factor on radiance, 2^exposure.
     gain: f64,
-    /// What [`Tonemap::ScaleByMaximum`] divides by, above zero.
+    /// The divisor of [`Tonemap::ScaleByMaximum`], above zero.
     maximum: f64,
 }
 
 impl DisplayTransform {
-    /// For an image of `pixels`, which matter to [`Tonemap::ScaleByMaximum`] only: it
-    /// divides by their largest finite component (by 1 where all are black).
+    /// Creates the transform for an image of `pixels`, which only [`Tonemap::ScaleByMaximum`] uses: it divides by their
+    /// largest finite component (by 1 if all are black).
     pub fn new(curve: Tonemap, exposure_ev: f32, pixels: &[Rgb]) -> Self {
         let exposure_ev = if exposure_ev.is_nan() { 0.0 } else { exposure_ev.clamp(-128.0, 128.0) };
         let gain = libm::exp2(f64::from(exposure_ev));
@@ -37,8 +36,8 @@ impl DisplayTransform {
         Self { curve, gain, maximum }
     }
 
-    /// The display's linear Rec. 709 values, each in [0, 1]. Negative components and
-    /// NaN count as 0, infinity as the largest finite radiance.
+    /// Returns linear Rec. 709 display values, each in [0, 1]. Negative components and NaN count as 0, infinity as the
+    /// largest finite radiance.
     pub fn apply(&self, radiance: Rgb) -> Rgb {
         let light = radiance.to_array().map(|component| exposed(component, self.gain));
         let shown = match self.curve {
@@ -73,7 +72,7 @@ fn largest_finite(pixels: &[Rgb]) -> f32 {
     components.filter(|component| component.is_finite()).fold(0.0, f32::max)
 }
 
-/// Display-linear to the sRGB curve (IEC 61966-2-1); 0 and 1 stay.
+/// Encodes a display-linear value by the sRGB curve (IEC 61966-2-1), which maps 0 to 0 and 1 to 1.
 pub fn srgb_encode(linear: f32) -> f32 {
     let linear = f64::from(linear);
     if linear <= 0.003_130_8 {
@@ -93,39 +92,40 @@ pub fn srgb_decode(encoded: f32) -> f32 {
     }
 }
 
-/// [0, 1] to the nearest of 256 steps; beyond it to the ends.
+/// Rounds [0, 1] to the nearest of 256 steps; values outside are clamped.
 pub fn quantise_8_bit(value: f32) -> u8 {
     (f64::from(value) * 255.0 + 0.5) as u8
 }
 
-/// [0, 1] to the nearest of 65,536 steps; beyond it to the ends.
+/// Rounds [0, 1] to the nearest of 65,536 steps; values outside are clamped.
 pub fn quantise_16_bit(value: f32) -> u16 {
     (f64::from(value) * 65_535.0 + 0.5) as u16
 }
 
-/// [`quantise_8_bit`] of [`srgb_encode`], looked up: the power takes most of the time of showing an image.
+/// A lookup table of [`quantise_8_bit`] of [`srgb_encode`], whose power would take most of the time of displaying an
+/// image.
 struct Steps {
     /// The least value of each step.
     least: [f32; 256],
-    /// By the leading bits of a value, the step of the least value that has them. Those of one place differ by one step
-    /// at most.
+    /// The step of the least value with given leading bits. Values with the same leading bits differ by at most one
+    /// step.
     step: [u8; Self::PLACES],
 }
 
 static STEPS: LazyLock<Steps> = LazyLock::new(Steps::new);
 
 impl Steps {
-    /// Bits of a value that say nothing of its place.
+    /// The number of trailing bits of a value that do not affect its place in the table.
     const BEHIND: u32 = 16;
-    /// Values below this one, 2⁻¹³, are black.
+    /// The bits of 2⁻¹³: values below are black.
     const FIRST: u32 = (127 - 13) << 23;
-    /// All below it, and thirteen octaves up to 1.
+    /// The size of the table: one place for values below [`Self::FIRST`], thirteen octaves up to 1, and 1 itself.
     const PLACES: usize = 2 + (13 << (23 - Self::BEHIND));
 
     fn new() -> Self {
         let step_of = |value: f32| quantise_8_bit(srgb_encode(value));
         let least = std::array::from_fn(|step| {
-            // The curve rises, and so do the bits of what is not negative.
+            // The curve is increasing, and so are the bits of non-negative floats.
             let (mut below, mut at) = (0, 1.0f32.to_bits());
             while step > 0 && at - below > 1 {
                 let middle = below.midpoint(at);
@@ -140,13 +140,13 @@ impl Steps {
         Self { least, step: std::array::from_fn(|place| step_of(f32::from_bits(first_of(place)))) }
     }
 
-    /// The step of a value from 0 to 1.
+    /// Returns the step of a value from 0 to 1.
     fn step(&self, value: f32) -> u8 {
-        // Neither NaN nor −0 is.
+        // False for NaN and −0.
         let is_placed = value >= f32::from_bits(Self::FIRST);
         let place = if is_placed { 1 + ((value.to_bits() - Self::FIRST) >> Self::BEHIND) } else { 0 };
         let step = self.step[(place as usize).min(Self::PLACES - 1)];
-        // There is none above the last.
+        // The last step has no successor.
         let next = self.least.get(usize::from(step) + 1);
         if next.is_some_and(|least| value >= *least) { step + 1 } else { step }
     }
@@ -164,9 +164,9 @@ fn reinhard(light: [f64; 3]) -> [f64; 3] {
     light.map(|component| component * factor)
 }
 
-/// Stephen Hill's fit of the ACES reference rendering transform and sRGB output
-/// transform (BakingLab, 2015). The fit is darker than ACES; like three.js we divide by
-/// 0.6 first, so that its pictures and ours are the same at the same exposure.
+/// Stephen Hill's fit of the ACES reference rendering transform and sRGB output transform (BakingLab, 2015). The fit is
+/// darker than ACES; like three.js we divide by 0.6 first, so that its images and ours are the same at the same
+/// exposure.
 fn aces(light: [f64; 3]) -> [f64; 3] {
     /// Linear sRGB to the space of the fit, with the transform's desaturation.
     const INPUT: Matrix =
@@ -179,8 +179,8 @@ fn aces(light: [f64; 3]) -> [f64; 3] {
     transform(&OUTPUT, scene.map(fit))
 }
 
-/// Troy Sobotka's AgX, base look, on Rec. 2020 primaries as Blender 4 and three.js have
-/// it; the sigmoid is Benjamin Wrensch's polynomial of sixth order.
+/// Troy Sobotka's AgX, base look, on Rec. 2020 primaries as Blender 4 and three.js have it; the sigmoid is Benjamin
+/// Wrensch's polynomial of sixth order.
 fn agx(light: [f64; 3]) -> [f64; 3] {
     /// ITU-R BT.2087, from the primaries of BT.709 and BT.2020.
     const REC_709_TO_2020: Matrix = [
@@ -203,7 +203,7 @@ fn agx(light: [f64; 3]) -> [f64; 3] {
         [-0.141_329_763_498_438_3, 1.157_823_702_216_272, -0.016_493_938_717_834_257],
         [-0.141_329_763_498_438_26, -0.110_606_643_096_602_94, 1.251_936_406_595_040_5],
     ];
-    /// Stops about 1 (10 below and 6.5 above a middle grey of 0.18) that the curve spans.
+    /// The range of the curve in stops relative to 1 (10 below and 6.5 above a middle grey of 0.18).
     const LOG2_RANGE: (f64, f64) = (-12.473_93, 4.026_069);
 
     let inset = transform(&INSET, transform(&REC_709_TO_2020, light));
@@ -218,9 +218,9 @@ fn agx(light: [f64; 3]) -> [f64; 3] {
     transform(&REC_2020_TO_709, display)
 }
 
-/// As the Khronos PBR Neutral Tone Mapper specification has it.
+/// The tone mapper of the Khronos PBR Neutral Tone Mapper specification.
 fn pbr_neutral(light: [f64; 3]) -> [f64; 3] {
-    /// The reflectance that Fresnel adds at normal incidence, taken off again.
+    /// The Fresnel reflectance at normal incidence, which is subtracted.
     const F90: f64 = 0.04;
     const START_COMPRESSION: f64 = 0.8 - F90;
     const DESATURATION: f64 = 0.15;
@@ -263,9 +263,9 @@ mod tests {
         shown.g
     }
 
-    /// The step that is looked up is the one that is computed: around all edges, and anywhere.
+    /// The table gives the step that is computed: around all edges, and elsewhere.
     #[test]
-    fn steps_are_those_of_the_curve() {
+    fn step_table_matches_srgb_curve() {
         let computed = |value: f32| quantise_8_bit(srgb_encode(value));
         let edges = STEPS.least.iter().map(|least| least.to_bits());
         let places = (0..Steps::PLACES as u32).map(|place| Steps::FIRST + (place << Steps::BEHIND));
@@ -280,8 +280,8 @@ mod tests {
     }
 
     #[test]
-    fn aces_is_that_of_three_js() {
-        // The reference is a GPU's frame, hence the tolerance; the exact values are 65.50, 197.05 and 33.48.
+    fn aces_matches_three_js() {
+        // The reference was rendered by a GPU, hence the tolerance; the exact values are 65.50, 197.05 and 33.48.
         for (byte, golden) in shown(Tonemap::Aces, Rgb::new(0.0, 0.5, 0.0)).into_iter().zip([66, 197, 34]) {
             assert!(byte.abs_diff(golden) <= 1);
         }
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn agx_agrees_with_an_independent_evaluation() {
+    fn agx_matches_independent_evaluation() {
         // Computed in NumPy from the same published constants.
         assert_eq!(shown(Tonemap::Agx, Rgb::splat(0.18)), [128; 3]);
         assert_eq!(shown(Tonemap::Agx, Rgb::splat(1.0)), [202; 3]);
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn pbr_neutral_shifts_what_is_below_compression() {
+    fn pbr_neutral_subtracts_fresnel_below_compression() {
         let display = DisplayTransform::new(Tonemap::PbrNeutral, 0.0, &[]);
         let shown = display.apply(Rgb::new(0.7, 0.3, 0.1));
         for (a, b) in shown.to_array().into_iter().zip([0.66, 0.26, 0.06]) {
@@ -316,12 +316,12 @@ mod tests {
         }
         // The toe: the smallest component x becomes 6.25 x².
         assert!((display.apply(Rgb::splat(0.04)).r - 0.01).abs() < 1e-7);
-        // The base colours that it promises to keep: the 0.04 of Fresnel is taken off again.
+        // Base colours are preserved: the 0.04 of Fresnel is subtracted.
         assert!((display.apply(Rgb::splat(0.8)).r - 0.76).abs() < 1e-6);
     }
 
     #[test]
-    fn scaling_brings_the_largest_component_to_exactly_one() {
+    fn scale_by_maximum_maps_largest_component_to_one() {
         let pixels = [Rgb::new(0.1, 0.3, 0.2), Rgb::new(7.7, f32::NAN, 3.0), Rgb::splat(f32::INFINITY)];
         for exposure_ev in [-3.3, 0.0, 1.7, 100.0] {
             let display = DisplayTransform::new(Tonemap::ScaleByMaximum, exposure_ev, &pixels);
@@ -335,13 +335,13 @@ mod tests {
     }
 
     #[test]
-    fn exposure_counts_in_stops() {
+    fn exposure_is_in_stops() {
         let display = DisplayTransform::new(Tonemap::Clamp, -2.0, &[]);
         assert_eq!(display.apply(Rgb::new(2.0, 1.0, 0.5)), Rgb::new(0.5, 0.25, 0.125));
     }
 
     #[test]
-    fn greys_keep_their_order_and_black_stays_black() {
+    fn curves_keep_black_and_the_order_of_greys() {
         for curve in CURVES {
             assert_eq!(grey(curve, 0.0), 0.0, "{curve:?}");
             let mut before = 0.0;
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn the_srgb_curve_has_its_published_values() {
+    fn srgb_curve_has_published_values() {
         assert_eq!((srgb_encode(0.0), srgb_encode(1.0)), (0.0, 1.0));
         assert_eq!((srgb_decode(0.0), srgb_decode(1.0)), (0.0, 1.0));
         assert!((srgb_encode(0.5) - 0.735_357).abs() < 1e-6);

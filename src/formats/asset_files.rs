@@ -10,10 +10,9 @@ use crate::error::{LoadError, did_you_mean};
 use crate::files;
 use crate::world::{Assets, Image, Mesh, SourceFiles};
 
-/// Reads the files that a scene refers to, whatever their formats are.
+/// Reads the files that a scene refers to, in any format.
 pub trait AssetFiles {
-    /// Reads a mesh. The materials and textures that it brings go into `assets`; oddities that are no errors go into
-    /// `warnings`.
+    /// Reads a mesh. Its materials and textures are added to `assets`, oddities that are no errors to `warnings`.
     fn mesh(
         &mut self,
         path: &Path,
@@ -21,7 +20,7 @@ pub trait AssetFiles {
         warnings: &mut Vec<String>,
     ) -> Result<Arc<Mesh>, LoadError>;
 
-    /// Reads a glTF file. Its meshes and materials go into `assets`.
+    /// Reads a glTF file. Its meshes and materials are added to `assets`.
     fn model(
         &mut self,
         path: &Path,
@@ -29,7 +28,7 @@ pub trait AssetFiles {
         warnings: &mut Vec<String>,
     ) -> Result<gltf::GltfModel, LoadError>;
 
-    /// Reads and decodes a picture.
+    /// Reads and decodes an image.
     fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError>;
 
     /// Reads a scene's own text.
@@ -37,13 +36,13 @@ pub trait AssetFiles {
         files::read(path).map_err(LoadError::io(path))
     }
 
-    /// The moment at which a scene is read, in seconds. None: keyed values are those at 0 s, and models stand as
-    /// their nodes say, without animations.
+    /// The time at which a scene is read, in seconds. None: keyed values are those at 0 s, and models have the poses of
+    /// their nodes, without animations.
     fn time_s(&self) -> Option<f32> {
         None
     }
 
-    /// Reads and decodes several.
+    /// Reads and decodes several images.
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Arc<Image>, LoadError>> {
         paths.iter().map(|path| self.image(path)).collect()
     }
@@ -72,7 +71,7 @@ impl AssetFiles for Files {
             }
             "obj" => {
                 assets.files = self.sources.clone();
-                // The loader borrows the assets while it asks for images: they are added afterwards.
+                // The loader borrows the assets while it requests images: they are added afterwards.
                 let mut images = Vec::new();
                 let first = assets.images.len() as u32;
                 let mut decode = |path: &Path| {

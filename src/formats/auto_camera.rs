@@ -1,4 +1,4 @@
-//! Where cameras stand that nobody has placed, and those that are to look from elsewhere; a floor.
+//! Places cameras that were added or that the options move, and adds a floor.
 
 use super::bounding_points::BoundingPoints;
 use super::names::TakenNames;
@@ -8,20 +8,20 @@ use crate::math::{DVec3, Rgb, Vec3};
 use crate::world::transforms;
 use crate::world::{BlinnPhong, Camera, ColorInput, Material, OrbitCamera, Parent, Shape, Transform, World};
 
-/// Marks a camera that was added, with the place it was given. While it is still there, it moves to where the image
+/// Marks an added camera and stores its initial transform. As long as it keeps that, it is moved to where the image
 /// shows everything.
 pub(super) struct AutoCamera(pub Transform);
 
-/// How far a floor extends to each side, in diameters of what stands on it.
+/// The extent of a floor to each side, in diameters of the scene.
 const FLOOR: f64 = 100.0;
 
-/// Whether a camera was added, which stands where the shape of the image wants it.
+/// True if there is an added camera, whose place depends on the shape of the image.
 pub(crate) fn has_added_camera(world: &World) -> bool {
     world.entities.query::<&AutoCamera>().iter().next().is_some()
 }
 
-/// Puts cameras and a floor where they are wanted. What moves does not move them: `at_rest` reads the scene as it is
-/// without time.
+/// Places cameras and a floor as the options require. Animation does not move them: `at_rest` reads the scene without
+/// time.
 pub(super) fn place(
     world: &mut World,
     options: &LoadOptions,
@@ -37,7 +37,7 @@ pub(super) fn place(
     let [least, most] = extent.as_ref().map_or([DVec3::NEG_ONE, DVec3::ONE], BoundingPoints::bounds);
     let cameras = cameras(world, extent.as_ref(), options, (0.5 * (least + most), (most - least).length()));
     for (entity, transform, camera) in cameras {
-        // In world space: its parent no longer moves it. The entity is known to exist.
+        // The transform is in world space, so its parent must not move it. The entity is known to exist.
         let _ = world.entities.remove_one::<Parent>(entity);
         let _ = world.entities.insert(entity, (transform, camera));
     }
@@ -47,7 +47,7 @@ pub(super) fn place(
     Ok(())
 }
 
-/// The cameras that move. `middle` and `diameter` are those of the scene.
+/// The cameras that move, with their new transforms. `middle` and `diameter` are those of the scene.
 fn cameras(
     world: &World,
     extent: Option<&BoundingPoints>,
@@ -56,7 +56,7 @@ fn cameras(
 ) -> Vec<(hecs::Entity, Transform, Camera)> {
     let Edits { look_at, orbit, zoom, .. } = &options.edits;
     let looked_at = look_at.as_ref().and_then(|[_, to]| point(to));
-    // Whatever is wrong is found when the scene is compiled.
+    // Errors are reported when the scene is compiled.
     let Ok(transforms) = transforms::to_world(world, &world.in_order()) else { return Vec::new() };
     let mut query =
         world.entities.query::<(hecs::Entity, &Camera, Option<&Transform>, Option<&AutoCamera>)>();
@@ -78,7 +78,7 @@ fn cameras(
         let axes = [right, right.cross(forward), forward];
         let mut rig = OrbitCamera::new(matrix.translation, axes, *camera, depth);
         if let Some([yaw, pitch]) = orbit {
-            // Half a turn is a drag of one image height.
+            // A drag of one image height is half a turn.
             rig.orbit([-yaw / 180.0, pitch / 180.0]);
         }
         if is_added {
@@ -97,13 +97,13 @@ fn cameras(
     query.iter().filter_map(elsewhere).collect()
 }
 
-/// Three numbers.
+/// Parses three numbers.
 fn point(text: &str) -> Option<DVec3> {
     let numbers: Vec<f64> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
     Some(DVec3::from_array(numbers.try_into().ok()?))
 }
 
-/// A grey floor under everything.
+/// Adds a grey floor under everything.
 fn add_floor(world: &mut World, [least, most]: [DVec3; 2]) {
     let diameter = (most - least).length().max(1e-6);
     let (middle, reach) = (0.5 * (least + most), FLOOR * diameter);

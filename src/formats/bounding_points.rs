@@ -1,4 +1,4 @@
-//! How far in a direction the things reach that rays can hit.
+//! The extent of a scene's shapes in any direction.
 
 use glam::BVec3;
 
@@ -6,19 +6,19 @@ use crate::math::{Aabb, DAffine3, DVec3, Vec3};
 use crate::world::transforms::{self, WorldTransforms};
 use crate::world::{Mesh, Shape, World};
 
-/// Vertices that are looked at, of all meshes as often as they are placed. If there are more, the corners of meshes'
-/// boxes stand for them.
+/// The most vertices that are used, each counted as often as its mesh is placed. If there are more, the corners of
+/// meshes' boxes stand for them.
 const MOST_VERTICES: usize = 4_000_000;
 
-/// All shapes of a scene, where they stand.
+/// All shapes of a scene, with their transforms.
 pub(super) struct BoundingPoints {
     shapes: Vec<(DAffine3, Shape)>,
-    /// For each mesh, the points that decide how far it reaches: the vertices that triangles use.
+    /// For each mesh, the points that determine its extent: the vertices that triangles use.
     points: Vec<Vec<Vec3>>,
 }
 
 impl BoundingPoints {
-    /// The extent of a world; none if it is empty, or if its transforms make no sense.
+    /// The extent of a world; none if it is empty, or if its transforms are invalid.
     pub fn of(world: &World) -> Option<BoundingPoints> {
         BoundingPoints::up_to(world, MOST_VERTICES)
     }
@@ -109,7 +109,7 @@ mod tests {
         let root = world.entities.spawn((moved(Vec3::new(10.0, 0.0, 0.0), Vec3::ONE),));
         let egg = Shape::Sphere { radius_m: 1.0 };
         world.entities.spawn((egg, moved(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0)), Parent(root)));
-        // Of these the first nine are used, the last is not.
+        // The first nine are used, the last is not.
         let mut positions = vec![Vec3::ZERO; 7];
         positions.extend([Vec3::new(0.0, -5.0, 0.0), Vec3::new(1.0, 0.0, 8.0), Vec3::splat(100.0)]);
         let triangles = vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]];
@@ -119,14 +119,14 @@ mod tests {
     }
 
     #[test]
-    fn shapes_reach_as_far_as_their_points() {
+    fn extent_is_that_of_the_used_vertices() {
         let world = world();
         let extent = BoundingPoints::of(&world).unwrap();
         assert_eq!(extent.bounds(), [DVec3::new(0.0, -5.0, -3.0), DVec3::new(11.0, 2.0, 8.0)]);
         // The ellipsoid's farthest point in a direction between its axes.
         let aslant = extent.along(DVec3::new(1.0, 1.0, 0.0));
         assert!((aslant - (10.0 + f64::sqrt(5.0))).abs() < 1e-12, "{aslant}");
-        // Boxes reach as far along the axes, and at least as far between them.
+        // Boxes have the same extent along the axes, and at least the same between them.
         let boxed = BoundingPoints::up_to(&world, 8).unwrap();
         assert_eq!(boxed.bounds(), extent.bounds());
         assert_eq!(extent.along(DVec3::new(0.0, -1.0, 1.0)), 8.0);

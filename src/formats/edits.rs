@@ -1,4 +1,4 @@
-//! Changes to a scene beyond what its files say: other values, and things left out.
+//! Changes to a scene beyond its files: other values, and parts left out.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,18 +9,18 @@ use super::ron::query::{EditRunner, Query, no_match};
 use crate::error::{LoadError, in_one_line};
 use crate::world::{Background, Light, Parent, Shape, World};
 
-/// Changes to a scene beyond what its files say. They are carried out in this order: `look_at`, `set`, `only`,
-/// `hide`, `orbit`, `zoom`, `ground`.
+/// Changes to a scene beyond its files. They are applied in this order: `look_at`, `set`, `only`, `hide`, `orbit`,
+/// `zoom`, `ground`.
 ///
-/// `only` and `hide` hold queries, which select entities. A query is a kind of component (`Light`), perhaps with a
-/// name or filters in brackets (`Mesh["floor"]`, `Light[name~"lamp*", parent="stage"]`), or a name alone (`"lamp*"`);
-/// queries combine by `&`, `|`, `!` and parentheses. A filter compares `name`, `parent` or `material` by `=`, `!=` or
-/// `~`. In names and after `~`, `*` stands for any text. `set` holds statements, which change a value of everything
-/// that a query selects: `Material["glass"].ior = 1.6`, `Light.power_w *= 2`, `settings.samples = 64`. The operators
-/// are `=`, `*=`, `/=`, `+=` and `-=`.
+/// `only` and `hide` hold queries, which select entities. A query is a kind of component (`Light`), perhaps with a name
+/// or filters in brackets (`Mesh["floor"]`, `Light[name~"lamp*", parent="stage"]`), or only a name (`"lamp*"`); queries
+/// combine by `&`, `|`, `!` and parentheses. A filter compares `name`, `parent` or `material` by `=`, `!=` or `~`. In
+/// names and after `~`, `*` stands for any text. `set` holds statements, which change a value of everything that a
+/// query selects: `Material["glass"].ior = 1.6`, `Light.power_w *= 2`, `settings.samples = 64`. The operators are `=`,
+/// `*=`, `/=`, `+=` and `-=`.
 ///
-/// A text that cannot be read, selects nothing, or says what a scene file could not say is a [`LoadError::Option`]
-/// with the name of its field.
+/// A text that cannot be parsed, selects nothing, or sets a value that a scene file cannot hold is a
+/// [`LoadError::Option`] with the name of its field.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Edits {
@@ -29,22 +29,22 @@ pub struct Edits {
     /// Queries. If there are any, rays can hit only the shapes that one of them selects, and the shapes below those.
     /// Lights stay.
     pub only: Vec<String>,
-    /// Queries. The shapes and lights that they select are removed, and so are those below these.
+    /// Queries. The shapes and lights that they select are removed, and so are all below these.
     pub hide: Vec<String>,
-    /// Where all cameras stand, and the point that they look at: each `"x, y, z"` in metres.
+    /// The position of all cameras, and the point that they look at: each `"x, y, z"` in metres.
     pub look_at: Option<[String; 2]>,
-    /// By how many degrees cameras turn about what they look at: to the right, and up. They never pass straight up or
-    /// straight down.
+    /// The angles in degrees by which cameras orbit the point that they look at: to the right, and up. They never pass
+    /// straight up or straight down.
     pub orbit: Option<[f64; 2]>,
-    /// How many times nearer cameras come to what they look at, from 0.001 to 1000. An
-    /// orthographic camera shows a part that is smaller by this factor instead.
+    /// The factor by which cameras come nearer to the point that they look at, from 0.001 to 1000. An orthographic
+    /// camera shows a part that is smaller by this factor instead.
     pub zoom: Option<f64>,
-    /// Whether a large grey floor is added under everything.
+    /// True if a large grey floor is added under everything.
     pub ground: bool,
 }
 
 impl Edits {
-    /// Whether there are no edits.
+    /// True if there are no edits.
     pub(crate) fn is_empty(&self) -> bool {
         *self == Edits::default()
     }
@@ -54,7 +54,7 @@ impl Edits {
         (self.look_at, self.orbit, self.zoom) = (None, None, None);
     }
 
-    /// Carries out the edits that do not depend on where things are. Errors: what is no query, or selects nothing.
+    /// Applies the edits that do not depend on positions. Fails for texts that are no query, or that select nothing.
     pub(crate) fn apply(&self, world: &mut World, files: &mut Files) -> Result<(), LoadError> {
         if self.zoom.is_some_and(|zoom| !(1e-3..=1e3).contains(&zoom)) {
             return Err(LoadError::option("zoom", "it must be 0.001 to 1000: 2 is twice as near"));
@@ -95,7 +95,7 @@ impl Edits {
                     .push("hide: nothing of that is a shape or a light, so nothing is hidden".into());
             }
         }
-        // Another one than black is noticed when the scene is compiled.
+        // A background other than black is reported when the scene is compiled.
         if world.settings.background == Background::default()
             && self.set.iter().any(|it| is_of_background(it))
         {
@@ -117,7 +117,7 @@ fn queries(option: &'static str, texts: &[String]) -> Result<Vec<Query>, LoadErr
     texts.iter().map(parse).collect()
 }
 
-/// The entities that any of the queries selects, and all that is below them.
+/// The entities that any of the queries selects, and all below them.
 fn meant(
     world: &World,
     queries: &[Query],
@@ -131,13 +131,13 @@ fn meant(
             return Err(LoadError::option(option, reason));
         }
     }
-    // From each entity up to what is known already: however deep they are, each is asked once.
+    // Walks up from each entity to one with a known result: however deep they are, each is tested once.
     let mut known: HashMap<hecs::Entity, bool> = HashMap::with_capacity(order.len());
     for entity in &order {
         let (mut at, mut chain) = (Some(*entity), Vec::new());
         let mut is_meant = false;
         while let Some(entity) = at {
-            // What is on the way already is below itself, which is for the compiler to refuse.
+            // An entity that is already on the way is below itself: the compiler refuses it.
             if let Some(found) = known.get(&entity) {
                 is_meant = *found;
                 break;

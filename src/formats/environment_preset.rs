@@ -1,4 +1,4 @@
-//! What is put around a scene in place of its own surroundings: a picture, a sky, a studio.
+//! Surroundings that replace a scene's own: an image, a sky, a studio.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -11,28 +11,28 @@ use crate::error::{LoadError, did_you_mean};
 use crate::math::Rgb;
 use crate::world::{Light, SourceFiles, Transform, World};
 
-/// What surrounds a scene, in place of its own environments and skies. It lights the scene, and is seen behind it.
+/// Surroundings that replace a scene's own environments and skies. They light the scene, and are visible behind it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EnvironmentPreset {
-    /// Nothing: the scene's own environments and skies are only removed.
+    /// No surroundings: the scene's own environments and skies are removed.
     None,
     /// A photographer's studio: two soft lights, a pale ceiling, a grey floor.
     Studio,
     /// A clear sky and its sun, as [`Light::Sky`] describes, at full brightness.
     Sky(SkyOptions),
-    /// An equirectangular picture: a path, relative to the working folder. Its centre lies along −Z, its top along
-    /// +Y; its values are radiance in W m⁻² sr⁻¹.
+    /// An equirectangular image: a path, relative to the working folder. Its centre lies along −Z, its top along +Y;
+    /// its values are radiance in W m⁻² sr⁻¹.
     Picture(#[serde(with = "super::film_file::as_text")] PathBuf),
 }
 
-/// Where the sun stands, and the haze in the air.
+/// The position of the sun, and the haze in the air.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SkyOptions {
     /// The sun's elevation above the horizon in degrees, from −90 to 90.
     pub elevation_degrees: f64,
     /// The sun's azimuth in degrees: 0 along −Z, 90 along +X. Any finite number.
     pub azimuth_degrees: f64,
-    /// How many times as much haze as on a clear day, from 0 to [`SkyOptions::MOST_HAZE`].
+    /// The haze, relative to that of a clear day, from 0 to [`SkyOptions::MOST_HAZE`].
     pub haze: f32,
 }
 
@@ -50,8 +50,7 @@ impl SkyOptions {
 }
 
 impl Default for SkyOptions {
-    /// Half way up the sky, behind the left shoulder of someone looking along −Z: elevation 45°, azimuth 220°, haze
-    /// 1.
+    /// Half-way up the sky, behind the left shoulder of someone looking along −Z: elevation 45°, azimuth 220°, haze 1.
     fn default() -> Self {
         Self { elevation_degrees: 45.0, azimuth_degrees: 220.0, haze: 1.0 }
     }
@@ -86,17 +85,17 @@ impl FromStr for EnvironmentPreset {
 }
 
 impl EnvironmentPreset {
-    /// Reads `none`, `studio`, `sky`, `sky:ELEVATION` or `sky:ELEVATION,AZIMUTH` (in degrees, with a haze of 1), or
-    /// else the path of a picture, which is made absolute so that it is found from any folder.
+    /// Parses `none`, `studio`, `sky`, `sky:ELEVATION` or `sky:ELEVATION,AZIMUTH` (in degrees, with a haze of 1), or
+    /// else the path of an image, which is made absolute so that it is found from any folder.
     ///
-    /// Errors: an empty text; angles that are no numbers; an elevation beyond ±90°; a path without an extension at
-    /// which there is no file, which was probably meant to be one of the names. The error is a text for people.
+    /// Errors: an empty text; angles that are no numbers; an elevation beyond ±90°; a path without an extension and
+    /// without a file, which was probably meant to be one of the names. The error is a human-readable text.
     pub fn named(text: &str) -> Result<Self, String> {
         match text.parse()? {
             Self::Picture(path) if path.as_os_str().is_empty() => {
                 Err("expected none, studio, sky, sky:ELEVATION,AZIMUTH or a picture's file".into())
             }
-            // A name without an extension and without a file was probably meant to be one of ours.
+            // Without an extension and without a file, it was probably meant to be one of the names.
             Self::Picture(path) if path.extension().is_none() && !path.exists() => {
                 let hint = did_you_mean(text, ["none", "studio", "sky"]);
                 Err(format!("expected none, studio, sky, sky:ELEVATION,AZIMUTH or a picture's file{hint}"))
@@ -107,7 +106,7 @@ impl EnvironmentPreset {
     }
 }
 
-/// Puts surroundings around a scene in place of its own environments.
+/// Replaces the environments and skies of a scene.
 pub(super) fn surround(world: &mut World, surroundings: &EnvironmentPreset) -> Result<(), LoadError> {
     let old: Vec<_> = world.surroundings().collect();
     for entity in old {
@@ -139,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_read() {
+    fn preset_names_are_parsed() {
         let sky = |elevation_degrees, azimuth_degrees| {
             Ok(EnvironmentPreset::Sky(SkyOptions { elevation_degrees, azimuth_degrees, haze: 1.0 }))
         };

@@ -1,4 +1,4 @@
-//! A mesh or model on its own gets what it lacks to be seen: a camera that shows all of it, and plain light.
+//! Adds what a mesh or model on its own lacks to be visible: a camera that shows all of it, and plain light.
 
 use std::path::Path;
 
@@ -14,14 +14,14 @@ use crate::world::{
     Transform, Transport, World,
 };
 
-/// What is said of a scene that has no camera of its own.
+/// The warning for a scene without a camera of its own.
 const CAMERA_ADDED: &str = "there is no camera: one that sees everything was added";
-/// What is said of a model without light.
+/// The warning for a model without light.
 const STUDIO_ADDED: &str = "there is no light: a studio was put around it";
-/// What is said of a mesh, which has no light.
+/// The warning for a mesh, which has no light.
 const LIGHT_ADDED: &str = "there is no light: key, fill and ambient light were added";
 
-/// Whether a line among a world's warnings only says what every scene of its kind is told.
+/// True if a warning is one that every scene of its kind gets.
 pub(crate) fn is_usual(warning: &str) -> bool {
     [CAMERA_ADDED, STUDIO_ADDED, LIGHT_ADDED, World::PATH_IS_CHOSEN].contains(&warning)
 }
@@ -40,7 +40,7 @@ pub(super) fn load_mesh(
     world.entities.spawn((Name("mesh".into()), Transform::IDENTITY, Shape::Mesh(id)));
     add_camera(&mut world);
     if options.surroundings.as_ref().is_some_and(|around| *around != EnvironmentPreset::None) {
-        // Only this transport lets an environment light surfaces.
+        // Only this transport lights surfaces by an environment.
         world.settings.transport = Transport::Path;
     } else {
         add_light(&mut world);
@@ -62,7 +62,7 @@ pub(super) fn load_model(
     let settings = &mut world.settings;
     settings.transport = Transport::Path;
     settings.tonemap = tone_curve(&world.assets, &mut world.warnings);
-    // What is drawn as it should appear has its exposure already.
+    // Unlit colours have their exposure already.
     settings.auto_exposure = settings.tonemap != Tonemap::Clamp;
     (settings.max_depth, settings.samples) = (16, 64);
     if let Some(aspect) = model.aspect {
@@ -104,8 +104,8 @@ fn of_aspect(size: [u32; 2], aspect: f32) -> [u32; 2] {
     if aspect >= 1.0 { [longer, shorter(1.0 / aspect)] } else { [shorter(aspect), longer] }
 }
 
-/// Whether nothing shines. Surfaces that give off no more than white does in daylight (1) are
-/// taken for displays and the like, which light nothing that is worth seeing.
+/// True if nothing emits light. Surfaces that emit no more than white reflects in daylight (1) are taken for displays
+/// and the like, which hardly light anything.
 fn is_dark(world: &World) -> bool {
     let shines = |material: &Material| match material {
         Material::Principled(principled) => match principled.emission {
@@ -121,7 +121,7 @@ fn is_dark(world: &World) -> bool {
         && !world.assets.materials.iter().any(|named| shines(&named.material))
 }
 
-/// Adds a camera if there is none; [`super::auto_camera`] puts it where it sees everything.
+/// Adds a camera if there is none; [`super::auto_camera`] places it where it sees everything.
 pub(super) fn add_camera(world: &mut World) {
     if world.entities.query::<&Camera>().iter().next().is_some() {
         return;
@@ -137,7 +137,7 @@ const HALF_FOV_DEGREES: f64 = 20.0;
 /// The direction to an added camera: from the front, right and above.
 const CAMERA: DVec3 = DVec3::new(0.45, 0.35, 1.0);
 
-/// A key light on the right and a fill light on the left of the viewer.
+/// Adds a key light on the viewer's right, a fill light on the left, ambient light and a background.
 fn add_light(world: &mut World) {
     let mut names = TakenNames::of(world);
     let mut sun = |name: &str, irradiance: f32, from: DVec3| {
@@ -152,7 +152,7 @@ fn add_light(world: &mut World) {
     world.warnings.push(LIGHT_ADDED.into());
 }
 
-/// Stands at `place` and looks at the origin along −Z, with +Y up.
+/// A transform that stands at `place` and looks at the origin along −Z, with +Y up.
 fn looking_from(place: DVec3) -> Transform {
     let backward = place.normalize();
     let right = DVec3::Y.cross(backward).normalize();

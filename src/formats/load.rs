@@ -8,25 +8,26 @@ use super::{Edits, EnvironmentPreset, Files, auto_camera, environment_preset, ex
 use crate::error::{LoadError, did_you_mean, in_one_line};
 use crate::world::{Model, SourceFiles, World};
 
-/// How a scene is read, beyond what its files say. The default reads it as it is.
+/// Options for reading a scene. The default reads it as it is.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// The moment at which animations (of glTF files) and keys (of `.ron` files) are read, in seconds. None: nodes
-    /// stand as their file says, and keyed values are those at 0 s. For `.ron`, `.gltf` and `.glb` files.
+    /// The time at which animations (of glTF files) and keys (of `.ron` files) are read, in seconds. None: nodes have
+    /// the poses in their file, and keyed values are those at 0 s. For `.ron`, `.gltf` and `.glb` files.
     pub time_s: Option<f32>,
-    /// The name of a variant of the model's materials (KHR_materials_variants), or its number from 0. For `.gltf` and `.glb` files.
+    /// The name of a variant of the model's materials (KHR_materials_variants), or its number from 0. For `.gltf` and
+    /// `.glb` files.
     pub variant: Option<String>,
     /// The name of one of the model's scenes, or its number from 0. None: the file's default scene. For `.gltf` and
     /// `.glb` files.
     pub scene: Option<String>,
     /// The unit of a model's lights. For glTF files, and `.ron` files that place them.
     pub light_units: LightUnits,
-    /// Whether glass without a volume bounds a solid body all the same. Otherwise it is a thin sheet that light
-    /// passes straight through. For glTF files, and `.ron` files that place them.
+    /// True if glass without a volume encloses a solid body all the same. Otherwise it is a thin sheet, which light
+    /// passes without refraction. For glTF files, and `.ron` files that place them.
     pub solid_glass: bool,
-    /// Whether all surfaces of models can be seen from both sides. For glTF files, and `.ron` files that place them.
+    /// True if all surfaces of models are visible from both sides. For glTF files, and `.ron` files that place them.
     pub double_sided: bool,
-    /// What is put around the scene in place of its own environments and skies. None: these stay.
+    /// Surroundings that replace the scene's own environments and skies. None: these stay.
     pub surroundings: Option<EnvironmentPreset>,
     /// Other changes.
     pub edits: Edits,
@@ -35,7 +36,7 @@ pub struct LoadOptions {
 }
 
 impl LoadOptions {
-    /// Errors: options that mean nothing for a file of this kind.
+    /// Fails for options that have no meaning for a file of this kind.
     fn are_for(&self, path: &Path, extension: &str) -> Result<(), LoadError> {
         let (to_gltf, to_scenes) = match extension {
             "gltf" | "glb" => return Ok(()),
@@ -62,39 +63,39 @@ impl LoadOptions {
     }
 }
 
-/// Someone who only places a model need not know where to look from.
+/// Adds a camera to a scene that places models: its author need not choose a view.
 fn add_camera_for_models(world: &mut World) {
     if world.entities.query::<&Model>().iter().next().is_some() {
         framing::add_camera(world);
     }
 }
 
-/// Does for a world that was read from a text what [`load`] does for files: chooses its transport, and adds a camera if
-/// it only places models.
+/// Completes a world that was parsed from a text as [`load`] does for files: chooses its transport, and adds a camera
+/// if it only places models.
 #[cfg(feature = "python")]
 pub(crate) fn complete(world: &mut World) -> Result<(), LoadError> {
     add_camera_for_models(world);
     world.choose_transport();
-    // Nothing is asked for that needs the scene at rest.
+    // The default options do not need the scene at rest.
     auto_camera::place(world, &LoadOptions::default(), || Ok(World::default()))
 }
 
-/// The unit of the lights in a glTF file. Its specification (KHR_lights_punctual) says candela and lux; powers here
-/// are in watts, so a factor is needed.
+/// The unit of the lights in a glTF file. Its specification (KHR_lights_punctual) uses candela and lux; powers here are
+/// in watts, so a factor is needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LightUnits {
     /// `Watt` if Blender's exporter wrote the file and its lights are too bright to be watts (which gives a warning),
     /// otherwise `Candela`.
     #[default]
     Auto,
-    /// Candela and lux, as in the specification. A lumen counts as a watt, so that a lamp of 1 cd shines as brightly
-    /// as 1 m² of a surface that emits 1 W m⁻² sr⁻¹.
+    /// Candela and lux, as in the specification. A lumen counts as a watt, so that a light of 1 cd is as bright as 1 m²
+    /// of a surface that emits 1 W m⁻² sr⁻¹.
     Candela,
-    /// Candela and lux, but with 683 lumens to a watt. What materials emit is in watts already.
+    /// Candela and lux, but with 683 lumens to a watt. The emission of materials is in watts already.
     Watt,
 }
 
-/// Scenes and meshes of other programs, which the usual way to glTF is through Blender.
+/// Formats of other programs' scenes and meshes, which usually reach glTF through Blender.
 const READ_BY_BLENDER: [&str; 12] =
     ["stl", "fbx", "dae", "3ds", "blend", "usd", "usda", "usdc", "usdz", "abc", "x3d", "wrl"];
 
@@ -103,21 +104,21 @@ pub fn load(path: impl AsRef<Path>) -> Result<World, LoadError> {
     load_with(path, &LoadOptions::default())
 }
 
-/// Reads a scene. The file name's extension says what it is: a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh
+/// Reads a scene. The file name's extension determines its kind: a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh
 /// (`.ply`, `.obj`). Models and meshes get the camera and the light that they lack. All files that a scene refers to
 /// must lie in its folder or below; if that folder or one above it holds a file `.rayfront-root`, anywhere below the
 /// nearest of these.
 ///
-/// What is odd but no error is in [`World::warnings`].
+/// Oddities that are no errors are in [`World::warnings`].
 ///
-/// Errors: a file that cannot be opened ([`LoadError::Io`]); one that makes no sense ([`LoadError::At`],
+/// Errors: a file that cannot be opened ([`LoadError::Io`]); one that is malformed ([`LoadError::At`],
 /// [`LoadError::Invalid`]), with the place in it and what would be right; one that does not fit into memory
-/// ([`LoadError::TooLarge`]); an option that does not suit the file or is wrong in itself ([`LoadError::Option`]).
+/// ([`LoadError::TooLarge`]); an option that does not suit the file or is invalid in itself ([`LoadError::Option`]).
 pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<World, LoadError> {
     load_again(path.as_ref(), options, &SourceFiles::default())
 }
 
-/// The same for a scene that is read again and again: `sources` may hold what its files were decoded to before (see
+/// Reads a scene that is read repeatedly: `sources` may hold the decoded contents of its files from before (see
 /// [`SourceFiles::kept`]).
 pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<World, LoadError> {
     let extension = extension(path);
@@ -160,7 +161,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         let mut files = Files { sources: sources.clone(), ..Files::default() };
         options.edits.apply(&mut world, &mut files)?;
     }
-    // The surroundings and the edits count, too.
+    // The choice depends on the surroundings and the edits, too.
     world.choose_transport();
     world.settings.size = options.size.unwrap_or(world.settings.size);
     auto_camera::place(&mut world, options, || {

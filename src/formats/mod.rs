@@ -1,5 +1,5 @@
-//! Files: reading scenes, models, meshes and pictures into a [`World`](crate::world::World), and writing images and
-//! scenes. This is the only module that knows file formats.
+//! Files: reads scenes, models, meshes and images into a [`World`](crate::world::World), and writes images and scenes.
+//! No other module depends on file formats.
 
 pub(crate) mod asset_files;
 mod auto_camera;

@@ -1,4 +1,4 @@
-//! Names for entities, each given once.
+//! Unique names for entities.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,7 +7,7 @@ use crate::world::{Name, World};
 /// The names that a world's entities have.
 pub(super) struct TakenNames {
     taken: HashSet<String>,
-    /// The last number that was given to a name.
+    /// The last number that was appended to a name.
     last: HashMap<String, u64>,
 }
 

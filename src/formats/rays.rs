@@ -1,8 +1,7 @@
-//! Raw files of rays and hits, as ray tracers exchange them to compare answers and speed.
+//! Raw files of rays and hits, which ray tracers exchange to compare results and speed.
 //!
-//! Little-endian, without a header. A ray is eight 32-bit floats: origin x y z, direction
-//! x y z, t_min, t_max. A hit is three 32-bit floats t u v and the primitive as a 32-bit
-//! integer; a miss is infinity, 0, 0 and 2³² − 1.
+//! Little-endian, without a header. A ray is eight 32-bit floats: origin x y z, direction x y z, t_min, t_max. A hit is
+//! three 32-bit floats t u v and the primitive as a 32-bit integer; a miss is infinity, 0, 0 and 2³² − 1.
 
 use std::io::Write;
 use std::path::Path;
@@ -18,35 +17,35 @@ pub const RAY_BYTES: usize = 32;
 /// Bytes of a hit in a file.
 pub const HIT_BYTES: usize = 16;
 
-/// Records that are read or written at once.
+/// The number of records that are read at a time.
 const BLOCK: usize = 1 << 14;
 
-/// A hit as it lies in a file.
+/// A hit in the layout of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HitRecord {
-    /// Along the ray; infinity for a miss.
+    /// The ray parameter; infinity for a miss.
     pub t: f32,
-    /// Weight of a triangle's second corner.
+    /// Barycentric weight of a triangle's second corner.
     pub u: f32,
-    /// Weight of its third corner.
+    /// Barycentric weight of its third corner.
     pub v: f32,
-    /// Its number; [`NONE`] for a miss.
+    /// The primitive's number; [`NONE`] for a miss.
     pub primitive: u32,
 }
 
 impl HitRecord {
     /// The record of a ray that hits nothing.
     pub const MISS: HitRecord = HitRecord { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: NONE };
-    /// The record of a ray that hits anything, when it does not matter what.
+    /// The record of an any-hit query's hit: the primitive's id is not needed.
     pub const BLOCKED: HitRecord = HitRecord { t: 0.0, u: 0.0, v: 0.0, primitive: 0 };
 
-    /// Whether nothing was hit.
+    /// True if nothing was hit.
     pub fn is_miss(&self) -> bool {
         self.primitive == NONE
     }
 }
 
-/// Reads a file of rays. One with more than `most` rays is refused before they are in memory.
+/// Reads a file of rays. A file with more than `most` rays is refused before it is in memory.
 pub fn load_rays(path: &Path, most: u64) -> Result<RayBatch, LoadError> {
     let mut rays = RayBatch::default();
     let reserve = |rays: &mut RayBatch, count| *rays = RayBatch::with_capacity(count);
@@ -58,7 +57,7 @@ pub fn load_rays(path: &Path, most: u64) -> Result<RayBatch, LoadError> {
     Ok(rays)
 }
 
-/// Reads a file of hits. One with more than `most` hits is refused before they are in memory.
+/// Reads a file of hits. A file with more than `most` hits is refused before it is in memory.
 pub fn load_hits(path: &Path, most: u64) -> Result<Vec<HitRecord>, LoadError> {
     let mut hits = Vec::new();
     let reserve = |hits: &mut Vec<HitRecord>, count| hits.reserve_exact(count);
@@ -148,7 +147,7 @@ mod tests {
     #[test]
     fn rays_are_read_as_they_lie_in_the_file() {
         let folder = tempfile::tempdir().expect("a folder");
-        // More than one block, and none a multiple of it.
+        // More than one block, and not a multiple of it.
         let count = BLOCK + 3;
         let numbers: Vec<f32> = (0..count * 8).map(|i| i as f32).collect();
         let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
@@ -174,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn hits_come_back_as_they_were_written() {
+    fn hits_round_trip_through_a_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("hits.bin");
         let hit = |i: u32| HitRecord { t: i as f32 * 0.1, u: 0.25, v: f32::MIN_POSITIVE, primitive: i * 7 };

@@ -1,4 +1,4 @@
-//! What a program that renders saves: images and scenes. Also reads pictures.
+//! Saves images and scenes, and reads images.
 
 use std::path::Path;
 
@@ -14,23 +14,23 @@ use crate::world::{Image, Settings, World};
 /// The name under which a denoised image stores its hash.
 pub(crate) const DENOISED: &str = "denoised_hash";
 
-/// How an image is saved, beyond its film. The default is the film alone, with 8 bits in PNG files.
+/// Options for saving an image. The default saves only the film, with 8 bits in PNG files.
 #[derive(Clone, Copy, Default)]
 pub struct ImageOptions<'a> {
-    /// Layers besides light, as [`crate::render::Session::channels`] makes them: one value for each pixel of the
+    /// Layers besides radiance, as returned by [`crate::render::Session::channels`]: one value for each pixel of the
     /// film's region, row by row from the top. Only OpenEXR files hold them.
     pub layers: &'a [FilmChannel],
     /// Bits per channel of PNG files.
     pub bits: PngBits,
-    /// A denoised image (see [`crate::render::Session::denoised`]) to save in place of the film's pixels, with their
-    /// exposure.
+    /// A denoised image (see [`crate::render::Session::denoised`]) that is saved in place of the film's pixels, with
+    /// their exposure.
     pub denoised: Option<&'a Denoised>,
 }
 
-/// Writes an image in the format that the extension of `path` says: `.png` (8-bit sRGB, exposed and tone mapped as
-/// the settings say), `.exr` (32-bit floats) or `.hdr` (8-bit mantissas with a shared exponent). The latter two hold
-/// radiance as it is, in W m⁻² sr⁻¹, linear with the primaries of Rec. 709. The file appears when it is complete;
-/// until then an older one stays as it was.
+/// Writes an image in the format given by the extension of `path`: `.png` (8-bit sRGB, exposed and tone mapped by the
+/// settings), `.exr` (32-bit floats) or `.hdr` (8-bit mantissas with a shared exponent). The latter two hold unchanged
+/// radiance in W m⁻² sr⁻¹, linear with the primaries of Rec. 709. The file appears when it is complete; until then an
+/// older one stays as it was.
 ///
 /// Errors: another extension; a film without pixels; a folder that does not exist; a full disk.
 pub fn save_image(path: impl AsRef<Path>, film: &Film, settings: &Settings) -> Result<(), SaveError> {
@@ -39,7 +39,7 @@ pub fn save_image(path: impl AsRef<Path>, film: &Film, settings: &Settings) -> R
 
 /// [`save_image`] with layers, with 16 bits, or denoised.
 ///
-/// Errors: those of [`save_image`]; layers or denoised pixels that are not as many as the film's.
+/// Errors: those of [`save_image`]; a number of layer values or denoised pixels that differs from the film's.
 pub fn save_image_with(
     path: impl AsRef<Path>,
     film: &Film,
@@ -51,14 +51,14 @@ pub fn save_image_with(
 
 /// The bytes of a PNG file, as [`save_image_with`] would write it: to show an image, or to send it somewhere.
 ///
-/// Errors: a film without pixels; denoised pixels that are not as many as the film's.
+/// Errors: a film without pixels; a number of denoised pixels that differs from the film's.
 pub fn png_bytes(film: &Film, settings: &Settings, options: &ImageOptions) -> Result<Vec<u8>, SaveError> {
     with_output(film, settings, options, picture::png_bytes)
 }
 
-/// The pixels for a screen: sRGB red, green and blue, and an alpha of 255, one for each pixel of the film's region,
-/// row by row from the top. The colours are those of an 8-bit PNG, and layers and bits do not matter. If denoised
-/// pixels are missing, they are black.
+/// The pixels for a screen: sRGB red, green and blue, and an alpha of 255, one for each pixel of the film's region, row
+/// by row from the top. The colours are those of an 8-bit PNG; layers and bits have no effect. Missing denoised pixels
+/// are black.
 pub fn rgba8(film: &Film, settings: &Settings, options: &ImageOptions) -> Vec<[u8; 4]> {
     with_output(film, settings, options, |output| {
         let shown = output.radiance.iter().map(|pixel| output.display.apply_8_bit(*pixel));
@@ -93,21 +93,21 @@ fn with_output<T>(
     })
 }
 
-/// Writes a world as a scene file (`.ron`), which reads back as the same world. Paths of meshes and pictures become
-/// relative to the file's folder. What came with a glTF file is written as a reference to that file. The scene file
+/// Writes a world as a scene file (`.ron`), which reads back as the same world. Paths of meshes and images become
+/// relative to the file's folder. The contents of a glTF file are written as a reference to that file. The scene file
 /// appears when it is complete; until then an older one stays as it was.
 ///
-/// Errors: what no scene file can say (meshes and pictures that came from no file, two entities of one name, infinity
-/// and NaN, parts of a glTF file that were changed); a folder that does not exist; a full disk.
+/// Errors: a world that no scene file can hold (meshes and images that came from no file, two entities of one name,
+/// infinity and NaN, parts of a glTF file that were changed); a folder that does not exist; a full disk.
 pub fn save_scene(path: impl AsRef<Path>, world: &World) -> Result<(), SaveError> {
     ron::save(world, path.as_ref())
 }
 
-/// Reads a picture to be used as a texture: PNG, JPEG, TGA, BMP, WebP, Radiance HDR, OpenEXR, or a photometric
-/// profile (IES). The content decides which it is; the extension counts only where the content does not tell. Of
+/// Reads an image for use as a texture: PNG, JPEG, TGA, BMP, WebP, Radiance HDR, OpenEXR, or a photometric profile
+/// (IES). The content determines the format; the extension counts only where the content does not. In formats with
 /// floats, NaN and negative values become 0, and values above 10⁹ become 10⁹.
 ///
-/// Errors: a file that cannot be opened ([`LoadError::Io`]); one that is no such picture, or damaged
+/// Errors: a file that cannot be opened ([`LoadError::Io`]); one that is no such image, or damaged
 /// ([`LoadError::Invalid`]); more than 65,536 pixels along a side, more than 2 GiB when decoded, or more than memory
 /// allows ([`LoadError::TooLarge`]).
 pub fn load_image(path: impl AsRef<Path>) -> Result<Image, LoadError> {

@@ -1,5 +1,5 @@
-//! A photographer's studio as light from all around: a large soft light above on the viewer's left, a weaker one on
-//! the right, a pale ceiling, a grey floor.
+//! A photographer's studio as an environment: a large soft light above on the viewer's left, a weaker one on the right,
+//! a pale ceiling, a grey floor.
 
 use crate::math::Vec3;
 use crate::world::{Image, Texels};
@@ -25,7 +25,7 @@ const CEILING: f32 = 0.55;
 const HORIZON: f32 = 0.4;
 const FLOOR: f32 = 0.18;
 
-/// The studio as an environment's image.
+/// The studio as the image of an environment.
 pub(super) fn image() -> Image {
     let texel = |index: u32| {
         let (column, row) = (index % WIDTH, index / WIDTH);
@@ -36,7 +36,7 @@ pub(super) fn image() -> Image {
     Image { source: None, width: WIDTH, height: HEIGHT, texels }
 }
 
-/// The direction of a place in an environment's image, both from 0 to 1.
+/// The direction of a point in an environment's image, with coordinates from 0 to 1.
 pub(super) fn towards(u: f64, v: f64) -> Vec3 {
     let (azimuth, polar) = ((u - 0.5) * std::f64::consts::TAU, v * std::f64::consts::PI);
     let level = libm::sin(polar);
@@ -58,7 +58,7 @@ fn radiance(towards: Vec3) -> f32 {
     room + LIGHTS.iter().map(light).sum::<f32>()
 }
 
-/// From 0 at 0 to 1 at 1 without a kink.
+/// Smoothstep: from 0 at 0 to 1 at 1 without a kink.
 fn smooth(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
@@ -69,14 +69,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_image_has_its_middle_ahead_and_its_right_on_the_right() {
+    fn environment_image_has_its_middle_along_negative_z() {
         let near = |u, v, axis: Vec3| (towards(u, v) - axis).length() < 1e-6;
         assert!(near(0.5, 0.5, Vec3::NEG_Z) && near(0.75, 0.5, Vec3::X) && near(0.0, 0.5, Vec3::Z));
         assert!(near(0.3, 0.0, Vec3::Y) && near(0.3, 1.0, Vec3::NEG_Y));
     }
 
     #[test]
-    fn the_studio_is_as_bright_as_a_room() {
+    fn studio_is_as_bright_as_a_room() {
         let Texels::Rgb32(texels) = image().texels else { panic!() };
         let weight = |row: usize| towards(0.5, (row as f64 + 0.5) / f64::from(HEIGHT)).z.abs();
         let (mut sum, mut whole) = (0.0, 0.0);

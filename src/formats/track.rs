@@ -1,11 +1,11 @@
 //! Values over time, between keys.
 
-/// How values between two keys are found.
+/// The interpolation of values between two keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interpolation {
     /// The value of the key before.
     Step,
-    /// A straight line; turns at constant speed.
+    /// A straight line; rotations at constant speed.
     Linear,
     /// A cubic polynomial by values and tangents.
     Cubic,
@@ -14,18 +14,18 @@ pub(super) enum Interpolation {
 /// Values over time.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
-    /// In seconds, ascending; at least one.
+    /// The times of the keys in seconds, ascending; at least one.
     pub times: Vec<f32>,
-    /// For each time `width` values; with tangents, three times as many: in, value, out.
+    /// For each time `width` values; with tangents, three times as many: incoming tangent, value, outgoing tangent.
     pub values: Vec<f32>,
-    /// How many numbers a value has.
+    /// The number of components of a value.
     pub width: usize,
-    /// Between the keys.
+    /// The interpolation between the keys.
     pub interpolation: Interpolation,
 }
 
 impl Track {
-    /// From values without tangents. The tangents are chosen so that a value between two keys never lies beyond
+    /// Makes a track of values without tangents. These are chosen so that a value between two keys never lies beyond
     /// either (Fritsch and Butland 1984, "A method for constructing local monotone piecewise cubic interpolants").
     pub fn smooth(times: Vec<f32>, values: &[f32], width: usize) -> Track {
         let last = times.len() - 1;
@@ -53,7 +53,7 @@ impl Track {
         Track { times, values: with_tangents, width, interpolation: Interpolation::Cubic }
     }
 
-    /// The values at a moment; before the first key and after the last one theirs.
+    /// The values at a time: before the first key and after the last one, theirs. `turns` is true for rotations.
     pub fn value(&self, time: f32, turns: bool) -> Vec<f32> {
         let cubic = self.interpolation == Interpolation::Cubic;
         let parts = if cubic { 3 } else { 1 };
@@ -94,7 +94,7 @@ impl Track {
     }
 }
 
-/// Between two unit quaternions on the shorter way round, at constant speed.
+/// Interpolates between two unit quaternions along the shorter arc, at constant speed.
 fn slerp(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
     let [a, mut b] = [a, b].map(|q| q.map(f64::from));
     let mut cosine: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
@@ -103,7 +103,7 @@ fn slerp(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
         b = b.map(|c| -c);
     }
     let t = f64::from(t);
-    // Where they are all but equal the sine would be 0.
+    // For nearly equal ones the sine would be 0.
     let (from, to) = if cosine > 0.9995 {
         (1.0 - t, t)
     } else {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn values_lie_between_keys_and_stay_beyond_them() {
+    fn values_are_interpolated_between_keys_and_constant_beyond() {
         let line = track(Interpolation::Linear, &[10.0, 20.0]);
         let at = |time: f32| line.value(time, false)[0];
         assert_eq!([at(0.0), at(1.0), at(2.5), at(3.0), at(9.0)], [10.0, 10.0, 17.5, 20.0, 20.0]);
@@ -156,7 +156,7 @@ mod tests {
             assert!(value >= a.min(b) - 1e-6 && value <= a.max(b) + 1e-6, "{time}: {value}");
         }
         assert_eq!(Track::smooth(vec![1.0], &[3.0], 1).value(7.0, false), [3.0]);
-        // Equal steps of a straight line: only its ends are level.
+        // Equal steps of a straight line: only at its ends the slope is 0.
         let line = Track::smooth(vec![0.0, 1.0, 2.0, 3.0], &[0.0, 2.0, 4.0, 6.0], 1);
         assert!((line.value(1.5, false)[0] - 3.0).abs() < 1e-6 && line.value(0.25, false)[0] < 0.5);
     }

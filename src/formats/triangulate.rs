@@ -1,20 +1,19 @@
-//! Polygons into triangles. A convex quadrilateral is split along its first diagonal; any
-//! larger or concave polygon by ear clipping (Meisters 1975; after Eberly, "Triangulation by
-//! Ear Clipping": only reflex corners can spoil an ear), on the plane among the axes' three
-//! that shows it largest.
+//! Splits polygons into triangles. A convex quadrilateral is split along its first diagonal; any larger or concave
+//! polygon by ear clipping (Meisters 1975; after Eberly, "Triangulation by Ear Clipping": only reflex corners can
+//! invalidate an ear), projected on the coordinate plane in which it is largest.
 
 use crate::math::{DVec3, Vec3};
 
-/// How many point-in-triangle tests the polygons of one file may cost: seconds of work.
-/// Ear clipping is quadratic, so without a limit a file could keep us busy for days.
+/// The most point-in-triangle tests for the polygons of one file: seconds of work. Ear clipping is quadratic, so
+/// without a limit a file could take days.
 const TESTS: u64 = 1 << 28;
 
-/// The polygons of one file cost more than the loader is willing to spend.
+/// The polygons of one file exceed the limit of tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("its polygon has too many corners and dents to be triangulated here: triangulate it when exporting")]
 pub struct TooComplex;
 
-/// Splits polygons; holds the scratch space and the allowance of one file.
+/// Splits polygons; holds the scratch space and the remaining tests of one file.
 pub struct Triangulator {
     tests_left: u64,
     points: Vec<[f64; 2]>,
@@ -36,10 +35,9 @@ impl Default for Triangulator {
 }
 
 impl Triangulator {
-    /// Calls `emit` with the corner numbers (0 to n − 1) of the n − 2 triangles that the polygon
-    /// `corners` (indices into `positions`, in range) is made of, in the polygon's own
-    /// orientation. Where there is no right answer (no area, crossing edges) the rest becomes a
-    /// fan. Fewer than three corners are no triangle.
+    /// Calls `emit` with the corner numbers (0 to n − 1) of the n − 2 triangles that make up the polygon `corners`
+    /// (indices into `positions`, in range), in the polygon's own orientation. A remainder without a valid
+    /// triangulation (no area, crossing edges) becomes a fan. Fewer than three corners give no triangle.
     pub fn split(
         &mut self,
         positions: &[Vec3],
@@ -68,11 +66,11 @@ impl Triangulator {
         Ok(())
     }
 
-    /// Fills `points` with the polygon as seen on one of the axes' planes, counter-clockwise.
-    /// False where it has no area.
+    /// Fills `points` with the polygon projected on a coordinate plane, counter-clockwise. Returns false if it has no
+    /// area.
     fn project(&mut self, polygon: impl Iterator<Item = DVec3> + Clone) -> bool {
         let Some(origin) = polygon.clone().next() else { return false };
-        // Twice the area vector (Newell), about a corner so that distance costs no digits.
+        // Twice the area vector (Newell), relative to a corner so that distance from the origin costs no digits.
         let mut normal = DVec3::ZERO;
         let mut before = DVec3::ZERO;
         for corner in polygon.clone().skip(1) {
@@ -106,7 +104,7 @@ impl Triangulator {
         self.reflex = (0..n).filter(|&i| self.turn(i) < 0.0).collect();
         let mut left = n;
         let mut corner = 1;
-        // How many corners in a row were no ears; once round, flat ones will do.
+        // Corners in a row that were no ears; after a full round, flat ones are accepted.
         let mut refused = 0;
         while left > 3 {
             self.spend(1)?;
@@ -151,31 +149,31 @@ impl Triangulator {
         self.reflex = reflex;
     }
 
-    /// Above zero where the ring turns left at `corner`, below where it turns right.
+    /// Positive if the ring turns left at `corner`, negative if it turns right.
     fn turn(&self, corner: usize) -> f64 {
         let (before, after) = (self.previous[corner], self.next[corner]);
         area(self.points[before], self.points[corner], self.points[after])
     }
 
-    /// Whether some reflex corner lies in the ear that would be cut at `corner`.
+    /// True if a reflex corner lies in the ear at `corner`.
     fn is_spoilt(&mut self, corner: usize) -> Result<bool, TooComplex> {
         self.spend(self.reflex.len())?;
         let ear = [self.previous[corner], corner, self.next[corner]];
         let [a, b, c] = ear.map(|i| self.points[i]);
         Ok(self.reflex.iter().filter(|i| !ear.contains(i)).any(|&i| {
             let p = self.points[i];
-            // A corner visited twice, as by the bridge to a hole, spoils nothing.
+            // A corner visited twice, as by the bridge to a hole, is no obstacle.
             p != a && p != b && p != c && area(a, b, p) >= 0.0 && area(b, c, p) >= 0.0 && area(c, a, p) >= 0.0
         }))
     }
 }
 
-/// Twice the area of a triangle, above zero if it runs counter-clockwise.
+/// Twice the area of a triangle, positive if it runs counter-clockwise.
 fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Whether a quadrilateral splits well along 1-3 only.
+/// True if a quadrilateral splits well only along the diagonal 1-3.
 fn second_diagonal([a, b, c, d]: [DVec3; 4]) -> bool {
     let normal = (c - a).cross(d - b);
     let faces = |x: DVec3, y: DVec3, z: DVec3| (y - x).cross(z - x).dot(normal) > 0.0;
@@ -208,19 +206,19 @@ mod tests {
         let triangles = triangles(points);
         assert_eq!(triangles.len(), points.len() - 2);
         let areas = areas(points, &triangles);
-        // Each has the polygon's orientation, and together they have its area: nothing overlaps.
+        // Each triangle has the polygon's orientation, and together they have its area: nothing overlaps.
         assert!(areas.iter().all(|a| a * expected_area >= 0.0), "{areas:?}");
         assert!((areas.iter().sum::<f64>() - expected_area).abs() < 1e-9 * expected_area.abs(), "{areas:?}");
     }
 
     #[test]
-    fn a_convex_quad_splits_along_its_first_diagonal() {
+    fn convex_quad_splits_along_its_first_diagonal() {
         let quad = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
         assert_eq!(triangles(&quad), [[0, 1, 2], [0, 2, 3]]);
     }
 
     #[test]
-    fn a_dented_quad_splits_at_its_dent() {
+    fn concave_quad_splits_at_its_reflex_corner() {
         for shift in 0..4 {
             let mut dart = flat(&[[0.0, 0.0], [4.0, 0.0], [1.0, 1.0], [0.0, 4.0]]);
             dart.rotate_left(shift);
@@ -257,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_polygon_on_its_side_keeps_its_orientation() {
+    fn rotated_polygon_keeps_its_orientation() {
         let arrow = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 1.0], [0.0, 4.0]];
         let turns: [fn(Vec3) -> Vec3; 3] =
             [|p| Vec3::new(p.z, p.x, p.y), |p| Vec3::new(p.y, p.z, p.x), |p| Vec3::new(p.x, -p.z, p.y)];
@@ -269,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_reached_by_a_bridge_stays_open() {
+    fn hole_reached_by_a_bridge_stays_open() {
         let ring = flat(&[
             [0.0, 0.0],
             [6.0, 0.0],
@@ -301,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_monstrous_polygon_is_refused_in_time() {
+    fn too_complex_polygon_is_refused() {
         let mut triangulator = Triangulator { tests_left: 1 << 20, ..Triangulator::default() };
         let spiky = (0..200_000).map(|i| {
             let angle = f64::from(i) * std::f64::consts::TAU / 200_000.0;

@@ -1,5 +1,5 @@
-//! The filter of a path's hits: it leaves out surfaces that are cut out or blended away and, for rays to lights, those
-//! that light goes straight through and that of the light itself. The tree calls it while it traces rays.
+//! The any-hit filter of paths, called during traversal: it rejects surfaces that are cut out or blended away and, for
+//! rays to lights, those that light passes straight through and the light's own surface.
 
 use std::num::Wrapping;
 
@@ -17,13 +17,13 @@ use crate::shading::texture_coordinates::point_coordinates;
 use crate::shading::{HitLanes, Surface, emitter};
 use crate::world::Transport;
 
-/// A ray of a path.
+/// A ray of a path as the any-hit filter sees it.
 pub struct PathRay<'a> {
-    /// The scene.
+    /// The render setup.
     pub setup: &'a RenderSetup,
-    /// The path whose random numbers the ray draws: wanted only where something is not there as a whole.
+    /// The path whose random numbers the ray draws: called only at surfaces with partial coverage.
     pub path: &'a (dyn Fn() -> Path<f32> + Sync),
-    /// The ray, if it goes from where the path is to a light, and not along the path.
+    /// The shadow ray, if the ray goes from the path's vertex to a light instead of along the path.
     pub shadow: Option<LightRay<'a>>,
 }
 
@@ -32,13 +32,13 @@ pub struct PathRay<'a> {
 pub struct LightRay<'a> {
     /// The ray.
     pub ray: Ray<f32>,
-    /// The emitter that it leads to, whose own surface does not block it.
+    /// The emitter at its end, whose own surface does not block it.
     pub emitter: u32,
-    /// Is told of surfaces that it goes straight through, perhaps more than once of each.
+    /// Called for surfaces that the ray passes straight through, perhaps more than once for each.
     pub passes: &'a (dyn Fn(&Crossing) + Sync),
 }
 
-/// The material of what a ray crosses, if that has a side that the ray meets.
+/// Returns the material at a crossing, if it has a side that the ray meets.
 pub fn crossed<'a>(
     scene: &'a CompiledScene,
     crossing: &Crossing,
@@ -55,9 +55,9 @@ pub fn crossed<'a>(
     shows.then_some(material)
 }
 
-/// The sides that rays of a frame meet. A photon goes the other way along paths of the camera, which meet a one-sided
-/// surface where they arrive, at its front: there the photon arrives or leaves (`photons::trace`), so it meets both sides.
-/// Its ray to the camera meets the sides that the camera's ray meets.
+/// The face culling for the rays of a render. Photons travel backwards along camera paths, which meet a one-sided
+/// surface where they arrive, at its front: there the photon arrives or leaves (`photons::trace`), so it meets both
+/// sides. Its ray to the camera meets the sides that the camera's ray meets.
 pub fn culling(setup: &RenderSetup, is_shadow: bool) -> FaceCulling {
     match (setup.follows_light, is_shadow) {
         (false, _) => FaceCulling::AsBuilt,
@@ -67,8 +67,8 @@ pub fn culling(setup: &RenderSetup, is_shadow: bool) -> FaceCulling {
 }
 
 impl PathRay<'_> {
-    /// Whether the ray meets something where it crosses a surface: always the same answer, as its
-    /// number belongs to the crossing.
+    /// True if the ray hits the surface at a crossing. The result is always the same, as the random number belongs to
+    /// the crossing.
     pub fn meets(&self, crossing: &Crossing) -> bool {
         let scene = &self.setup.scene;
         let Some(material) = crossed(scene, crossing, culling(self.setup, self.shadow.is_some())) else {
@@ -93,7 +93,7 @@ impl PathRay<'_> {
         }
     }
 
-    /// Whether something of a surface that is not whole is there.
+    /// True if a surface of partial coverage covers the crossing.
     fn is_covered(&self, material: &Material, crossing: &Crossing) -> bool {
         let (setup, path) = (self.setup, (self.path)());
         let Hit { primitive, instance, .. } = crossing.hit;
@@ -109,13 +109,13 @@ impl PathRay<'_> {
         there > number
     }
 
-    /// Which random numbers it draws.
+    /// The key of the ray's random numbers.
     fn key(&self, path: &Path<f32>) -> SampleKey<Wrapping<u32>> {
         let Self { setup, shadow, .. } = *self;
         match (setup.transport, shadow) {
             (Transport::Path, _) => path.path_key(setup.seed),
             (Transport::Whitted, None) => path.key(setup.seed),
-            // Each vertex has many of them.
+            // A vertex has many shadow rays.
             (Transport::Whitted, Some(LightRay { ray, .. })) => {
                 let Vector { x, y, z } = ray.direction;
                 let which = [x, y, z].map(|c| Wrapping(c.to_bits())).into_iter().reduce(combine);
@@ -124,7 +124,7 @@ impl PathRay<'_> {
         }
     }
 
-    /// The coverage of the surface there.
+    /// The coverage of the surface at a crossing.
     fn coverage(&self, path: &Path<f32>, material: &Material, crossing: &Crossing) -> f32 {
         let scene = &self.setup.scene;
         let Hit { u, v, primitive, .. } = crossing.hit;

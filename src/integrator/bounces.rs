@@ -1,6 +1,6 @@
-//! How many bounces of each kind a path has behind it, packed into one integer, and their limits.
+//! Counters of a path's bounces by kind, packed into one integer, and their limits.
 //!
-//! The kind of a bounce is that of the lobe that was drawn. Counters stop at [`MOST`].
+//! The kind of a bounce is that of the drawn lobe. Counters saturate at [`MOST`].
 
 use crate::simd::{Float, Int, Mask};
 use crate::world::DepthLimits;
@@ -9,30 +9,30 @@ use crate::world::DepthLimits;
 const BITS: u32 = 10;
 /// The largest count.
 pub const MOST: u32 = (1 << BITS) - 1;
-/// Set when a path has had more bounces of a kind than it may: its last ray looks for what shines.
+/// Flag of paths that have exceeded a limit: the last ray only finds emitters.
 const SPENT: u32 = 1 << 31;
 
-/// Set when a path has been scattered within a body, which is no bounce.
+/// Flag of paths that have been scattered within a body or have passed a surface without a boundary: no bounces.
 pub const FREE_EVENT: u32 = 1 << 30;
 
 const _: () = assert!(DepthLimits::MOST < MOST, "a counter must go beyond every limit");
 
-/// What a lobe does to light.
+/// The kind of a lobe: its effect on light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LobeKind {
-    /// Scatters it widely, to either side.
+    /// Scatters light widely, to either side.
     Diffuse,
-    /// Reflects it like a mirror, however blurred.
+    /// Reflects light like a mirror, however blurred.
     Glossy,
-    /// Lets it through like glass, however rough.
+    /// Transmits light like glass, however rough.
     Transmission,
 }
 
 impl LobeKind {
-    /// In the order of the counters.
+    /// All kinds, in the order of the counters.
     pub const ALL: [LobeKind; 3] = [LobeKind::Diffuse, LobeKind::Glossy, LobeKind::Transmission];
 
-    /// From what is known about a drawn direction.
+    /// The kind of a drawn direction.
     pub fn of(wide: bool, through: bool) -> Self {
         match (wide, through) {
             (true, _) => LobeKind::Diffuse,
@@ -41,7 +41,7 @@ impl LobeKind {
         }
     }
 
-    /// In lower case.
+    /// The name in lower case.
     pub fn name(self) -> &'static str {
         ["diffuse", "glossy", "transmission"][self as usize]
     }
@@ -51,12 +51,12 @@ impl LobeKind {
     }
 }
 
-/// The most bounces of each kind, in the order of [`LobeKind::ALL`]; [`MOST`] is no limit.
+/// The limits on bounces of each kind, in the order of [`LobeKind::ALL`]; [`MOST`] is no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BounceLimits([u32; 3]);
 
 impl BounceLimits {
-    /// None if no limit is stricter than `max_depth`.
+    /// Creates the limits; none if no limit is stricter than `max_depth`.
     pub fn new(limits: DepthLimits, max_depth: u32) -> Option<Self> {
         let DepthLimits { diffuse, glossy, transmission } = limits;
         let counts = |limit: Option<u32>| limit.filter(|most| *most < max_depth).unwrap_or(MOST);
@@ -64,14 +64,14 @@ impl BounceLimits {
         (limits != [MOST; 3]).then_some(Self(limits.map(|limit| limit.min(MOST))))
     }
 
-    /// The kind whose limit has ended a path.
+    /// The kind whose limit has ended a path, if any.
     pub fn reached(&self, bounces: u32) -> Option<LobeKind> {
         let counts = counts(bounces);
         LobeKind::ALL.into_iter().find(|kind| counts[*kind as usize] > self.0[*kind as usize])
     }
 }
 
-/// The counters after one more bounce, which led through the surface or was of a wide lobe.
+/// The counters after one more bounce, which led through the surface or was drawn from a wide lobe.
 #[inline(always)]
 pub fn counted<F: Float>(bounces: F::Int, wide: F::Mask, through: F::Mask) -> F::Int {
     let [diffuse, glossy, transmission] = [
@@ -85,7 +85,7 @@ pub fn counted<F: Float>(bounces: F::Int, wide: F::Mask, through: F::Mask) -> F:
     F::Int::select((bounces & field).eq(field), bounces, bounces + one)
 }
 
-/// Marks the counters that are beyond a limit.
+/// Sets the flag of counters that exceed a limit.
 #[inline(always)]
 pub fn limited<F: Float>(limits: &BounceLimits, bounces: F::Int) -> F::Int {
     let mut beyond = F::Mask::from_bits(0);
@@ -96,13 +96,13 @@ pub fn limited<F: Float>(limits: &BounceLimits, bounces: F::Int) -> F::Int {
     F::Int::select(beyond, bounces | F::Int::splat(SPENT), bounces)
 }
 
-/// The lanes in which a limit has been reached.
+/// The lanes in which a limit has been exceeded.
 #[inline(always)]
 pub fn spent<F: Float>(bounces: F::Int) -> F::Mask {
     !(bounces & F::Int::splat(SPENT)).eq(F::Int::splat(0))
 }
 
-/// The counters of a path, for people.
+/// Unpacks the counters of a path.
 pub fn counts(bounces: u32) -> [u32; 3] {
     LobeKind::ALL.map(|kind| bounces >> kind.shift() & MOST)
 }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_is_counted_by_itself_and_no_further_than_its_bits() {
+    fn kinds_are_counted_separately_and_counters_saturate() {
         use LobeKind::{Diffuse, Glossy, Transmission};
         assert_eq!(counts(after(&[Glossy, Diffuse, Glossy, Transmission, Glossy]).0), [1, 3, 1]);
         for kind in LobeKind::ALL {
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_is_reached_by_the_bounce_after_it() {
+    fn limit_is_exceeded_by_the_bounce_after_it() {
         let limits = |diffuse, glossy, transmission, depth| {
             BounceLimits::new(DepthLimits { diffuse, glossy, transmission }, depth)
         };

@@ -1,4 +1,4 @@
-//! How a path begins, under both transports.
+//! The beginning of paths at the camera, under both transports.
 
 use super::RenderSetup;
 use super::path::{Path, pixel_place};
@@ -11,7 +11,7 @@ use crate::shading::camera;
 use crate::simd::{Float, Int};
 use crate::world::Transport;
 
-/// The camera's path for a sample of a pixel.
+/// Generates the camera's path for a sample of a pixel.
 #[inline(always)]
 pub fn generate<F: Float>(setup: &RenderSetup, pixel: F::Int, sample: F::Int) -> Path<F> {
     let key = SampleKey::new(setup.seed, pixel, sample, F::Int::splat(0));
@@ -64,9 +64,9 @@ pub fn generate<F: Float>(setup: &RenderSetup, pixel: F::Int, sample: F::Int) ->
     }
 }
 
-/// The fraction of a pixel's width that a sample stands for when textures are looked up: the more samples there are,
-/// the smaller (PBRT 4th ed., 10.1). It depends on the sample's own number, not on how many there will be, so that a
-/// film can be continued.
+/// The fraction of a pixel's width that a sample stands for in texture look-ups: the more samples, the smaller (PBRT
+/// 4th ed., 10.1). It depends on the sample's own number, not on the final number of samples, so that a film can be
+/// continued.
 #[inline(always)]
 pub(super) fn footprint<F: Float>(sample: F::Int) -> F {
     let so_far = sample.to_float() + F::one();

@@ -1,4 +1,4 @@
-//! Light that comes straight from a lamp, under the path transport: one of them is chosen at each vertex.
+//! Direct lighting under the path transport: one light is sampled at each vertex.
 
 use super::RenderSetup;
 use super::medium;
@@ -15,7 +15,7 @@ use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::surface::offset_origin;
 use crate::simd::{Float, Int, Mask};
 
-/// Where a surface faces, for choosing lights.
+/// The facing of a surface, for choosing lights.
 #[inline(always)]
 pub(super) fn faces<F: Float>(setup: &RenderSetup, surface: &Surface<F>, bsdf: &Bsdf<F>) -> F::Int {
     if setup.scene.emitters.len() < 2 {
@@ -24,20 +24,20 @@ pub(super) fn faces<F: Float>(setup: &RenderSetup, surface: &Surface<F>, bsdf: &
     facing(surface.geometric_normal, bsdf.lets_through())
 }
 
-/// A point of a light.
+/// A sampled point of a light.
 pub(super) struct LightPoint<F: Float> {
-    /// The light.
+    /// The emitter.
     pub emitter: F::Int,
-    /// Probability times density.
+    /// Probability of the emitter times density of the point.
     density: F,
-    /// The weight of finding it this way.
+    /// The MIS weight of the light sample.
     pub share: F,
-    /// Value · |cos| towards it.
+    /// BSDF value · |cos| towards it.
     value: Color<F>,
     pub sample: EmitterSample<F>,
 }
 
-/// Chooses a light and a point of it.
+/// Chooses a light and a point on it.
 #[inline(always)]
 pub(super) fn sampled_light<F: Float>(
     setup: &RenderSetup,
@@ -48,7 +48,7 @@ pub(super) fn sampled_light<F: Float>(
     mask: F::Mask,
 ) -> LightPoint<F> {
     let scene = &setup.scene;
-    // Seen from where drawn directions begin, too: on a light itself the difference matters.
+    // The origin of drawn directions, too: on a light itself the difference matters.
     let position = surface.position + surface.geometric_normal * surface.offset;
     let facing = faces(setup, surface, bsdf);
     let (emitter, chance, u) = choose(setup, position, facing, (path.depth, key), mask);
@@ -59,7 +59,7 @@ pub(super) fn sampled_light<F: Float>(
     LightPoint { emitter, density, share, value, sample }
 }
 
-/// The shadow ray to a point of a light, and value · |cos| towards it.
+/// The shadow ray to a point of a light, and the BSDF value · |cos| towards it.
 #[inline(always)]
 pub(super) fn to_light<F: Float>(
     setup: &RenderSetup,
@@ -81,7 +81,7 @@ pub(super) fn to_light<F: Float>(
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
     let bodies = boundary.beyond(through);
-    // Nothing that is infinitely far away is in a body, however open that is.
+    // Infinitely distant lights are in no body, however open it is.
     let somewhere = mask & sample.distance.lt(F::splat(f32::INFINITY));
     let contribution = medium::emitted(setup, bodies, path.throughput * light, somewhere);
     let origin = offset_origin(surface.position, surface.geometric_normal, surface.offset, sample.direction);

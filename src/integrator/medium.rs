@@ -1,6 +1,6 @@
-//! Light within bodies: brighter by the square of their index, absorbed and scattered, everywhere alike (PBRT 4th ed.,
-//! 9.5.2, 11.1 and 14.1). A boundary that bends light hides lamps from what is within, so that paths find them by
-//! themselves; through one that does not, rays to lights go straight.
+//! Light within bodies: brighter by the square of their index, absorbed and scattered, in homogeneous media (PBRT 4th
+//! ed., 9.5.2, 11.1 and 14.1). A boundary that bends light hides lights from within, so paths find them by themselves;
+//! through one that does not, shadow rays go straight.
 
 use super::RenderSetup;
 use super::bounces::FREE_EVENT;
@@ -18,22 +18,22 @@ use crate::shading::emitter;
 use crate::shading::principled::shading_frame::ShadingFrame;
 use crate::simd::{Float, Int, Mask, Outlined};
 
-/// The most vertices of a path that do not count as bounces, so that each path ends.
+/// The largest number of a path's vertices that do not count as bounces, so that each path ends.
 pub(super) const MOST: u32 = 4096;
 /// Separates the random numbers for distances from those for directions.
 const DISTANCE: u32 = 0x6d65_6469;
 
-/// How far a path's ray comes in the body that it is in.
+/// The free flight of a path's ray in the body that it is in.
 pub struct FreeFlight<F: Float> {
-    /// What is left of the path there.
+    /// The path's throughput at its end.
     pub throughput: Color<F>,
-    /// Where it is scattered before it comes to the surface that it meets.
+    /// The lanes that are scattered before they reach the surface.
     pub scattered: F::Mask,
-    /// How far it gets.
+    /// The distance travelled.
     pub t: F,
 }
 
-/// Along a path's ray to a surface at distance `t`.
+/// Samples the free flight along a path's ray to a surface at distance `t`.
 #[inline(always)]
 pub fn free_flight<F: Float>(setup: &RenderSetup, path: &Path<F>, t: F, mask: F::Mask) -> FreeFlight<F> {
     let none = F::Mask::from_bits(0);
@@ -62,7 +62,7 @@ pub fn free_flight<F: Float>(setup: &RenderSetup, path: &Path<F>, t: F, mask: F:
     flight
 }
 
-/// Throughput after a way of length `t` through a body, without what is scattered away.
+/// The throughput after a distance `t` through a body, without the light that is scattered away.
 #[inline(always)]
 pub fn attenuated<F: Float>(
     setup: &RenderSetup,
@@ -84,9 +84,9 @@ pub fn attenuated<F: Float>(
     throughput
 }
 
-/// The light that a path finds of that which is emitted within bodies. A path's throughput is that of light in the body
-/// of its camera: where light begins in another one, its radiance changes on the way with the squares of their indices
-/// ([`Material::index_square`]). Throughput need not change at each boundary for that.
+/// Scales light that a path finds and that is emitted within bodies. A path's throughput is that of light in the
+/// camera's body: if light begins in another one, its radiance changes on the way with the squares of their indices
+/// ([`Material::index_square`]), so throughput need not change at each boundary.
 #[inline(always)]
 pub(super) fn emitted<F: Float>(
     setup: &RenderSetup,
@@ -101,7 +101,7 @@ pub(super) fn emitted<F: Float>(
     F::outlined(EmittedWithin { setup, bodies, light, within })
 }
 
-/// Light that is emitted within bodies, which are seldom there.
+/// Light emitted within bodies; outlined because it is rare.
 struct EmittedWithin<'a, F: Float> {
     setup: &'a RenderSetup,
     bodies: F::Int,
@@ -124,7 +124,7 @@ impl<F: Float> Outlined for EmittedWithin<'_, F> {
     }
 }
 
-/// The material around the body that fills the first lane's place, and the lanes in whose places there is the same.
+/// The material of the body that fills the first lane's place, and the lanes in the same body.
 #[inline(always)]
 fn first<I: Int>(setup: &RenderSetup, bodies: I, todo: I::Mask) -> (&Material, I::Mask) {
     let scene = &setup.scene;
@@ -134,7 +134,7 @@ fn first<I: Int>(setup: &RenderSetup, bodies: I, todo: I::Mask) -> (&Material, I
     (&scene.materials[material as usize], todo & (bodies & I::splat(top)).eq(I::splat(first & top)))
 }
 
-/// e^(−σₜ t) (Beer and Lambert).
+/// The transmittance e^(−σₜ t) (Beer and Lambert).
 #[inline(always)]
 fn transmittance<F: Float>(medium: &Medium, t: F) -> Color<F> {
     let [r, g, b] = medium.extinction;
@@ -146,9 +146,9 @@ fn decay<F: Float>(extinction: f32, t: F) -> F {
     exp2(t * F::splat(-extinction * std::f32::consts::LOG2_E))
 }
 
-/// A place in a medium, or the surface behind it, chosen as one colour sees them; all colours together are
-/// weighted by the density with which any of them would have chosen it (one-sample balance heuristic, Veach 1997;
-/// PBRT 4th ed., 14.1.1 has it for a single one).
+/// Samples a point in a medium, or the surface behind it, by the extinction of one colour; all colours are weighted by
+/// the density with which any of them would have chosen it (one-sample balance heuristic, Veach 1997; PBRT 4th ed.,
+/// 14.1.1 has it for a single one).
 #[inline(always)]
 fn within<F: Float>(medium: &Medium, throughput: Color<F>, t: F, (which, u): (F, F)) -> FreeFlight<F> {
     let (zero, one) = (F::zero(), F::one());
@@ -171,7 +171,8 @@ fn within<F: Float>(medium: &Medium, throughput: Color<F>, t: F, (which, u): (F,
     FreeFlight { throughput: Color::select(alive, throughput, Color::black()), scattered, t }
 }
 
-/// Where scattered paths continue; `path` with the throughput that is left there.
+/// Continues scattered paths; returns them and the lanes that go on. `path` has the throughput at the end of the
+/// flight.
 #[inline(always)]
 pub fn scattered<F: Float>(
     setup: &RenderSetup,
@@ -203,8 +204,8 @@ pub fn scattered<F: Float>(
     (next, goes_on)
 }
 
-/// A direction from the phase function of Henyey and Greenstein (1941; PBRT 4th ed., 11.3.1), in each lane with the
-/// parameter of the body it is in; and its density, or 0 where no light is sampled that it could be weighted against.
+/// Draws a direction from the phase function of Henyey and Greenstein (1941; PBRT 4th ed., 11.3.1), in each lane with
+/// the parameter of its body; returns it and its density, or 0 where there is no light sample to weight it against.
 #[inline(always)]
 fn turned<F: Float>(
     setup: &RenderSetup,
@@ -227,8 +228,8 @@ fn turned<F: Float>(
     (ShadingFrame::about(path.direction).world(Vector::new(x * sin, y * sin, cos)).normalize(), pdf)
 }
 
-/// The phase function of the body that each lane is in, per steradian, by the cosine between the directions of light
-/// before and after: both what is scattered there and the density with which it is drawn.
+/// The phase function of each lane's body, per steradian, by the cosine between the directions of light before and
+/// after: both the fraction that is scattered and the density with which it is drawn.
 #[inline(always)]
 pub(super) fn phase<F: Float>(setup: &RenderSetup, bodies: F::Int, cos: F, mask: F::Mask) -> F {
     let (mut value, mut todo) = (F::zero(), mask);
@@ -240,7 +241,7 @@ pub(super) fn phase<F: Float>(setup: &RenderSetup, bodies: F::Int, cos: F, mask:
     value
 }
 
-/// (1 − g²)/(4π (1 + g² − 2 g cos)^(3/2)).
+/// The Henyey-Greenstein phase function (1 − g²)/(4π (1 + g² − 2 g cos)^(3/2)).
 #[inline(always)]
 fn henyey_greenstein<F: Float>(g: f32, cos: F) -> F {
     const PER_SPHERE: f32 = 0.25 / std::f32::consts::PI;
@@ -248,7 +249,7 @@ fn henyey_greenstein<F: Float>(g: f32, cos: F) -> F {
     F::splat((1.0 - g * g) * PER_SPHERE) / (square * square.sqrt())
 }
 
-/// The cosine of the angle between light before and after scattering.
+/// Draws the cosine of the angle between light before and after scattering.
 #[inline(always)]
 fn cosine<F: Float>(g: f32, u: F) -> F {
     let (one, two) = (F::one(), F::splat(2.0));
@@ -265,7 +266,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mean_cosine_is_the_anisotropy() {
+    fn mean_cosine_of_scattering_is_the_anisotropy() {
         for g in [-0.9, -0.3, 0.0, 0.0005, 0.5, 0.95] {
             let count = 100_000;
             let (mut mean, mut forwards) = (0.0f64, 0.0f64);
@@ -286,7 +287,7 @@ mod tests {
 
     #[test]
     fn directions_are_drawn_with_the_density_of_the_phase_function() {
-        // Between equally probable cosines, ∫ 2π p dcos is the same, too.
+        // ∫ 2π p dcos is the same between any two equally probable cosines.
         for g in [-0.8, 0.0, 0.6] {
             let count = 64;
             for i in 0..count {
@@ -301,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_scattered_and_what_passes_are_all_there_is() {
+    fn scattered_and_transmitted_light_sum_to_the_throughput() {
         let medium = Medium { extinction: [0.3, 2.0, 9.0], albedo: [1.0; 3], anisotropy: 0.0 };
         let throughput = Color::new(0.7f32, 0.2, 0.5);
         let (mut sum, count) = ([0.0f64; 3], 200);

@@ -1,4 +1,4 @@
-//! Light samples from where paths are scattered within bodies.
+//! Light samples at points where paths are scattered within bodies.
 
 use super::RenderSetup;
 use super::medium;
@@ -12,23 +12,23 @@ use crate::shading::boundary::is_lit;
 use crate::shading::emitter::{self, SHADOW_END};
 use crate::simd::{Float, Int, Mask, Outlined};
 
-/// Light on paths that are scattered within bodies whose boundary lets it in unbent.
+/// The light sample of paths that are scattered within bodies whose boundary lets light in unbent.
 pub struct MediumLightSample<'a, F: Float> {
-    /// The scene.
+    /// The render setup.
     pub setup: &'a RenderSetup,
-    /// The path, with the throughput that is left there.
+    /// The path, with its throughput at that point.
     pub path: &'a Path<F>,
-    /// How far it gets.
+    /// The free flight that ends there.
     pub flight: &'a medium::FreeFlight<F>,
-    /// Its random numbers.
+    /// The key of its random numbers.
     pub key: SampleKey<F::Int>,
 }
 
-/// A ray to a point of a light.
+/// A shadow ray to a point of a light.
 pub struct MediumLight<F: Float> {
-    /// The light, or [`NONE`].
+    /// The emitter, or [`NONE`].
     pub emitter: F::Int,
-    /// The weight of finding the light this way.
+    /// The MIS weight of the light sample.
     pub share: F,
     /// The ray.
     pub shadow: ShadowRay<F>,

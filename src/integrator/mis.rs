@@ -1,5 +1,5 @@
-//! Multiple importance sampling (Veach 1997): which emitter is sampled from a vertex, and what finding it counts for
-//! where it could have been found both by a light sample and by a drawn direction.
+//! Multiple importance sampling (Veach 1997): the choice of an emitter at a vertex, and the weights where both a light
+//! sample and a drawn direction could find it.
 
 use super::RenderSetup;
 use super::path::Path;
@@ -9,7 +9,7 @@ use crate::sampling::{Dimension, SampleKey};
 use crate::shading::{HitLanes, emitter, light_tree};
 use crate::simd::{Float, Int, Mask, Outlined};
 
-/// The share of a technique of density `own` where another has density `other`: the power heuristic.
+/// Power-heuristic weight of the technique with density `own` against one with density `other`.
 #[inline(always)]
 pub(super) fn power_heuristic<F: Float>(own: F, other: F) -> F {
     // Divided first, because squares of large densities overflow.
@@ -17,12 +17,11 @@ pub(super) fn power_heuristic<F: Float>(own: F, other: F) -> F {
     F::one() / (F::one() + ratio * ratio)
 }
 
-/// An emitter for a surface point that faces a certain way, the probability of choosing it, and the point of the unit
-/// square that remains for choosing a place on it.
+/// Chooses an emitter for a surface point of a certain facing; returns it, the probability of choosing it, and the
+/// point of the unit square that remains for choosing a point on it.
 ///
-/// The square is cut into slices: each light's points are as even within its slice as all points are within the
-/// square. A slice of one in a million holds only some 16 values of a 24-bit number, so another number fills in
-/// between.
+/// The square is cut into slices: each light's points are as even within its slice as all points are within the square.
+/// A slice of one in a million holds only some 16 values of a 24-bit number, so another number fills in between.
 #[inline(always)]
 pub(super) fn choose<F: Float>(
     setup: &RenderSetup,
@@ -43,7 +42,7 @@ pub(super) fn choose<F: Float>(
     (index, chance, (u.0, rest))
 }
 
-/// The chance with which [`choose`] would have taken an emitter where the path's direction was drawn.
+/// The probability with which [`choose`] would have chosen an emitter where the path's direction was drawn.
 #[inline(always)]
 pub(super) fn chance_of<F: Float>(setup: &RenderSetup, path: &Path<F>, index: F::Int, mask: F::Mask) -> F {
     let emitters = &setup.scene.emitters;
@@ -53,7 +52,7 @@ pub(super) fn chance_of<F: Float>(setup: &RenderSetup, path: &Path<F>, index: F:
     light_tree::pmf(&emitters.tree, path.seen_from(), path.facing, index, mask)
 }
 
-/// The weight of a drawn direction that has found what a surface emits.
+/// The MIS weight of a drawn direction that may have found a surface's emission.
 #[inline(always)]
 pub(super) fn emission_mis_weight<F: Float>(
     setup: &RenderSetup,
@@ -73,7 +72,7 @@ pub(super) fn emission_mis_weight<F: Float>(
     F::outlined(EmissionMisWeight { setup, path, index, distance: path.travelled + hit.t, found })
 }
 
-/// The weight of a drawn direction where it has found an emitter.
+/// The MIS weight of a drawn direction that has found an emitter.
 struct EmissionMisWeight<'a, F: Float> {
     setup: &'a RenderSetup,
     path: &'a Path<F>,

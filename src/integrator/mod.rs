@@ -1,6 +1,6 @@
-//! Light transport: what happens to light at one vertex ([`whitted`], [`path_tracing`]), written
-//! once over lanes, and two schedules that move rays through it: [`recursive`], depth first and
-//! pixel by pixel, and [`wavefront`], breadth first and queue by queue.
+//! Light transport: the functions that evaluate light at one vertex ([`whitted`], [`path_tracing`]), written once over
+//! lanes, and two schedules that move rays through them: [`recursive`], depth first and pixel by pixel, and
+//! [`wavefront`], breadth first and queue by queue.
 
 pub mod any_hit;
 pub mod bounces;

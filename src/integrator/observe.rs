@@ -1,27 +1,27 @@
-//! Looking on while rays are traced: what happens to each sample, stage by stage, in words
-//! that do not depend on the schedule.
+//! Observation of rendering: reports of what happens to each sample, stage by stage, in terms that do not depend on the
+//! schedule.
 
 use super::Stage;
 use super::path::{Path, unpack_pixel};
 use super::path_event::{Decision, PathEvent};
 use crate::math::{Color, Hit, Ray, Vector};
 
-/// Receives reports of what happens.
+/// A receiver of reports.
 pub trait Observer {
-    /// Whether anyone is listening. If not, nothing is reported.
+    /// True if reports are wanted. If not, none are made.
     fn is_active(&self) -> bool;
-    /// Something has happened.
+    /// Receives an event.
     fn report(&mut self, event: &Event);
-    /// The wave has finished a stage, to which the time since the last mark belongs.
+    /// Marks the end of a stage of the wave, to which the time since the last mark belongs.
     fn mark(&mut self, _: Stage) {}
-    /// Whether to end within the tile, of which nothing is of any use then. It is asked before each wave or after some
+    /// True if the rendering is to end within the tile, which is useless then. Called before each wave or after some
     /// hundred rays, with the number of rays of the tile.
     fn stops(&mut self, _rays: u64) -> bool {
         false
     }
 }
 
-/// Listens to nothing, but stops when another one does.
+/// An observer without reports that stops when another one does.
 pub struct Spilled<'a>(pub &'a mut dyn Observer);
 
 impl Observer for Spilled<'_> {
@@ -34,7 +34,7 @@ impl Observer for Spilled<'_> {
     }
 }
 
-/// Nobody is listening.
+/// An observer without reports.
 pub struct NoObserver;
 
 impl Observer for NoObserver {
@@ -44,7 +44,7 @@ impl Observer for NoObserver {
     fn report(&mut self, _: &Event) {}
 }
 
-/// Passes every event on.
+/// An observer that calls a function for every event.
 pub struct FnObserver<'a>(pub &'a mut dyn FnMut(&Event));
 
 impl Observer for FnObserver<'_> {
@@ -56,7 +56,7 @@ impl Observer for FnObserver<'_> {
     }
 }
 
-/// Somebody looks at the clock after each stage of the wave, and at nothing else.
+/// An observer without reports that calls a function after each stage of the wave.
 pub struct Timekeeper<F>(pub F);
 
 impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
@@ -69,7 +69,7 @@ impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
     }
 }
 
-/// What an observer is told.
+/// An event that is reported to an observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// Something happened to a sample.
@@ -78,16 +78,16 @@ pub enum Event {
     Wave(Flow),
 }
 
-/// Which part of a sample: a path and how many bounces it has behind it.
+/// The key of a part of a sample: a path and its depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PathKey {
     /// Column and row of the pixel.
     pub pixel: (u32, u32),
-    /// Which of its samples.
+    /// The number of the sample within the pixel.
     pub sample: u32,
     /// See [`Path::bounce_counts`].
     pub branch: u32,
-    /// Bounces so far.
+    /// See [`Path::depth`].
     pub depth: u32,
 }
 
@@ -103,131 +103,131 @@ impl PathKey {
     }
 }
 
-/// Three components.
+/// The three components of a vector or a colour.
 pub type Components = [f32; 3];
 
-/// What happened to a sample.
+/// An event of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
     /// A ray was traced along the path.
     Ray {
-        /// Where from.
+        /// The origin of the ray.
         origin: Components,
-        /// Where to.
+        /// The direction of the ray.
         direction: Components,
-        /// The part of what it finds that reaches the film.
+        /// The fraction of the radiance found next that reaches the film.
         throughput: Components,
-        /// What it met.
+        /// The hit.
         hit: Hit,
     },
-    /// The surface at the hit has been looked up.
+    /// The surface at the hit has been evaluated.
     Vertex {
-        /// In world space.
+        /// The position in world space.
         position: Components,
-        /// Of the surface itself, on the viewer's side.
+        /// The normal of the surface itself, on the viewer's side.
         geometric_normal: Components,
-        /// For shading.
+        /// The shading normal.
         normal: Components,
-        /// What the path has gathered, including what the surface itself emits.
+        /// The radiance of the path, including the surface's emission.
         radiance: Components,
     },
-    /// What the path transport does there.
+    /// The path transport has decided at the vertex.
     Choice {
         /// See [`Decision::emission_mis_weight`].
         emission_share: f32,
-        /// What becomes of the path.
+        /// The event that continues or ends the path.
         fate: PathEvent,
     },
     /// Photons have ended around the vertex.
     Gathered {
-        /// What they bring.
+        /// The light that they bring.
         light: Components,
     },
     /// Photons have ended where the sample sees them directly.
     Drawn {
-        /// What they bring.
+        /// The light that they bring.
         light: Components,
     },
     /// A ray to a light.
     Light {
-        /// Which light; under the path transport which emitter.
+        /// The number of the light; under the path transport, of the emitter.
         light: u32,
-        /// Under the path transport, the weight of finding the light this way; otherwise 1.
+        /// The MIS weight of the light sample under the path transport; otherwise 1.
         share: f32,
-        /// Which of its samples.
+        /// The number of the light's sample.
         which: u32,
-        /// Where from.
+        /// The origin of the ray.
         origin: Components,
-        /// Where to.
+        /// The direction of the ray.
         direction: Components,
-        /// Where it ends.
+        /// The distance at which the ray ends.
         distance: f32,
-        /// What arrives at the film if nothing is between.
+        /// The contribution to the film if the ray is unblocked.
         contribution: Components,
     },
     /// The ray to a light has been traced.
     Shadow {
-        /// Whether something is between.
+        /// True if it is blocked.
         blocked: bool,
-        /// What the path has gathered then, under the path transport.
+        /// The radiance of the path afterwards, under the path transport.
         radiance: Option<Components>,
     },
-    /// The path has gone on from its last vertex, or been forked off there.
+    /// The path has gone on from its last vertex, or has been forked off there.
     Onward {
-        /// How.
+        /// The kind of continuation.
         way: Continuation,
-        /// Where to.
+        /// The direction.
         direction: Components,
         /// The throughput along it.
         throughput: Components,
     },
-    /// What the path has gathered was put where it is shared; the path continues with none of it.
+    /// The path's radiance has been stored for path reuse; the path continues without it.
     Aside,
-    /// All paths of the group that it shares with have ended.
+    /// All paths of its reuse group have ended.
     Received {
-        /// What its own path has found beyond the first vertex for it alone.
+        /// The radiance that the path has found beyond its first vertex and keeps.
         own: Components,
-        /// What the second vertices of the group send, its own among them.
+        /// The radiance that the second vertices of the group give, its own among them.
         shared: Components,
-        /// How many of them send anything.
+        /// The number of them that give any.
         vertices: u32,
     },
-    /// The path has come to its end.
+    /// The path has ended.
     End {
-        /// What it has gathered in all.
+        /// The radiance of the path.
         radiance: Components,
     },
 }
 
-/// How a path goes on from a vertex.
+/// The continuation of a path from a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Continuation {
-    /// Along the mirror image.
+    /// Along the reflection.
     Reflect,
     /// Through the surface.
     Refract,
-    /// Wherever the path transport drew.
+    /// In a direction drawn by the path transport.
     Scatter,
 }
 
-/// What went through a stage of the wave.
+/// The flow of items through a stage of the wave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flow {
-    /// Which.
+    /// The stage.
     pub stage: Stage,
-    /// How many items came to it.
+    /// The number of items that entered it.
     pub entering: usize,
-    /// How many went on.
+    /// The number of items that went on.
     pub leaving: usize,
-    /// How many the wave has room for.
+    /// The number of items that there is room for.
     pub capacity: usize,
     /// The number of lanes that work together.
     pub width: usize,
-    /// How often a group had this many lanes that went on.
+    /// The number of lane groups, by how many of their lanes went on.
     pub lanes: [u32; 17],
 }
 
-/// A path with the ray that was traced along it.
+/// The event of a ray traced along a path.
 #[inline(always)]
 pub fn ray(path: &Path<f32>, hit: Hit) -> Event {
     let what = EventKind::Ray {
@@ -239,7 +239,7 @@ pub fn ray(path: &Path<f32>, hit: Hit) -> Event {
     Event::Sample(PathKey::of(path), what)
 }
 
-/// A path at a vertex.
+/// The event of a path at a vertex.
 #[inline(always)]
 pub fn vertex(
     path: &Path<f32>,
@@ -256,7 +256,7 @@ pub fn vertex(
     Event::Sample(PathKey::of(path), what)
 }
 
-/// A path of the path transport at a vertex: where that is, and what happens there.
+/// The events of a path of the path transport at a vertex: its position, the decision, and photons.
 pub fn path_vertex(path: &Path<f32>, decision: &Decision) -> impl Iterator<Item = Event> {
     let Decision {
         position,
@@ -273,18 +273,18 @@ pub fn path_vertex(path: &Path<f32>, decision: &Decision) -> impl Iterator<Item 
     [vertex(path, position, geometric_normal, normal), choice].into_iter().chain(found)
 }
 
-/// A path of the path transport with a ray to a light.
+/// The event of a shadow ray of the path transport.
 pub fn path_light(path: &Path<f32>, decision: &Decision, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
     let (emitter, share) = decision.light.unwrap_or((crate::math::NONE, 1.0));
     to_light(path, (emitter, 0, share), ray, contribution)
 }
 
-/// A path of the path transport whose ray to a light has been traced, with what it has gathered.
+/// The event of a traced shadow ray of the path transport, with the path's radiance.
 pub fn path_shadow(path: &Path<f32>, blocked: bool, radiance: Color<f32>) -> Event {
     Event::Sample(PathKey::of(path), EventKind::Shadow { blocked, radiance: Some(color(radiance)) })
 }
 
-/// A path with a ray to a light.
+/// The event of a shadow ray.
 #[inline(always)]
 pub fn light(path: &Path<f32>, light: usize, which: u32, ray: &Ray<f32>, contribution: Color<f32>) -> Event {
     to_light(path, (light as u32, which, 1.0), ray, contribution)
@@ -309,36 +309,36 @@ fn to_light(
     Event::Sample(PathKey::of(path), what)
 }
 
-/// A path whose ray to a light has been traced.
+/// The event of a traced shadow ray.
 #[inline(always)]
 pub fn shadow(path: &Path<f32>, blocked: bool) -> Event {
     Event::Sample(PathKey::of(path), EventKind::Shadow { blocked, radiance: None })
 }
 
-/// A path that has gone on from a vertex.
+/// The event of a path that has gone on from a vertex.
 #[inline(always)]
 pub fn onward(way: Continuation, next: &Path<f32>) -> Event {
     let (direction, throughput) = (triple(next.direction), color(next.throughput));
     Event::Sample(PathKey::of(next), EventKind::Onward { way, direction, throughput })
 }
 
-/// A path whose radiance has been put where it is shared.
+/// The event of a path whose radiance has been stored for path reuse.
 pub fn spilled(path: &Path<f32>) -> Event {
     Event::Sample(PathKey::of(path), EventKind::Aside)
 }
 
-/// A path whose group has shared what it found.
+/// The event of a path that has taken light from its reuse group.
 pub fn received(pixel: u32, sample: u32, own: Color<f32>, shared: Color<f32>, vertices: u32) -> Event {
     let key = PathKey { pixel: unpack_pixel(pixel), sample, branch: 0, depth: 0 };
     Event::Sample(key, EventKind::Received { own: color(own), shared: color(shared), vertices })
 }
 
-/// A sample that has seen photons directly.
+/// The event of a sample that sees photons directly.
 pub fn drawn(pixel: (u32, u32), sample: u32, light: Color<f32>) -> Event {
     Event::Sample(PathKey { pixel, sample, branch: 0, depth: 0 }, EventKind::Drawn { light: color(light) })
 }
 
-/// A path at its end.
+/// The event of a path that has ended.
 #[inline(always)]
 pub fn end(path: &Path<f32>, radiance: Color<f32>) -> Event {
     Event::Sample(PathKey::of(path), EventKind::End { radiance: color(radiance) })

@@ -1,5 +1,5 @@
-//! Where paths of the path transport go on from a surface: in a direction drawn from one of its lobes, straight on, or,
-//! at smooth glass, in two.
+//! The continuation of paths at a surface under the path transport: in a direction drawn from one of its lobes,
+//! straight on, or, at smooth glass, in two directions.
 
 use super::RenderSetup;
 use super::bounces::{self, FREE_EVENT};
@@ -21,7 +21,7 @@ use crate::shading::surface::offset_origin;
 use crate::simd::{Float, Int, Mask};
 use crate::world::Sampler;
 
-/// Paths that go on behind a surface in the direction in which they came, and whether they do.
+/// Continues paths behind a surface in their present direction; returns them and the lanes that go on.
 #[inline(always)]
 pub(super) fn past<F: Float>(path: &Path<F>, surface: &Surface<F>, width: F) -> (Path<F>, F::Mask) {
     let one = F::Int::splat(1);
@@ -35,8 +35,9 @@ pub(super) fn past<F: Float>(path: &Path<F>, surface: &Surface<F>, width: F) -> 
     (next, path.scatterings.lt(F::Int::splat(medium::MOST)) & path.throughput.max_component().gt(F::zero()))
 }
 
-/// Paths that go on where there is no boundary, and whether they do. Where rays to lights pass the surface, too, what
-/// the path finds next is weighted against the light sample of the vertex before; all other rays end at it.
+/// Continues paths where there is no boundary; returns them and the lanes that go on. If rays to lights pass the
+/// surface, too, what the path finds next is weighted against the light sample of the previous vertex; otherwise they
+/// end at it.
 #[inline(always)]
 pub(super) fn unhindered<F: Float>(
     path: &Path<F>,
@@ -64,7 +65,7 @@ pub(super) fn unhindered<F: Float>(
 }
 
 impl<F: Float> ScatterVertex<'_, F> {
-    /// The path behind smooth glass, where the path follows the mirror image, too.
+    /// Forks off the transmitted path at smooth glass where the path itself follows the reflection.
     #[inline(always)]
     pub fn forked(&self, bsdf: &Bsdf<F>) -> Option<Fork<F>> {
         let Self { setup, path, surface, key, draws, .. } = *self;
@@ -82,7 +83,7 @@ impl<F: Float> ScatterVertex<'_, F> {
         Some(Fork { next, mask: drawn.valid & mask })
     }
 
-    /// Where a path goes on in a drawn direction.
+    /// Continues a path in a drawn direction; returns it and the lanes that go on.
     #[inline(always)]
     pub fn continued(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
         let Self { setup, path, surface, key, width, .. } = *self;
@@ -93,8 +94,8 @@ impl<F: Float> ScatterVertex<'_, F> {
         (next, goes_on)
     }
 
-    /// Lets paths that go straight through continue as if they had passed a filter and no vertex. So what they find is
-    /// weighted against the light sample of the vertex before, whose ray went through the surface, too.
+    /// Lets paths that go straight through continue as if they had met a filter instead of a vertex: what they find is
+    /// weighted against the light sample of the previous vertex, whose ray went through the surface, too.
     #[inline(always)]
     fn go_straight_on(&self, drawn: &BsdfSample<F>, next: &mut Path<F>, continues: &mut F::Mask) {
         let Self { path, here, .. } = *self;
@@ -117,16 +118,16 @@ pub(super) fn goes_straight<F: Float>(drawn: &BsdfSample<F>) -> F::Mask {
     drawn.through & !drawn.wide & drawn.pdf.le(F::zero())
 }
 
-/// How many paths may be followed from where a path is, on average. What is bright is often seen in a faint mirror
-/// image, which by chance alone shows as dots. All in all, about [`RenderSetup::splitting`] paths come of one, because those
-/// that are fainter than its inverse fork no more.
+/// The mean number of paths that may be followed from here. Bright objects are often seen in a faint mirror image,
+/// which shows as dots if it is only chosen at random. In all, about [`RenderSetup::splitting`] paths come from one,
+/// because those that are fainter than its inverse fork no more.
 #[inline(always)]
 fn budget<F: Float>(setup: &RenderSetup, path: &Path<F>) -> F {
     let left = path.throughput.max_component().min(F::splat(setup.around_square));
     (left * F::splat(setup.splitting / setup.around_square)).max(F::one())
 }
 
-/// The numbers by which a direction is drawn: whether a microfacet reflects, and the rest.
+/// The random numbers for a direction: one for whether a microfacet reflects, and a pair for the rest.
 #[inline(always)]
 fn numbers<F: Float>(
     setup: &RenderSetup,
@@ -154,7 +155,7 @@ fn numbers<F: Float>(
     (which, u)
 }
 
-/// A direction from a lobe.
+/// Draws a direction from one of the lobes.
 #[inline(always)]
 pub(super) fn sampled<F: Float>(
     setup: &RenderSetup,
@@ -167,7 +168,7 @@ pub(super) fn sampled<F: Float>(
     bsdf.sample(which, budget(setup, path), u, mask)
 }
 
-/// The path that leaves a surface, if it goes on.
+/// Continues a path in a direction drawn from a lobe; returns it and the lanes that go on.
 #[inline(always)]
 fn reflected<F: Float>(
     setup: &RenderSetup,
@@ -182,14 +183,14 @@ fn reflected<F: Float>(
     let BsdfSample { direction, weight, pdf, valid, through, wide } = *drawn;
     let throughput = path.throughput * weight;
     let goes_on = valid & throughput.max_component().gt(zero);
-    // Paths through glass and between mirrors are few and bright: ending one of them shows.
+    // Only wide lobes play: paths through glass and between mirrors are few and bright, so ending one is visible.
     let (throughput, survives) = roulette(setup, path, throughput, key, wide);
     let goes_on = goes_on & survives;
     let mut branch = bounces::counted::<F>(path.bounce_counts, wide, through);
     if let Some(limits) = &setup.limits {
         branch = bounces::limited::<F>(limits, branch);
     }
-    // A wide lobe blurs what is seen in it over about this angle.
+    // A wide lobe blurs over about this angle.
     let spread = path.spread + F::select(wide, F::splat(0.2), zero);
     let next = Path {
         origin: offset_origin(surface.position, surface.geometric_normal, surface.offset, direction),

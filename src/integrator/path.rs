@@ -1,53 +1,51 @@
-//! A path under way.
+//! The state of a path while it is traced.
 
 use crate::math::{Color, Ray, Vector};
 use crate::sampling::SampleKey;
 use crate::simd::{Float, Int};
 
-/// One path in each lane: the ray it goes along next and what it has gathered.
+/// One path in each lane: its next ray and the radiance it has gathered.
 #[derive(Clone, Copy)]
 pub struct Path<F: Float> {
-    /// Where the next ray begins.
+    /// The origin of the next ray.
     pub origin: Vector<F>,
     /// Its unit direction.
     pub direction: Vector<F>,
-    /// The part of what it finds that reaches the film.
+    /// The fraction of the radiance found next that reaches the film.
     pub throughput: Color<F>,
-    /// What has been found so far.
+    /// The radiance found so far.
     pub radiance: Color<F>,
-    /// Column in the low, row in the high 16 bits.
+    /// The pixel: column in the low, row in the high 16 bits.
     pub pixel: F::Int,
-    /// Which of the pixel's samples.
+    /// The number of the sample within the pixel.
     pub sample: F::Int,
-    /// 0 for the path that the camera began, a hash for those that were forked off. The path
-    /// transport forks none and counts its bounces by kind here ([`super::bounces`]).
+    /// Under the Whitted transport 0 for the path that began at the camera, a hash for forks. The path transport counts
+    /// bounces by kind here ([`super::bounces`]).
     pub bounce_counts: F::Int,
-    /// Bounces so far.
+    /// Vertices so far: bounces and [`Path::scatterings`].
     pub depth: F::Int,
-    /// Density per steradian with which the direction was drawn; 0 where nothing else could have
-    /// found it (the camera's, a mirror's). Only for the path
-    /// transport.
+    /// Density per steradian with which the direction was drawn; 0 if no other technique could have found it (camera,
+    /// mirrors). Only for the path transport.
     pub pdf: F,
-    /// The way that the surface it has left was facing (`shading::facing`), or [`crate::math::NONE`]. Only for the
+    /// The facing of the surface that the path has left (`shading::facing`), or [`crate::math::NONE`]. Only for the
     /// path transport.
     pub facing: F::Int,
-    /// How wide the ray is at its origin, in metres.
+    /// The width of the ray at its origin, in metres.
     pub width: F,
-    /// How much wider it becomes with every metre.
+    /// The growth of the width per metre.
     pub spread: F,
     /// The bodies that the path is in ([`crate::scene::Bodies`]).
     pub bodies: F::Int,
-    /// How many of its vertices so far do not count as bounces: within bodies, and where it went straight through.
+    /// The number of vertices so far that are no bounces: within bodies, and where the path went straight through.
     pub scatterings: F::Int,
-    /// How far it had come, when its ray began, since its direction was drawn: 0 unless it went straight through
-    /// surfaces.
+    /// The distance from where the direction was drawn to the origin: 0 unless the path went straight through surfaces.
     pub travelled: F,
-    /// What it must know to share light with photons, or 0: see [`super::photons::gather`].
+    /// The state for dividing light with photons, or 0: see [`super::photons::gather`].
     pub landing: F::Int,
 }
 
 impl<F: Float> Path<F> {
-    /// The ray it goes along next.
+    /// The path's next ray.
     #[inline(always)]
     pub fn ray(&self) -> Ray<F> {
         Ray {
@@ -58,13 +56,13 @@ impl<F: Float> Path<F> {
         }
     }
 
-    /// Where its direction was drawn.
+    /// The point where the path's direction was drawn.
     #[inline(always)]
     pub fn seen_from(&self) -> Vector<F> {
         self.origin - self.direction * self.travelled
     }
 
-    /// One or the other, lane by lane, for paths with a common origin.
+    /// Selects one or the other, lane by lane, of two continuations of the same samples.
     #[inline(always)]
     pub fn select(mask: F::Mask, yes: &Self, no: &Self) -> Self {
         Self {
@@ -86,20 +84,20 @@ impl<F: Float> Path<F> {
         }
     }
 
-    /// Says which random numbers it draws under Whitted's transport.
+    /// The key of the path's random numbers under the Whitted transport.
     #[inline(always)]
     pub fn key(&self, seed: u64) -> SampleKey<F::Int> {
         SampleKey::new(seed, self.pixel, self.sample, self.bounce_counts)
     }
 
-    /// The same under the path transport.
+    /// The key of the path's random numbers under the path transport.
     #[inline(always)]
     pub fn path_key(&self, seed: u64) -> SampleKey<F::Int> {
         SampleKey::new(seed, self.pixel, self.sample, F::Int::splat(0))
     }
 }
 
-/// A pixel's column and row in one integer.
+/// Packs a pixel's column and row into one integer.
 #[inline(always)]
 pub fn pack_pixel(x: u32, y: u32) -> u32 {
     x | y << 16
@@ -111,7 +109,7 @@ pub fn unpack_pixel(pixel: u32) -> (u32, u32) {
     (pixel & 0xffff, pixel >> 16)
 }
 
-/// Column and row as floats.
+/// The column and row of a packed pixel as floats.
 #[inline(always)]
 pub fn pixel_place<F: Float>(pixel: F::Int) -> (F, F) {
     ((pixel & F::Int::splat(0xffff)).to_float(), pixel.shr::<16>().to_float())

@@ -1,5 +1,5 @@
-//! What the path transport does at a vertex, in words, for those who look on: the same functions
-//! once more in one lane, whose bits are those of any other. Nothing that renders needs this.
+//! The decisions of the path transport at a vertex, for observers: the same functions run once more in one lane, with
+//! results equal to the last bit. Rendering does not need this module.
 
 use std::num::Wrapping;
 
@@ -18,56 +18,56 @@ use crate::shading::principled::sample::BsdfSample;
 use crate::shading::{HitLanes, Surface};
 use crate::simd::Outlined;
 
-/// What happens to a path at a vertex.
+/// The decision at a vertex of a path.
 #[derive(Clone, Copy)]
 pub struct Decision {
-    /// In world space.
+    /// The position in world space.
     pub position: Vector<f32>,
-    /// Of the surface itself, on the viewer's side.
+    /// The normal of the surface itself, on the viewer's side.
     pub geometric_normal: Vector<f32>,
-    /// For shading, with the effect of a normal map.
+    /// The shading normal, with the effect of a normal map.
     pub normal: Vector<f32>,
-    /// The weight (power heuristic) of the drawn direction by which the path found what the surface emits; 1 if
-    /// nothing else can find that.
+    /// The MIS weight (power heuristic) of the drawn direction by which the path found the surface's emission, times
+    /// the part that photons leave to the path; 1 if no other technique can find it.
     pub emission_mis_weight: f32,
-    /// The emitter that a ray is sent to, if any, and the weight of finding it that way.
+    /// The emitter that a shadow ray is sent to, if any, and the MIS weight of finding it that way.
     pub light: Option<(u32, f32)>,
-    /// What photons that have ended around the vertex bring, without what is lent.
+    /// The light of photons that have ended around the vertex, without the part that the vertex gives.
     pub gathered: Color<f32>,
-    /// What becomes of the path.
+    /// The event that continues or ends the path.
     pub event: PathEvent,
 }
 
-/// What becomes of a path at a vertex.
+/// An event that continues or ends a path at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathEvent {
     /// This was the ray after the last bounce, of all or of a kind.
     Last,
-    /// It was scattered within the body that it was in, before it came to the surface.
+    /// The path was scattered within its body before it reached the surface.
     Scattered {
-        /// So far from where it began.
+        /// The distance from the origin of its ray.
         distance_m: f32,
     },
     /// The surface is unlit: it shows its colour and ignores all light.
     Unlit,
-    /// It goes straight on behind the surface, as if that were a filter, or not there: no bounce.
+    /// The path goes straight on behind the surface, as through a filter or where there is no boundary: no bounce.
     Straight,
-    /// No direction could be drawn: the surface absorbs, or the one drawn leads to the wrong side.
+    /// No direction could be drawn: the surface absorbs, or the drawn direction leads to the wrong side.
     Absorbed,
-    /// Nothing that comes from the drawn direction would be left.
+    /// The throughput along the drawn direction is zero.
     Black,
-    /// A direction has been drawn. Where the path ends all the same it has lost at roulette.
+    /// A direction has been drawn. If the path ends nevertheless, Russian roulette has ended it.
     Drawn {
-        /// From which lobe.
+        /// The kind of the lobe.
         kind: LobeKind,
-        /// Whether it leads to the other side.
+        /// True if the direction leads to the other side.
         through: bool,
-        /// Whether that is the only direction of its lobe, as of a smooth mirror.
+        /// True if it is the only direction of its lobe, as of a smooth mirror.
         exact: bool,
     },
 }
 
-/// Looks at a path that has hit a material.
+/// Evaluates the decision of a path that has hit a material.
 pub fn decide(
     setup: &RenderSetup,
     photons: Option<PhotonMaps>,
@@ -158,7 +158,7 @@ pub fn decide(
     decision
 }
 
-/// Adds what photons bring, and takes off what they leave to others.
+/// Adds the gathered light, without the part that the vertex gives, and weights the light sample against photons.
 fn with_photons(
     vertex: &path_tracing::ScatterVertex<f32>,
     bsdf: &Bsdf<f32>,

@@ -1,10 +1,10 @@
-//! The path transport: light that is scattered any number of times. At every vertex one light is
-//! sampled and one direction drawn from the surface's lobes; what both can find is shared out by
-//! the power heuristic (`mis.rs`). With [`super::whitted`] the only place that reads or writes
-//! throughput and radiance, but for what [`super::medium`] and [`super::transparent_shadow`] take away on the way.
+//! The path transport: light that is scattered any number of times. At every vertex one light is sampled and one
+//! direction drawn from the surface's lobes; light that both can find is weighted by the power heuristic (`mis.rs`).
+//! Besides [`super::whitted`], only this module and its parts, such as [`super::onward`], read or write throughput and
+//! radiance, except for the attenuation in [`super::medium`] and [`super::transparent_shadow`].
 //!
-//! A path's radiance is summed in the order of its vertices: at a vertex first what the surface
-//! gives off, then what its light sends.
+//! A path's radiance is summed in the order of its vertices: at each vertex first the surface's emission, then the
+//! light sample.
 
 use super::RenderSetup;
 use super::direct::{faces, to_light};
@@ -29,31 +29,31 @@ use crate::shading::principled::parameters::{LobeFlags, Outside};
 use crate::shading::{HitLanes, ShadingPoint, Surface, environment};
 use crate::simd::{Float, Int, Mask, Outlined};
 
-/// The result of a hit.
+/// The outcome of a hit.
 pub struct VertexOutcome<F: Float> {
-    /// The path's radiance with what the surface gives off.
+    /// The path's radiance, including the surface's emission.
     pub radiance: Color<F>,
-    /// To one point of one light.
+    /// The shadow ray to one point of one light.
     pub shadow: ShadowRay<F>,
-    /// Where the path goes on, without its radiance.
+    /// The continued path, without its radiance.
     pub next: Path<F>,
-    /// Whether it does.
+    /// The lanes whose path goes on.
     pub goes_on: F::Mask,
-    /// Paths that are forked off there.
+    /// Paths that fork off at the hit.
     pub fork: Option<Fork<F>>,
-    /// What the hit means to shared paths, if there are any.
+    /// The roles of the hit in path reuse, if paths are reused.
     pub shared: Option<ReuseRoles<F>>,
 }
 
-/// Paths that begin at a vertex of others, and have found nothing yet.
+/// Paths that fork off at a vertex of others, and have found nothing yet.
 pub struct Fork<F: Float> {
-    /// Where they go on.
+    /// The forked paths.
     pub next: Path<F>,
     /// Lanes that have one.
     pub mask: F::Mask,
 }
 
-/// Its radiance when the path has hit nothing; it ends there.
+/// Returns the final radiance of paths that have hit nothing.
 #[inline(always)]
 pub fn miss<F: Float>(
     setup: &RenderSetup,
@@ -65,7 +65,7 @@ pub fn miss<F: Float>(
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let found = mask & path.pdf.gt(F::zero());
     if found.any() && scene.environment.panorama.is_some() {
-        // The environment is the last of them.
+        // The environment is the last emitter.
         let around = F::Int::splat((scene.emitters.len() as u32).wrapping_sub(1));
         let other = environment::pdf(&scene.environment, path.direction, found)
             * chance_of(setup, path, around, found);
@@ -80,7 +80,7 @@ pub fn miss<F: Float>(
     path.radiance + limited(setup, path, path.throughput * light)
 }
 
-/// Clamps light as the settings say; what the camera sees directly, or straight through surfaces, never is.
+/// Clamps light by the settings; never what the camera sees directly or straight through surfaces.
 #[inline(always)]
 pub(super) fn limited<F: Float>(setup: &RenderSetup, path: &Path<F>, light: Color<F>) -> Color<F> {
     let Some(most) = setup.clamp else { return light };
@@ -89,7 +89,7 @@ pub(super) fn limited<F: Float>(setup: &RenderSetup, path: &Path<F>, light: Colo
     light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
 }
 
-/// Looks up hits of one material.
+/// Evaluates hits on one material.
 #[inline(always)]
 pub fn hit<F: Float>(
     setup: &RenderSetup,
@@ -134,10 +134,10 @@ pub fn hit<F: Float>(
         out.next = Path::select(gone, &next, &out.next);
         out.goes_on = out.goes_on | (gone & again);
     }
-    // The last ray only looks for emitters, because the light sampled before relies on its share.
+    // The last ray only finds emitters, because the previous light sample is weighted against it.
     let arrives = arrives & !gone;
     let here = arrives & !is_last(setup, path);
-    // What goes straight through is no bounce.
+    // Going straight through is no bounce.
     let draws = if record.straight { arrives } else { here };
     if record.unlit || !draws.any() {
         return out;
@@ -155,14 +155,14 @@ pub fn hit<F: Float>(
         t: hit.t,
         width,
     };
-    // Most surfaces are matte, and code that knows it is shorter: the same operations without those on nothing.
+    // Most surfaces are matte. Code that is specialized for them is shorter: it omits operations without effect.
     let scattered = if point.has().is_matte() {
         F::outlined(Scatter::<F, true>(&vertex))
     } else {
         F::outlined(Scatter::<F, false>(&vertex))
     };
     if elsewhere.any() {
-        // These lanes already have their direction.
+        // All other lanes already have their direction.
         out.shadow = ShadowRay::select(draws, &scattered.shadow, &out.shadow);
         out.next = Path::select(draws, &scattered.next, &out.next);
     } else {
@@ -177,7 +177,7 @@ pub fn hit<F: Float>(
     out
 }
 
-/// Returns the light that a path gathers for itself; the light that it lends is added where it is shared.
+/// Returns the light that a path gathers and keeps; the light that its vertex gives is added by path reuse.
 #[inline(always)]
 fn own_light<F: Float>(
     path: &Path<F>,
@@ -191,7 +191,7 @@ fn own_light<F: Float>(
     light - shared.reusable.gathered
 }
 
-/// What lies on both sides of a surface of that material.
+/// The boundary at a surface of that material: the bodies on both sides.
 #[inline(always)]
 pub(super) fn boundary<F: Float>(
     scene: &CompiledScene,
@@ -203,8 +203,8 @@ pub(super) fn boundary<F: Float>(
     Boundary::new(&scene.bodies, path.bodies, &BodyPair::of(record), surface.inside, mask)
 }
 
-/// Where a path meets a material, and its ray is `width` metres wide. What light goes straight through is looked up
-/// without a width: rays to lights, which have none, must find the same.
+/// The shading point where a path with a ray `width` metres wide meets a material. Surfaces that light goes straight
+/// through are looked up without a width: shadow rays, which have none, must find the same.
 #[inline(always)]
 pub(super) fn shading_point<'a, F: Float>(
     setup: &'a RenderSetup,
@@ -220,7 +220,7 @@ pub(super) fn shading_point<'a, F: Float>(
     ShadingPoint::new(scene, material, hit, surface, path.direction, width, mask)
 }
 
-/// Where a surface scatters light.
+/// A vertex where a surface scatters light.
 pub(super) struct ScatterVertex<'a, F: Float> {
     pub setup: &'a RenderSetup,
     /// The photons that end there, if there are any.
@@ -230,26 +230,26 @@ pub(super) struct ScatterVertex<'a, F: Float> {
     pub surface: &'a Surface<F>,
     pub point: &'a ShadingPoint<'a, F>,
     pub key: SampleKey<F::Int>,
-    /// Where it does so.
+    /// The lanes whose surface scatters.
     pub here: F::Mask,
-    /// Where the path may at least go straight on.
+    /// The lanes whose path may at least go straight on.
     pub draws: F::Mask,
     pub t: F,
     pub width: F,
 }
 
-/// What a surface scatters.
+/// The light that a surface scatters.
 struct Scattered<F: Float> {
     shadow: ShadowRay<F>,
     next: Path<F>,
     goes_on: F::Mask,
     fork: Option<Fork<F>>,
-    /// The light of photons that leaves it to the viewer.
+    /// The light of photons that leaves the vertex towards the viewer.
     gathered: GatheredLight<F>,
     shared: Option<ReuseRoles<F>>,
 }
 
-/// [`ScatteringVertex::scatter`] as a function of its own, for surfaces that are all [`LobeFlags::MATTE`], or not.
+/// [`ScatterVertex::scatter`] as a function of its own, for surfaces that are all [`LobeFlags::MATTE`], or not.
 struct Scatter<'v, 'a, F: Float, const MATTE: bool>(&'v ScatterVertex<'a, F>);
 
 impl<F: Float, const MATTE: bool> Outlined for Scatter<'_, '_, F, MATTE> {
@@ -262,7 +262,7 @@ impl<F: Float, const MATTE: bool> Outlined for Scatter<'_, '_, F, MATTE> {
 }
 
 impl<F: Float> ScatterVertex<'_, F> {
-    /// Samples one light and draws one direction at a surface with such lobes.
+    /// Samples one light and draws one direction at a surface with the given lobes.
     #[inline(always)]
     fn scatter(&self, has: LobeFlags) -> Scattered<F> {
         let Self { setup, path, surface, point, key, here, draws, .. } = *self;
@@ -277,7 +277,7 @@ impl<F: Float> ScatterVertex<'_, F> {
         if let Some(photons) = self.photons {
             gathered = self.with_photons(photons, &bsdf, &drawn, &mut light.0, &mut next);
             if let Some(fork) = &mut fork {
-                // It goes through; the mirror image never does, and knows what this path knows.
+                // A fork that goes straight through keeps this path's state; the reflection never goes straight.
                 let bends = fork.next.scatterings.eq(path.scatterings);
                 fork.next.landing = F::Int::select(bends, next.landing, path.landing);
             }
@@ -292,7 +292,7 @@ impl<F: Float> ScatterVertex<'_, F> {
     }
 }
 
-/// What the surface, which has such lobes, does to light, of the wavelength that the path follows if it follows one.
+/// The BSDF of a surface with the given lobes, at the wavelength that the path follows, if it follows one.
 #[inline(always)]
 pub(super) fn bsdf<F: Float>(
     has: LobeFlags,
@@ -308,7 +308,7 @@ pub(super) fn bsdf<F: Float>(
     let disperses = !outside.is_air && (mask & outside.dispersion.gt(F::zero())).any();
     let has = LobeFlags { dispersion: has.dispersion | (has.solid && disperses), ..has };
     if has.dispersion {
-        // One number for the whole path: it always chooses the same colour, and wavelength.
+        // One number for the whole path: it always chooses the same colour and wavelength.
         let dimension = Dimension::Wavelength.at(F::Int::splat(0));
         let u = draw_2d(setup.sampler, setup.samples, key, dimension);
         let boundary = Dispersive { ior, dispersion, outside, inside: point.surface.inside };
@@ -317,7 +317,7 @@ pub(super) fn bsdf<F: Float>(
     Bsdf::new(has, parameters, setup.lobes, point.to_viewer, mask)
 }
 
-/// The path's radiance, including what the surface emits.
+/// The path's radiance, including the surface's emission.
 #[inline(always)]
 fn emitted<F: Float>(
     setup: &RenderSetup,
@@ -328,7 +328,7 @@ fn emitted<F: Float>(
     mask: F::Mask,
 ) -> Color<F> {
     if point.material.unlit {
-        // It shows its colour even to a camera within a body.
+        // Its colour is visible even to a camera within a body.
         return path.radiance + path.throughput * (point.base_color() * F::splat(1.0 / setup.around_square));
     }
     if !point.material.emits() {

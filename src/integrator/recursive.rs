@@ -1,6 +1,5 @@
-//! Depth first: every sample of a pixel is followed to its end before the next begins,
-//! with the single-ray kernels. A fork waits on a stack of our own instead of the
-//! thread's, so that no depth overflows it.
+//! The recursive schedule, depth first: every sample of a pixel is followed to its end before the next begins, with the
+//! single-ray kernels. Forks go onto an explicit stack instead of the thread's, so that no depth overflows it.
 
 mod photons;
 mod reuse;
@@ -34,11 +33,11 @@ use crate::world::Transport;
 /// A worker of the recursive schedule.
 pub struct Recursion {
     buffers: RecursionBuffers,
-    /// For shared paths: those of one sample of a block.
+    /// The paths of one sample of a block, for path reuse.
     shared: Option<(PathSlots, Connections)>,
 }
 
-/// Buffers of one path, and the paths that wait for its end.
+/// The buffers of one path, and a stack of forks.
 struct RecursionBuffers {
     stack: Stack,
     crossings: Crossings,
@@ -46,7 +45,7 @@ struct RecursionBuffers {
 }
 
 impl Recursion {
-    /// For a frame.
+    /// Creates the buffers for a render setup.
     pub fn new(setup: &RenderSetup) -> Self {
         let shared = setup.sharing.map(|_| (PathSlots::new(setup, 1), Connections::default()));
         let (stack, crossings) = (Stack::new(&setup.scene.bvh), Crossings::default());
@@ -74,8 +73,8 @@ impl Recursion {
         }
     }
 
-    /// What two samples of some pixels of a block find in a pilot's frame, and the number of rays that it took. None if
-    /// it was stopped.
+    /// Measures a block for a reuse probe: what two samples of some of its pixels find, and the number of rays traced.
+    /// None if stopped.
     pub fn probe(
         &mut self,
         setup: &RenderSetup,
@@ -93,11 +92,11 @@ impl Recursion {
     }
 }
 
-/// What is needed to follow paths. Only the traversal of the tree is compiled for each instruction set; the rest
-/// exists once, and so without AVX, which costs up to a sixth more time.
+/// The state for following paths. Only the traversal is compiled for each instruction set; the rest exists once, and
+/// thus without AVX, which costs up to a sixth more time.
 struct Tile<'a> {
     setup: &'a RenderSetup,
-    /// The settings of paths that are not shared.
+    /// The setup of paths that are not reused.
     plain: &'a RenderSetup,
     photons: Option<PhotonMaps<'a>>,
     isa: Isa,
@@ -105,14 +104,14 @@ struct Tile<'a> {
     buffers: &'a mut RecursionBuffers,
     looks: bool,
     observer: &'a mut dyn Observer,
-    /// How often it was to be decided whether to end.
+    /// The number of calls of [`Tile::stops`].
     asked: u32,
-    /// True once the tile ends within: nothing is met any more.
+    /// True once the tile is stopped: all rays miss from then on.
     stopped: bool,
 }
 
 impl<'a> Tile<'a> {
-    /// A tile that reports nothing. `plain` is as the field.
+    /// Creates a tile that reports nothing. `plain` is the field of that name.
     fn new(
         [setup, plain]: [&'a RenderSetup; 2],
         photons: Option<PhotonMaps<'a>>,
@@ -125,7 +124,7 @@ impl<'a> Tile<'a> {
         Self { setup, plain, photons, isa, statistics, buffers, looks, observer, asked, stopped }
     }
 
-    /// Renders samples of pixels that share nothing.
+    /// Renders samples of pixels without path reuse.
     fn render_plain(&mut self, film: &mut Film, samples: Range<u32>, holds: &dyn Fn(u32, u32) -> bool) {
         let (setup, region) = (self.setup, film.region());
         for y in region.y0..region.y1 {
@@ -151,7 +150,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// True if the tile is to end within. Called before each ray, so it seldom looks.
+    /// True if the tile is to be stopped. Called before each ray, so it seldom checks.
     #[inline(always)]
     fn stops(&mut self) -> bool {
         self.asked = self.asked.wrapping_add(1);
@@ -161,7 +160,7 @@ impl<'a> Tile<'a> {
         self.stopped
     }
 
-    /// What a path meets next.
+    /// Returns the closest hit of a path's ray.
     fn meet(&mut self, path: &Path<f32>) -> Hit {
         if self.stops() {
             return Hit::MISS;
@@ -176,7 +175,7 @@ impl<'a> Tile<'a> {
         )
     }
 
-    /// Whether something lies between a path's vertex and a light.
+    /// True if a path's shadow ray is blocked.
     fn is_blocked(&mut self, path: &Path<f32>, shadow: &ShadowRay<f32>) -> bool {
         self.statistics.rays.shadow += 1;
         if self.stops() {
@@ -244,7 +243,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// The vertex where a path has hit something; none if it has hit nothing, and ends.
+    /// Evaluates the vertex where a path has hit something; none if it has hit nothing, and ends.
     fn vertex(&mut self, path: &mut Path<f32>, hit: Hit) -> Option<VertexOutcome<f32>> {
         let setup = self.setup;
         if self.looks {
@@ -272,7 +271,7 @@ impl<'a> Tile<'a> {
         Some(outcome)
     }
 
-    /// What a light sends to a path's vertex.
+    /// Adds the light that a shadow ray brings to a path's vertex.
     fn light(&mut self, path: &mut Path<f32>, outcome: &VertexOutcome<f32>) {
         if !outcome.shadow.mask {
             return;
@@ -289,7 +288,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Where the path goes on, if it does.
+    /// Returns the continued path, if it goes on.
     fn onward(&mut self, path: &Path<f32>, outcome: &VertexOutcome<f32>) -> Option<Path<f32>> {
         if !outcome.goes_on {
             if self.looks {
@@ -304,7 +303,7 @@ impl<'a> Tile<'a> {
         Some(outcome.next)
     }
 
-    /// Puts what is forked off at a vertex onto the stack.
+    /// Pushes the path that forks off at a vertex onto the stack.
     fn fork(&mut self, outcome: &VertexOutcome<f32>) {
         if let Some(fork) = &outcome.fork
             && fork.mask
@@ -317,7 +316,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Reports where the path goes on, or with what it ends.
+    /// Reports the continuations of a path, or its end.
     fn report_onward(
         &mut self,
         path: &Path<f32>,
@@ -335,7 +334,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Adds what arrives from every sample of every light.
+    /// Adds the contributions of all samples of all lights.
     fn lights(&mut self, path: &mut Path<f32>, vertex: &whitted::WhittedVertex<f32>) {
         let setup = self.setup;
         for light in 0..setup.scene.lights.len() {

@@ -1,4 +1,4 @@
-//! A scene and how it is to be rendered.
+//! The render setup: a scene with the settings to render it by.
 
 use std::sync::Arc;
 
@@ -13,11 +13,12 @@ use crate::scene::{CompiledScene, Material, Projection};
 use crate::shading::principled::tables::LobeTables;
 use crate::world::{Adaptive, Caustics, Pattern, Sampler, Settings, Transport};
 
-/// See [`RenderSetup::splitting`]. With 8, noise × time of smooth light is that of 1 (a drink of 40 surfaces: 0.93; a room with
-/// a ball of glass: 1.01), and that of bright spots in faint mirror images falls to a fifth; 16 costs a drink a tenth.
+/// The value of [`RenderSetup::splitting`]. With 8, noise × time of smooth light is that of 1 (a drink of 40 surfaces:
+/// 0.93; a room with a glass ball: 1.01), and that of bright spots in faint mirror images falls to a fifth; 16 makes
+/// the drink a tenth worse.
 const SPLITTING: f32 = 8.0;
 
-/// A scene and how it is to be rendered: plain settings, which transport reads.
+/// A render setup: a scene with the plain settings that the transport reads.
 #[derive(Clone)]
 pub struct RenderSetup {
     /// The scene.
@@ -26,50 +27,52 @@ pub struct RenderSetup {
     pub size: [u32; 2],
     /// The grid over which a pixel's samples are spread.
     pub samples: Grid,
-    /// Where in a pixel samples go, before the filter.
+    /// The pattern of the samples within a pixel, before the filter.
     pub pattern: Pattern,
-    /// What a pixel gathers.
+    /// The pixel filter.
     pub filter: FilterTable,
-    /// Which random numbers.
+    /// The seed of all random numbers.
     pub seed: u64,
-    /// Bounces after the camera ray.
+    /// The largest number of bounces after the camera ray.
     pub max_depth: u32,
-    /// Bounces of each kind, if there are limits within these (path transport).
+    /// The limits on bounces of each kind within these, if any (path transport).
     pub limits: Option<BounceLimits>,
-    /// A branch ends when no component of its throughput is above this.
+    /// The throughput threshold: a branch ends when no component is above it.
     pub min_throughput: f32,
-    /// What happens to light at a vertex.
+    /// The light transport algorithm.
     pub transport: Transport,
-    /// Which numbers the path transport draws.
+    /// The sampler of the path transport.
     pub sampler: Sampler,
-    /// The bounce at which its Russian roulette begins.
+    /// The bounce at which Russian roulette begins, if it is used.
     pub roulette_depth: Option<u32>,
-    /// What a path may add after its first bounce.
+    /// The largest radiance that a path may add after its first bounce, if limited.
     pub clamp: Option<f32>,
-    /// How paths are shared, if they are.
+    /// The grouping of pixels for path reuse, if paths are reused.
     pub sharing: Option<ReuseGroups>,
-    /// Whether samples go where they lessen the error most.
+    /// The mode of adaptive sampling.
     pub adaptive: Adaptive,
-    /// Photons for each pixel in each sample, and the first radius in widths of a pixel, if there may be any.
+    /// Photons per pixel and sample and the first radius in pixel widths, or the reason why there are none.
     pub photons: Result<(f32, f32), NoPhotons>,
-    /// True if photons are left out where they would only make single dots, and their number is chosen.
+    /// True if the number of photons is chosen automatically, and photons are left out where they would only make
+    /// isolated dots.
     pub chooses_photons: bool,
-    /// True if rays go the way that light goes, and not from the camera to the light.
+    /// True if rays travel in the direction of light instead of from the camera to the light.
     pub follows_light: bool,
-    /// About how many paths may come of one at smooth glass (path transport).
+    /// The approximate number of paths into which one may split at smooth glass (path transport).
     pub splitting: f32,
-    /// Albedos of the lobes that its materials have under the path transport.
+    /// The albedo tables of the lobes that the scene's materials have under the path transport.
     pub lobes: LobeTables,
-    /// The unit in which radiance is counted.
+    /// The film scale: the unit in which radiance is counted.
     pub unit: FilmScale,
     /// The bodies that the camera is in ([`crate::scene::Bodies`]).
     pub around: u32,
-    /// n² of the one that fills its place, under the path transport: see [`crate::scene::Material::index_square`].
+    /// n² of the one that fills the camera's position, under the path transport: see
+    /// [`crate::scene::Material::index_square`].
     pub around_square: f32,
 }
 
 impl RenderSetup {
-    /// The same in a small image, whose longer side has at most so many pixels: for a first look.
+    /// Returns the setup for a small preview whose longer side has at most `longer_side` pixels.
     pub fn small(&self, longer_side: u32) -> Self {
         let [width, height] = self.size;
         let by = width.max(height).div_ceil(longer_side).max(1);
@@ -77,14 +80,14 @@ impl RenderSetup {
         Self { size, sharing: None, adaptive: Adaptive::Off, ..self.clone() }
     }
 
-    /// A scene with the settings to render it by, and the bodies that its camera is in.
+    /// Creates the setup of a scene with the settings to render it by, and the bodies that its camera is in.
     pub fn new(scene: Arc<CompiledScene>, settings: &Settings, around: u32) -> Self {
         let lobes = match settings.transport {
             Transport::Whitted => LobeTables::NONE,
             Transport::Path => LobeTables::of(&scene.materials),
         };
         let size = settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE));
-        // Ways through a body take from what is lent.
+        // Bodies attenuate the light that vertices give on its way to other vertices.
         let acts = |body: &Body| scene.materials[body.material as usize].has_active_medium();
         let sharing =
             ReuseGroups::of(&scene.materials, settings).filter(|_| !scene.bodies.all(around).any(acts));
@@ -93,7 +96,7 @@ impl RenderSetup {
             Transport::Path => index_square(&scene, around),
         };
         let photons = photons(&scene, settings);
-        // A camera in a body sees more light than there is outside.
+        // Radiance is higher within a body than outside.
         let (brightest, usual) = scene.levels();
         let unit = FilmScale::new(brightest * around_square.max(1.0), usual * around_square.max(1.0));
         Self {
@@ -123,17 +126,17 @@ impl RenderSetup {
         }
     }
 
-    /// n² of the body that fills the camera's place.
+    /// n² of the body that fills the camera's position.
     pub fn index_square_around(&self) -> f32 {
         index_square(&self.scene, self.around)
     }
 
-    /// True if there is glass at which a path may go on in two directions.
+    /// True if some material lets a path go on in two directions.
     pub fn may_fork(&self) -> bool {
         self.splitting > 1.0 && self.scene.materials.iter().any(|material| !material.transmission.is_zero())
     }
 
-    /// Whether rendered samples stay valid if more are to follow; if not, why.
+    /// Checks that rendered samples stay valid if more are to follow; the error is the reason why they do not.
     pub fn extensible(&self) -> Result<(), String> {
         let grid = |what: &str| {
             Err(format!(
@@ -166,13 +169,13 @@ fn index_square(scene: &CompiledScene, bodies: u32) -> f32 {
     scene.bodies.filling(bodies).map_or(1.0, |body| body.index * body.index)
 }
 
-/// Photons for each pixel and the first radius, as far as scene and settings say that there may be any.
+/// Returns the photons per pixel and the first radius, if scene and settings allow for photons.
 fn photons(scene: &CompiledScene, settings: &Settings) -> Result<(f32, f32), NoPhotons> {
     let numbers = settings.caustics.numbers().ok_or(NoPhotons::Off)?;
     let makes_caustics = |material: &Material| material.makes_caustics_under(settings.transport);
-    // A caustic is what paths find behind a diffuse bounce.
+    // Paths find caustics only after a diffuse bounce.
     let is_forbidden = settings.transport == Transport::Path && settings.depth_limits.diffuse == Some(0);
-    // Whitted's images have no noise, and get none unless it is asked for.
+    // Whitted images have no noise; photons, which add some, must be requested explicitly.
     if settings.transport == Transport::Whitted && settings.caustics == Caustics::Auto {
         Err(NoPhotons::Whitted)
     } else if settings.max_depth == 0 || is_forbidden {

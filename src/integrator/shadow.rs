@@ -1,26 +1,26 @@
-//! Rays to lights, of both transports.
+//! Shadow rays of both transports.
 
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::scene::bodies::NOWHERE;
 use crate::simd::{Float, Int, Mask};
 
-/// A ray to a light and what arrives along it if nothing is between.
+/// A shadow ray and the light that arrives along it if nothing blocks it.
 #[derive(Clone, Copy)]
 pub struct ShadowRay<F: Float> {
-    /// Ends just before the light.
+    /// The ray, which ends just before the light.
     pub ray: Ray<F>,
-    /// What it brings if nothing stops or weakens it, not clamped.
+    /// The contribution if nothing blocks or attenuates it, not clamped.
     pub contribution: Color<F>,
-    /// The emitter that it leads to, whose surface does not block it.
+    /// The emitter at its end, whose surface does not block it.
     pub emitter: F::Int,
-    /// The bodies that it begins in ([`crate::scene::Bodies`]).
+    /// The bodies in which it begins ([`crate::scene::Bodies`]).
     pub bodies: F::Int,
-    /// Lanes in which there is something to gain.
+    /// The lanes with a contribution.
     pub mask: F::Mask,
 }
 
 impl<F: Float> ShadowRay<F> {
-    /// Nothing to gain anywhere.
+    /// Shadow rays without a contribution in any lane.
     #[inline(always)]
     pub fn none() -> Self {
         let zero = F::zero();
@@ -34,7 +34,7 @@ impl<F: Float> ShadowRay<F> {
         }
     }
 
-    /// One or the other, lane by lane.
+    /// Selects one or the other, lane by lane.
     #[inline(always)]
     pub fn select(mask: F::Mask, yes: &Self, no: &Self) -> Self {
         let (a, b) = (&yes.ray, &no.ray);
@@ -53,7 +53,7 @@ impl<F: Float> ShadowRay<F> {
     }
 }
 
-/// Adds what has arrived from a light.
+/// Adds the contribution of a light.
 #[inline(always)]
 pub fn connect<F: Float>(radiance: Color<F>, contribution: Color<F>) -> Color<F> {
     radiance + contribution

@@ -1,60 +1,60 @@
-//! What rendering did and how long it took.
+//! Counters and timings of rendering.
 
 use std::time::Duration;
 
-/// Rays by what they were traced for.
+/// Ray counts by purpose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// From the camera.
+    /// Camera rays.
     pub camera: u64,
-    /// Mirror images.
+    /// Reflected rays.
     pub reflect: u64,
-    /// Into or out of transparent things.
+    /// Refracted rays, into or out of transparent objects.
     pub refract: u64,
-    /// Wherever surfaces scatter light to, under the path transport.
+    /// Scattered rays, under the path transport.
     pub scatter: u64,
-    /// To lights.
+    /// Shadow rays.
     pub shadow: u64,
-    /// To second vertices of other paths that are shared.
+    /// Rays to second vertices of other paths, for path reuse.
     pub connect: u64,
-    /// Those of photons.
+    /// Rays of photons.
     pub photon: u64,
 }
 
 impl RayCounts {
-    /// All of them.
+    /// The sum of all counts.
     pub fn total(&self) -> u64 {
         self.camera + self.reflect + self.refract + self.scatter + self.shadow + self.connect + self.photon
     }
 }
 
-/// The stages of the wavefront in the order of its loop. The recursive schedule is not
-/// timed by stage: looking at the clock for every ray would take longer than the ray.
+/// The stages of the wavefront in the order of its loop. The recursive schedule is not timed by stage: reading the
+/// clock for every ray would take longer than the ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
 pub enum Stage {
-    /// New samples into free places of the wave.
+    /// Generates new samples in free places of the wave.
     Generate,
-    /// Nearest hits.
+    /// Finds closest hits.
     Intersect,
-    /// Misses leave, hits are compacted.
+    /// Removes misses and compacts hits.
     Retire,
-    /// Hits to vertices, reflected and refracted rays.
+    /// Turns hits into vertices, reflected and refracted rays.
     Shade,
-    /// Vertices to shadow rays.
+    /// Turns vertices into shadow rays.
     Light,
-    /// Shadow rays through the scene, and what arrives to its path.
+    /// Traces shadow rays and adds their contributions to paths.
     Shadow,
-    /// Rays between first and second vertices that share paths, and what arrives along them.
+    /// Traces rays between first and second vertices for path reuse, and adds their contributions.
     Connect,
-    /// Photons on their way, but for their hits and for rays from them to the camera.
+    /// Moves photons, except for their hits and their rays to the camera.
     Photons,
-    /// Finished paths to the film, the next wave into place.
+    /// Moves finished paths to the film, and the next wave into place.
     Advance,
 }
 
 impl Stage {
-    /// All, in order.
+    /// All stages, in order.
     pub const ALL: [Stage; 9] = [
         Stage::Generate,
         Stage::Intersect,
@@ -67,7 +67,7 @@ impl Stage {
         Stage::Advance,
     ];
 
-    /// In lower case.
+    /// The name in lower case.
     pub fn name(self) -> &'static str {
         ["generate", "intersect", "retire", "shade", "light", "shadow", "connect", "photons", "advance"]
             [self as usize]
@@ -79,14 +79,14 @@ impl Stage {
 pub struct RayStatistics {
     /// Rays traced.
     pub rays: RayCounts,
-    /// Time of each [`Stage`], summed over workers.
+    /// The time of each [`Stage`], summed over workers.
     pub stages: [Duration; Stage::ALL.len()],
     /// Paths that left the wave for the pending stack because forks outgrew it.
     pub spilled: u64,
 }
 
 impl RayStatistics {
-    /// Adds another worker's.
+    /// Adds the counters of another worker.
     pub fn add(&mut self, other: &RayStatistics) {
         self.rays.camera += other.rays.camera;
         self.rays.reflect += other.rays.reflect;

@@ -1,12 +1,11 @@
-//! When a rendering ends before it is done.
+//! The early end of a rendering.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::observe::{Event, Observer};
 
-/// The conditions that end a rendering before it is done: a flag that somebody sets, a time that passes, a number of
-/// rays.
+/// The conditions that end a rendering early: a flag, a deadline, a number of rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop<'a> {
     flag: Option<&'a AtomicBool>,
@@ -15,45 +14,45 @@ pub struct Stop<'a> {
 }
 
 impl<'a> Stop<'a> {
-    /// Nothing does.
+    /// Never stops.
     pub const NEVER: Stop<'static> = Stop { flag: None, deadline: None, most_rays: u64::MAX };
 
-    /// A flag.
+    /// Stops when a flag is set.
     pub const fn at(flag: &'a AtomicBool) -> Self {
         Stop { flag: Some(flag), ..Stop::NEVER }
     }
 
-    /// The first tile that takes more rays. Where a tile ends then is the same on every machine.
+    /// Stops at the first tile that takes more rays, in the same place within the tile on every machine.
     pub const fn after_rays(most_rays: u64) -> Self {
         Stop { most_rays, ..Stop::NEVER }
     }
 
-    /// A number of rays of a tile, too.
+    /// Adds a limit on the rays of a tile.
     pub const fn or_after_rays(self, most_rays: u64) -> Self {
         Stop { most_rays, ..self }
     }
 
-    /// A moment, too.
+    /// Adds a deadline, if any.
     pub const fn with_deadline(self, deadline: Option<Instant>) -> Self {
         Stop { deadline, ..self }
     }
 
-    /// True if the flag is set or the time is over.
+    /// True if the flag is set or the deadline has passed.
     pub fn is_set(&self) -> bool {
         self.flag.is_some_and(|flag| flag.load(Ordering::Relaxed))
             || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }
 
-/// Looks at nothing but when to stop, while a tile is rendered.
+/// An observer that only checks for the stop while a tile is rendered.
 pub struct Watch<'a> {
     stop: &'a Stop<'a>,
-    /// True if it was stopped, so that the tile is not whole.
+    /// True if the rendering was stopped, so that the tile is incomplete.
     pub stopped: bool,
 }
 
 impl<'a> Watch<'a> {
-    /// For one tile.
+    /// Creates the observer of one tile.
     pub fn new(stop: &'a Stop<'a>) -> Self {
         Self { stop, stopped: false }
     }

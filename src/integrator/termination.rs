@@ -1,4 +1,4 @@
-//! Where paths of the path transport end before they have met nothing: by their bounces, or by chance.
+//! Termination of paths of the path transport: by the limits on bounces, or by Russian roulette.
 
 use super::RenderSetup;
 use super::bounces;
@@ -8,7 +8,7 @@ use crate::sampling::draw::draw_1d;
 use crate::sampling::{Dimension, SampleKey};
 use crate::simd::{Float, Int, Mask};
 
-/// The lanes whose path has had its last bounce: the last of all, or the last of its kind.
+/// The lanes whose path has had its last bounce, of all or of a kind.
 #[inline(always)]
 pub(super) fn is_last<F: Float>(setup: &RenderSetup, path: &Path<F>) -> F::Mask {
     // Scattering within bodies does not count, nor does going straight through.
@@ -16,7 +16,7 @@ pub(super) fn is_last<F: Float>(setup: &RenderSetup, path: &Path<F>) -> F::Mask 
     if setup.limits.is_some() { last | bounces::spent::<F>(path.bounce_counts) } else { last }
 }
 
-/// Russian roulette among lanes that play: throughput, and where the path is still alive.
+/// Russian roulette in the lanes of `mask`: returns the throughput and the lanes whose path survives.
 #[inline(always)]
 pub(super) fn roulette<F: Float>(
     setup: &RenderSetup,
@@ -27,7 +27,7 @@ pub(super) fn roulette<F: Float>(
 ) -> (Color<F>, F::Mask) {
     let all = F::Mask::from_bits(u32::MAX);
     let Some(first) = setup.roulette_depth else { return (throughput, all) };
-    // What a first vertex draws must not hang on luck that its neighbours do not know of.
+    // With path reuse, first vertices do not play: their neighbours cannot account for the outcome.
     let first = if setup.sharing.is_some() { first.max(1) } else { first };
     let plays = mask & !path.depth.lt(F::Int::splat(first));
     let survival = throughput.max_component().clamp(0.05, 1.0);

@@ -1,8 +1,8 @@
-//! What arrives along rays to lights that go straight through surfaces: thin smooth sheets, and the boundaries of
-//! bodies that refract like their surroundings, such as fog.
+//! The light along shadow rays that go straight through surfaces: thin smooth sheets, and the boundaries of bodies that
+//! refract like their surroundings, such as fog.
 //!
-//! Kernels only say which rays nothing blocks. The tree is then asked again, ray by ray, what such a ray went through.
-//! The answer is a set of crossings in the order of (t, primitive, instance), so it does not depend on who asks.
+//! Traversal kernels only report which rays are unblocked. Such a ray is traced once more, by itself, to collect its
+//! crossings, sorted by (t, primitive, instance), so the result does not depend on the caller.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -20,8 +20,8 @@ use crate::shading::surface::material_of;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
 use crate::simd::Isa;
 
-/// Room for the surfaces that a ray goes through. One thread alone uses it; the lock is there because queries may be
-/// shared by threads, and so may those whom they ask.
+/// A buffer for the surfaces that a ray goes through. Only one thread uses it; the lock is needed because queries and
+/// their any-hit filters must be shareable between threads.
 #[derive(Default)]
 pub struct Crossings(Mutex<Vec<Crossing>>);
 
@@ -39,7 +39,7 @@ impl Crossings {
     }
 }
 
-/// What a path's light sample adds to its radiance, or none if something is in its way.
+/// Returns what a path's light sample adds to its radiance; none if the ray is blocked.
 pub fn arriving(
     setup: &RenderSetup,
     isa: Isa,
@@ -64,8 +64,7 @@ pub fn arriving(
     left(setup, path, shadow, in_order(room.all())).map(|light| limited(setup, path, light))
 }
 
-/// The crossings from the ray's beginning to its end, each once: a triangle that was cut may have been met in several
-/// leaves.
+/// The crossings from the ray's origin to its end, each once: a split triangle may be met in several leaves.
 fn in_order(crossed: &mut Vec<Crossing>) -> &[Crossing] {
     let which = |crossing: &Crossing| (crossing.hit.primitive, crossing.hit.instance, crossing.front);
     let by_t = |a: &Crossing, b: &Crossing| a.hit.t.total_cmp(&b.hit.t);
@@ -75,8 +74,8 @@ fn in_order(crossed: &mut Vec<Crossing>) -> &[Crossing] {
     crossed
 }
 
-/// What is left of the light behind all of them, and of the bodies in between; none if one of them bends it, because
-/// of the body that it lies in.
+/// The light that is left behind all crossings and the bodies in between; none if a surface bends it because of the
+/// body that it lies in.
 fn left(
     setup: &RenderSetup,
     path: &Path<f32>,

@@ -1,10 +1,9 @@
-//! The Whitted transport with distributed shadow and lens rays: what happens to light at one vertex. Both schedules
-//! call these functions and nothing else; only they and those of [`super::path_tracing`] read or write throughput and
-//! radiance.
+//! The Whitted transport with distributed shadow and lens rays, at one vertex. Both schedules call these functions and
+//! nothing else; only they and those of [`super::path_tracing`] read or write throughput and radiance.
 //!
-//! A path's radiance is summed in the order of its vertices; at a vertex first what the
-//! surface gives off, then the lights in their order and each light's samples in theirs.
-//! A fork begins with no radiance and needs no join: the film's sums are exact.
+//! A path's radiance is summed in the order of its vertices: at each vertex first the surface's emission, then the
+//! lights in order and each light's samples in order. A fork begins without radiance and needs no join: the film's sums
+//! are exact.
 
 use super::RenderSetup;
 use super::camera_path;
@@ -25,7 +24,7 @@ use crate::shading::whitted_params::Shaded;
 use crate::shading::{HitLanes, Surface, emitter, environment, fresnel};
 use crate::simd::{Float, Int, Mask};
 
-/// Its radiance when the path has hit nothing; it ends there.
+/// Returns the final radiance of paths that have hit nothing.
 #[inline(always)]
 pub fn miss<F: Float>(setup: &RenderSetup, path: &Path<F>) -> Color<F> {
     path.radiance
@@ -33,46 +32,46 @@ pub fn miss<F: Float>(setup: &RenderSetup, path: &Path<F>) -> Color<F> {
             * environment::radiance(&setup.scene.environment, path.direction, F::Mask::first(F::WIDTH))
 }
 
-/// What the lights need to know about a hit.
+/// The data of a hit that the lights need.
 #[derive(Clone, Copy)]
 pub struct WhittedVertex<F: Float> {
-    /// In world space.
+    /// The position in world space.
     pub position: Vector<F>,
     /// See `Surface::offset`.
     pub offset: F,
-    /// Of the surface itself, on the viewer's side.
+    /// The normal of the surface itself, on the viewer's side.
     pub geometric_normal: Vector<F>,
-    /// For shading, on the viewer's side.
+    /// The shading normal, on the viewer's side.
     pub normal: Vector<F>,
-    /// How it reflects light.
+    /// The reflection model.
     pub model: BlinnPhongParams<F>,
 }
 
-/// Where a path goes on from a hit. A lane may be in both masks: the path goes on with the
-/// reflection, and the refraction is forked off.
+/// The continuations of a path from a hit. If a lane is in both masks, the path goes on with the reflection, and the
+/// refraction forks off.
 pub struct WhittedScatter<F: Float> {
-    /// Direction of the mirror image.
+    /// The direction of reflection.
     pub reflect: Vector<F>,
     /// Throughput along it.
     pub reflect_throughput: Color<F>,
-    /// Lanes that go there.
+    /// The lanes that reflect.
     pub reflects: F::Mask,
-    /// Direction of what is seen through.
+    /// The direction of refraction.
     pub refract: Vector<F>,
     /// Throughput along it.
     pub refract_throughput: Color<F>,
-    /// Lanes that go there.
+    /// The lanes that refract.
     pub refracts: F::Mask,
-    /// The bodies that what is seen through is in.
+    /// The bodies that the refracted path is in.
     pub behind: F::Int,
-    /// Where there is no boundary, so that this is no bounce.
+    /// The lanes without a boundary, for which this is no bounce.
     pub gone: F::Mask,
-    /// How wide the path's ray is where it is, in metres.
+    /// The width of the path's ray at the hit, in metres.
     pub width: F,
 }
 
-/// Looks up a hit: returns what the lights need, where the path goes on, and its radiance including what the surface
-/// itself emits.
+/// Evaluates a hit: returns what the lights need, the path's continuations, and its radiance including the surface's
+/// emission.
 #[inline(always)]
 pub fn hit<F: Float>(
     setup: &RenderSetup,
@@ -91,7 +90,7 @@ pub fn hit<F: Float>(
     }
     let own = shaded.emission + shaded.model.diffuse * Color::splat(scene.ambient);
     let mut radiance = path.radiance + path.throughput * own;
-    // What the camera sees directly has been drawn.
+    // Photons that the camera sees directly are splatted instead.
     let indirect = mask & !path.depth.eq(F::Int::splat(0));
     if let Some(photons) = photons
         && indirect.any()
@@ -114,7 +113,7 @@ pub fn hit<F: Float>(
     (vertex, scatter, radiance)
 }
 
-/// The classic model as what photons meet.
+/// The Blinn-Phong model as a receiver of photons.
 struct WhittedReceiver<'a, F: Float> {
     model: &'a BlinnPhongParams<F>,
     normal: Vector<F>,
@@ -127,7 +126,7 @@ impl<F: Float> Receiver<F> for WhittedReceiver<'_, F> {
     #[inline(always)]
     fn receive(&self, from: Vector<F>, _: F::Mask) -> (Color<F>, F) {
         let value = self.model.evaluate(self.normal, self.to_viewer, from);
-        // No light goes through what is diffuse.
+        // Diffuse surfaces transmit no light.
         (Color::select(from.dot(self.own).gt(F::zero()), value, Color::black()), F::zero())
     }
 
@@ -137,7 +136,7 @@ impl<F: Float> Receiver<F> for WhittedReceiver<'_, F> {
     }
 }
 
-/// Mirror image and refraction with their weights.
+/// Computes reflection and refraction with their weights.
 #[inline(always)]
 pub(super) fn scatter<F: Float>(
     setup: &RenderSetup,
@@ -147,7 +146,7 @@ pub(super) fn scatter<F: Float>(
     boundary: &Boundary<F>,
     mask: F::Mask,
 ) -> WhittedScatter<F> {
-    // What goes through where there is no boundary is no bounce.
+    // Passing where there is no boundary is no bounce.
     let last = !path.depth.lt(F::Int::splat(setup.max_depth) + path.scatterings);
     let again = path.scatterings.lt(F::Int::splat(MOST));
     let goes_on = mask & ((boundary.gone & again) | (!boundary.gone & !last));
@@ -172,8 +171,8 @@ pub(super) fn scatter<F: Float>(
         refract_weight = Color::select(boundary.gone, Color::grey(F::one()), refract_weight);
         refract = Vector::select(boundary.gone, direction, refract);
     }
-    // With an interpolated normal both can end up on the wrong side of the surface; then the
-    // surface's own normal takes its place.
+    // With an interpolated normal both can end up on the wrong side of the surface: then the surface's own normal
+    // reflects, and the refraction goes straight on.
     let mirrored = fresnel::reflect(direction, normal);
     let through = mirrored.dot(surface.geometric_normal).le(F::zero());
     let reflect = Vector::select(through, fresnel::reflect(direction, surface.geometric_normal), mirrored);
@@ -184,7 +183,7 @@ pub(super) fn scatter<F: Float>(
     let reflect_throughput = path.throughput * reflect_weight;
     let refract_throughput = path.throughput * refract_weight;
     WhittedScatter {
-        // Unit length to the last bits, however many bounces there are.
+        // Keeps unit length to the last bits over any number of bounces.
         reflect: reflect.normalize(),
         reflect_throughput,
         reflects: goes_on & reflect_throughput.max_component().gt(least),
@@ -198,14 +197,14 @@ pub(super) fn scatter<F: Float>(
 }
 
 impl<F: Float> WhittedScatter<F> {
-    /// Lanes whose refraction is a path of its own and begins without radiance; in all others
-    /// the path itself goes on.
+    /// The lanes whose refraction is a path of its own and begins without radiance; in all others the path itself goes
+    /// on.
     #[inline(always)]
     pub fn forks(&self) -> F::Mask {
         self.reflects & self.refracts
     }
 
-    /// The path along the mirror image, without its radiance.
+    /// The reflected path, without its radiance.
     #[inline(always)]
     pub fn reflected(&self, path: &Path<F>, vertex: &WhittedVertex<F>) -> Path<F> {
         let nobody = F::Mask::from_bits(0);
@@ -213,7 +212,7 @@ impl<F: Float> WhittedScatter<F> {
         follow(path, vertex, self.reflect, self.reflect_throughput, nobody)
     }
 
-    /// The path along what is seen through, without its radiance.
+    /// The refracted path, without its radiance.
     #[inline(always)]
     pub fn refracted(&self, path: &Path<F>, vertex: &WhittedVertex<F>) -> Path<F> {
         let one = F::Int::splat(1);
@@ -223,7 +222,7 @@ impl<F: Float> WhittedScatter<F> {
     }
 }
 
-/// The path from a vertex along a direction; one that is forked off draws other random numbers.
+/// The path from a vertex along a direction; forked paths draw other random numbers.
 #[inline(always)]
 fn follow<F: Float>(
     path: &Path<F>,
@@ -262,7 +261,7 @@ pub fn light_ray<F: Float>(
             let (across, up) = point_of_many::<F>(policy.pattern, grid, which, setup.samples, key, dimension);
             (up, across)
         }
-        // Point and directional sources need no random place.
+        // Point and directional lights need no random point.
         None => (F::zero(), F::zero()),
     };
     let sample = emitter::sample_light(&setup.scene, policy.emitter, vertex.position, u);

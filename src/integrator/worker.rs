@@ -1,4 +1,4 @@
-//! What renders tiles: the buffers of a thread, under one of the two schedules.
+//! Workers, which render tiles: the buffers of a thread, under one of the two schedules.
 
 use std::ops::Range;
 
@@ -12,12 +12,12 @@ use super::{recursive, wavefront};
 use crate::film::{Film, Region};
 use crate::simd::Isa;
 
-/// What a worker reads: a frame, and what was computed before its samples.
+/// The input of a worker: a render setup, and what was computed before its samples.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
-    /// The scene and its settings.
+    /// The render setup.
     pub setup: &'a RenderSetup,
-    /// What was found out about sharing, if blocks of pixels choose how many of them share.
+    /// The reuse probe, if blocks of pixels choose how many of them reuse paths.
     pub pilot: Option<&'a ReuseProbe>,
     /// The photons of the samples to render, if there are any.
     pub photons: Option<PhotonMaps<'a>>,
@@ -26,7 +26,7 @@ pub struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// The same work with another frame, whose pixels choose nothing.
+    /// Returns the work with another render setup and without a reuse probe.
     pub(super) fn with_frame<'b>(self, setup: &'b RenderSetup) -> Work<'b>
     where
         'a: 'b,
@@ -35,7 +35,7 @@ impl<'a> Work<'a> {
     }
 }
 
-/// In which order rays are traced. The image does not depend on it.
+/// The order in which rays are traced. The image does not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Schedule {
     /// Breadth first: waves of many paths go through one stage after another.
@@ -45,27 +45,27 @@ pub enum Schedule {
     Recursive,
 }
 
-/// In which order the wavefront schedule shades a wave's hits under the path transport. The image
-/// does not depend on it.
+/// The order in which the wavefront schedule shades a wave's hits under the path transport. The image does not depend
+/// on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sorting {
     /// Material by material: all lanes are used.
     #[default]
     ByMaterial,
-    /// As they come: the hits in a register are shaded once for each material among them.
+    /// In queue order: the hits in a register are shaded once for each material among them.
     Unsorted,
 }
 
-/// A worker's buffers, made once and used for tile after tile.
+/// A worker's buffers, allocated once and used for tile after tile.
 pub enum Worker {
-    /// For [`Schedule::Wavefront`].
+    /// The buffers for [`Schedule::Wavefront`].
     Wavefront(Box<wavefront::Wave>),
-    /// For [`Schedule::Recursive`].
+    /// The buffers for [`Schedule::Recursive`].
     Recursive(Box<recursive::Recursion>),
 }
 
 impl Worker {
-    /// Buffers for waves of `wave` paths, or for single paths.
+    /// Creates buffers for waves of `wave` paths, or for single paths.
     pub fn new(setup: &RenderSetup, schedule: Schedule, wave: usize, sorting: Sorting) -> Self {
         match schedule {
             Schedule::Wavefront => Worker::Wavefront(Box::new(wavefront::Wave::new(setup, wave, sorting))),
@@ -73,7 +73,7 @@ impl Worker {
         }
     }
 
-    /// Traces some of a sample's photons, by their numbers. Nothing of meaning if it is stopped.
+    /// Traces some of a sample's photons, by their numbers. The result is meaningless if it is stopped.
     pub fn trace_photons(
         &mut self,
         plan: &PhotonPlan,
@@ -106,7 +106,7 @@ impl Worker {
         self.observe(work, tile, samples, statistics, &mut NoObserver)
     }
 
-    /// The same; none if it is stopped before the tile is whole.
+    /// Renders like [`Worker::render`]; returns none if stopped before the tile is complete.
     pub fn render_until(
         &mut self,
         work: Work,
@@ -119,7 +119,7 @@ impl Worker {
         (!watch.stopped).then_some(film)
     }
 
-    /// The same with an observer.
+    /// Renders like [`Worker::render`], with an observer.
     pub fn observe(
         &mut self,
         work: Work,

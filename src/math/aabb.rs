@@ -12,7 +12,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box without a point: `min` is infinity, `max` is minus infinity.
+    /// The empty box: `min` is infinity, `max` is minus infinity.
     pub const EMPTY: Aabb = Aabb { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The smallest box around points.
@@ -20,7 +20,7 @@ impl Aabb {
         points.into_iter().fold(Aabb::EMPTY, Aabb::with)
     }
 
-    /// Grown to hold a point.
+    /// Returns the box grown to contain `point`.
     pub(crate) fn with(self, point: Vec3) -> Aabb {
         Aabb { min: self.min.min(point), max: self.max.max(point) }
     }
@@ -30,7 +30,7 @@ impl Aabb {
         Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Whether it holds no point.
+    /// True if the box contains no point.
     pub fn is_empty(&self) -> bool {
         self.min.cmpgt(self.max).any()
     }
@@ -40,12 +40,12 @@ impl Aabb {
         if self.is_empty() { Vec3::ZERO } else { self.max - self.min }
     }
 
-    /// The point in the middle; NaN for [`Aabb::EMPTY`].
+    /// The centre; NaN for [`Aabb::EMPTY`].
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
     }
 
-    /// Half of the surface area, which is what the surface area heuristic compares.
+    /// Half of the surface area, as used by the surface area heuristic.
     #[inline]
     pub(crate) fn half_area(&self) -> f32 {
         let d = self.max - self.min;

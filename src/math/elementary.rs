@@ -1,12 +1,13 @@
-//! Transcendental functions with the same bits everywhere: polynomials over the exact operations of [`Float`]. Those
-//! of std differ from system to system. The coefficients are our own minimax fits (Lawson's iteration, float64).
+//! Transcendental functions with bit-identical results on every machine: polynomials over the exact operations of
+//! [`Float`]. The functions of std differ between systems. The coefficients are our own minimax fits (Lawson's
+//! iteration, float64).
 
-// The coefficients are fitted, not taken from constants that they happen to be near.
+// The coefficients are fitted; that some are close to known constants is a coincidence.
 #![allow(clippy::approx_constant, clippy::excessive_precision)]
 
 use crate::simd::{Float, Int};
 
-/// c₀ + x (c₁ + x (c₂ + …)).
+/// Evaluates c₀ + x (c₁ + x (c₂ + …)).
 #[inline(always)]
 fn polynomial<F: Float, const N: usize>(x: F, coefficients: [f32; N]) -> F {
     let mut sum = F::splat(coefficients[N - 1]);
@@ -32,7 +33,7 @@ pub fn exp2<F: Float>(x: F) -> F {
 /// log₂ x for normal x > 0, absolute error below 2·10⁻⁷ near 1.
 #[inline(always)]
 pub fn log2<F: Float>(x: F) -> F {
-    // The mantissa goes to [√½, √2), where the series in s = (m − 1) / (m + 1) is short.
+    // The mantissa is mapped to [√½, √2), where the series in s = (m − 1) / (m + 1) is short.
     let bits = x.to_bits() - F::Int::splat(0x3f35_04f3);
     let exponent = (bits.shr::<23>() ^ F::Int::splat(0x100)) - F::Int::splat(0x100);
     let mantissa = (x.to_bits() - exponent.shl::<23>()).reinterpret();
@@ -92,7 +93,7 @@ pub fn atan2_turns<F: Float>(y: F, x: F) -> F {
     F::select(y.lt(F::zero()), -angle, angle)
 }
 
-/// Cosine to angle in turns, 0 to ½, for |x| ≤ 1.
+/// The arc cosine of x in turns, 0 to ½, for |x| ≤ 1.
 #[inline(always)]
 pub fn acos_turns<F: Float>(x: F) -> F {
     atan2_turns(((F::one() - x) * (F::one() + x)).max(F::zero()).sqrt(), x)
@@ -109,14 +110,14 @@ mod tests {
     }
 
     #[test]
-    fn exp2_is_within_its_error() {
+    fn exp2_error_is_below_its_bound() {
         assert!(worst(-125.0, 126.0, |x| (exp2(x as f32) as f64 / libm::exp2(x) - 1.0).abs()) < 2e-7);
         assert_eq!(exp2(-1000.0f32), 0.0);
         assert_eq!(exp2(3.0f32), 8.0);
     }
 
     #[test]
-    fn log2_is_within_its_error() {
+    fn log2_error_is_below_its_bound() {
         assert!(worst(0.5, 2.0, |x| (log2(x as f32) as f64 - libm::log2(x)).abs()) < 2e-7);
         assert!(worst(1e-30, 1e30, |x| (log2(x as f32) as f64 / libm::log2(x) - 1.0).abs()) < 2e-7);
         assert_eq!(log2(1.0f32), 0.0);
@@ -124,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn pow_has_its_ends() {
+    fn pow_is_exact_at_zero_and_one_and_accurate_between() {
         assert_eq!(pow(0.0f32, 0.0), 1.0);
         assert_eq!(pow(0.0f32, 5.0), 0.0);
         assert_eq!(pow(1.0f32, 1e6), 1.0);
@@ -132,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_within_their_error() {
+    fn sin_cos_atan2_and_acos_errors_are_below_their_bounds() {
         use std::f64::consts::TAU;
         assert!(worst(-3.0, 3.0, |x| (sin_cos_turns(x as f32).0 as f64 - libm::sin(x * TAU)).abs()) < 1.5e-7);
         assert!(worst(-3.0, 3.0, |x| (sin_cos_turns(x as f32).1 as f64 - libm::cos(x * TAU)).abs()) < 1.5e-7);

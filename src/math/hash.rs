@@ -1,4 +1,4 @@
-//! Counter-based random numbers: an integer hash of where the number is used.
+//! Counter-based random numbers: an integer hash of the place where the number is used.
 
 use crate::simd::{Float, Int};
 
@@ -25,36 +25,36 @@ pub fn to_unit<F: Float>(bits: F::Int) -> F {
     bits.shr::<8>().to_float() * F::splat(1.0 / 16_777_216.0)
 }
 
-/// Which numbers are drawn: a hash of seed, pixel and branch, with the sample kept apart, because stratified patterns
-/// need it by itself.
+/// Selects the random numbers of a sample: a hash of seed, pixel and branch. The sample index is stored separately
+/// because stratified patterns need it.
 #[derive(Clone, Copy)]
 pub struct SampleKey<I> {
     hash: I,
-    /// Which of the pixel's samples.
+    /// The index of the sample within its pixel.
     pub sample: I,
 }
 
 impl<I: Int> SampleKey<I> {
-    /// The key of a path's branch. `branch` is 0 for the path that the camera began.
+    /// The key of one branch of a path; `branch` is 0 for the branch that starts at the camera.
     #[inline(always)]
     pub fn new(seed: u64, pixel: I, sample: I, branch: I) -> Self {
         let seed = combine(I::splat(seed as u32), I::splat((seed >> 32) as u32));
         Self { hash: combine(combine(seed, pixel), branch), sample }
     }
 
-    /// The same sample's key for one of several equal uses (a light, a shadow ray).
+    /// The key of one of several equal uses (a light, a shadow ray) of the same sample.
     #[inline(always)]
     pub fn fork(self, which: u32) -> Self {
         Self { hash: combine(self.hash, I::splat(which ^ 0x5bd1_e995)), ..self }
     }
 
-    /// A number of the sample for a dimension.
+    /// The sample's random number in [0, 1) for a dimension.
     #[inline(always)]
     pub fn uniform<F: Float<Int = I>>(self, dimension: I) -> F {
         to_unit(combine(combine(self.hash, dimension), self.sample))
     }
 
-    /// A hash that all samples of the pixel share, for a dimension.
+    /// The hash for a dimension that all samples of the pixel share.
     #[inline(always)]
     pub fn shared(self, dimension: I) -> I {
         combine(self.hash, dimension)

@@ -1,5 +1,5 @@
-//! Vectors, colours, hits and boxes: the types that all other modules share. Worlds and queries speak in glam's
-//! vectors and in [`Rgb`]; inside, the renderer computes in lanes of `Vector` and `Color`.
+//! Vectors, colours, hits and boxes: the types that all other modules share. Worlds and queries use glam's vectors and
+//! [`Rgb`]; the renderer computes in lanes of `Vector` and `Color`.
 
 pub(crate) mod aabb;
 pub(crate) mod elementary;

@@ -3,7 +3,7 @@
 use std::ops::{Add, AddAssign, Mul};
 
 /// Three linear components with Rec. 709 (sRGB) primaries: a reflectance, a radiance in W m⁻² sr⁻¹ or a power in W,
-/// as is said where it is used.
+/// depending on the use.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "render", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -17,7 +17,7 @@ pub struct Rgb {
 }
 
 impl Rgb {
-    /// No light at all.
+    /// Zero in every component.
     pub const BLACK: Rgb = Rgb::splat(0.0);
     /// One in every component.
     pub const WHITE: Rgb = Rgb::splat(1.0);
@@ -27,7 +27,7 @@ impl Rgb {
         Self { r, g, b }
     }
 
-    /// A grey.
+    /// A grey with `value` in every component.
     pub const fn splat(value: f32) -> Self {
         Self::new(value, value, value)
     }
@@ -47,12 +47,12 @@ impl Rgb {
         0.2126 * self.r + 0.7152 * self.g + 0.0722 * self.b
     }
 
-    /// Whether no component is infinite or NaN.
+    /// True if no component is infinite or NaN.
     pub fn is_finite(self) -> bool {
         self.r.is_finite() && self.g.is_finite() && self.b.is_finite()
     }
 
-    /// Whether every component is exactly zero.
+    /// True if every component is exactly zero.
     pub fn is_black(self) -> bool {
         self == Self::BLACK
     }

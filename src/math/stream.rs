@@ -1,11 +1,10 @@
-//! Random numbers one after another.
+//! A sequential random number generator.
 
 use std::num::Wrapping;
 
 use super::hash::{combine, mix};
 
-/// The random numbers of a seed, one after another, behind `rand`'s traits: what generators of scenes and tests draw
-/// from.
+/// The sequence of random numbers of a seed, behind `rand`'s traits, for tests and generators of scenes.
 #[derive(Clone, Debug)]
 pub struct Stream {
     hash: u32,
@@ -13,7 +12,7 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// The numbers of a seed.
+    /// The sequence of `seed`.
     pub fn new(seed: u64) -> Self {
         let halves = (Wrapping(seed as u32), Wrapping((seed >> 32) as u32));
         Self { hash: combine(mix(halves.0), halves.1).0, counter: 0 }
@@ -46,7 +45,7 @@ mod tests {
     use rand::RngExt;
 
     #[test]
-    fn a_stream_is_a_generator_for_rand() {
+    fn stream_works_as_a_generator_of_rand() {
         let mut a = Stream::new(1);
         let values: Vec<f32> = (0..1000).map(|_| a.random_range(0.0..1.0)).collect();
         let mean = values.iter().sum::<f32>() / 1000.0;

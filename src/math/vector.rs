@@ -1,4 +1,4 @@
-//! Vectors and colours over lanes: the generic twins of `Vec3` and `Rgb`.
+//! Vectors and colours in lanes: the generic counterparts of `Vec3` and `Rgb`.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -8,47 +8,47 @@ use crate::simd::{Float, Int};
 /// A vector in each lane.
 #[derive(Clone, Copy)]
 pub struct Vector<F> {
-    /// Along X.
+    /// The X component.
     pub x: F,
-    /// Along Y.
+    /// The Y component.
     pub y: F,
-    /// Along Z.
+    /// The Z component.
     pub z: F,
 }
 
 impl<F: Float> Vector<F> {
-    /// From its components.
+    /// A vector from its components.
     #[inline(always)]
     pub fn new(x: F, y: F, z: F) -> Self {
         Self { x, y, z }
     }
-    /// The same vector in every lane.
+    /// Broadcasts a vector to all lanes.
     #[inline(always)]
     pub fn splat(v: Vec3) -> Self {
         Self::new(F::splat(v.x), F::splat(v.y), F::splat(v.z))
     }
-    /// Zero.
+    /// The zero vector.
     #[inline(always)]
     pub fn zero() -> Self {
         Self::splat(Vec3::ZERO)
     }
-    /// Three consecutive entries of a table at `3 * index`.
+    /// Loads entry `index` of a table of vectors.
     #[inline(always)]
     pub fn gather(table: &[[f32; 3]], index: F::Int, mask: F::Mask) -> Self {
         Self::gather_flat(table.as_flattened(), index * F::Int::splat(3), mask)
     }
-    /// Three consecutive entries of a table from `first` on.
+    /// Loads three consecutive floats of a table, starting at `first`.
     #[inline(always)]
     pub fn gather_flat(table: &[f32], first: F::Int, mask: F::Mask) -> Self {
         let [x, y, z] = F::gather_three(table, first, mask);
         Self::new(x, y, z)
     }
-    /// a · b, summed x, y, z.
+    /// The dot product a · b, summed in the order x, y, z.
     #[inline(always)]
     pub fn dot(self, other: Self) -> F {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
-    /// a × b.
+    /// The cross product a × b.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         Self::new(
@@ -57,17 +57,17 @@ impl<F: Float> Vector<F> {
             self.x * other.y - self.y * other.x,
         )
     }
-    /// |v|.
+    /// The length |v|.
     #[inline(always)]
     pub fn length(self) -> F {
         self.dot(self).sqrt()
     }
-    /// v / |v|; not a number for a zero vector.
+    /// The unit vector v / |v|; NaN for a zero vector.
     #[inline(always)]
     pub fn normalize(self) -> Self {
         self * (F::one() / self.length())
     }
-    /// Each component without its sign.
+    /// The absolute value of each component.
     #[inline(always)]
     pub fn abs(self) -> Self {
         Self::new(self.x.abs(), self.y.abs(), self.z.abs())
@@ -123,12 +123,12 @@ pub struct Color<F> {
 }
 
 impl<F: Float> Color<F> {
-    /// From its components.
+    /// A colour from its components.
     #[inline(always)]
     pub fn new(r: F, g: F, b: F) -> Self {
         Self { r, g, b }
     }
-    /// The same colour in every lane.
+    /// Broadcasts a colour to all lanes.
     #[inline(always)]
     pub fn splat(c: Rgb) -> Self {
         Self::new(F::splat(c.r), F::splat(c.g), F::splat(c.b))
@@ -138,7 +138,7 @@ impl<F: Float> Color<F> {
     pub fn black() -> Self {
         Self::splat(Rgb::BLACK)
     }
-    /// Three consecutive entries of a table at `3 * index`.
+    /// Loads entry `index` of a table of colours.
     #[inline(always)]
     pub fn gather(table: &[[f32; 3]], index: F::Int, mask: F::Mask) -> Self {
         let v = Vector::gather(table, index, mask);
@@ -167,22 +167,22 @@ impl<F: Float> Color<F> {
     pub fn complement(self) -> Self {
         Self::new(F::one() - self.r, F::one() - self.g, F::one() - self.b)
     }
-    /// No component below `low` or above `high`.
+    /// Clamps each component to the range from `low` to `high`.
     #[inline(always)]
     pub fn clamp(self, low: f32, high: f32) -> Self {
         Self::new(self.r.clamp(low, high), self.g.clamp(low, high), self.b.clamp(low, high))
     }
-    /// The component-wise quotient.
+    /// The component-wise quotient `self` / `other`.
     #[inline(always)]
     pub fn over(self, other: Self) -> Self {
         Self::new(self.r / other.r, self.g / other.g, self.b / other.b)
     }
-    /// The same value in all components.
+    /// A grey with `value` in every component.
     #[inline(always)]
     pub fn grey(value: F) -> Self {
         Self::new(value, value, value)
     }
-    /// `self` where `weight` is 0, `other` where it is 1.
+    /// Interpolates linearly: `self` where `weight` is 0, `other` where it is 1.
     #[inline(always)]
     pub fn mix(self, other: Self, weight: F) -> Self {
         self * (F::one() - weight) + other * weight

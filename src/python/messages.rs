@@ -1,7 +1,6 @@
-//! Messages in terms of Python.
+//! Translates messages into terms of the Python module.
 
-/// Options of the command line that are arguments here, in terms of which messages say what to do. Those that take no
-/// value are switches.
+/// Command-line options that are arguments in Python, and true for those that take a value; the others are switches.
 const OPTIONS: [(&str, bool); 17] = [
     ("crop", true),
     ("depth", true),
@@ -22,10 +21,10 @@ const OPTIONS: [(&str, bool); 17] = [
     ("transport", true),
 ];
 
-/// Values that are words.
+/// Option values that are words.
 const WORDS: [&str; 7] = ["auto", "candela", "clamp", "path", "studio", "watt", "whitted"];
 
-/// A message, with arguments in place of options: `--env studio` becomes `env="studio"`.
+/// Replaces the options in a message by arguments: `--env studio` becomes `env="studio"`.
 pub fn as_arguments(message: &str) -> String {
     let message = message.replace("rayfront ls lists", "World.parts() lists");
     let mut parts = message.split("--");

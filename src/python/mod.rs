@@ -1,5 +1,5 @@
-//! The native half of the Python module, `rayfront._native`: worlds, renderings and ray queries. The convenient half
-//! is in Python, in `rayfront/`.
+//! The native part of the Python module, `rayfront._native`: worlds, renderings and ray queries. The part for users is
+//! in Python, in `rayfront/`.
 
 #![allow(missing_docs, reason = "documented in rayfront/__init__.pyi")]
 
@@ -24,7 +24,7 @@ mod _native {
     use super::world::PyWorld;
     use pyo3::prelude::*;
 
-    /// From now on, scenes of this process may refer to files outside their folders: for scenes that you trust.
+    /// Lets scenes of this process refer to files outside their folders from now on: for scenes that you trust.
     #[pyfunction]
     fn allow_outside() {
         crate::formats::allow_outside();
@@ -44,7 +44,7 @@ fn of_file(error: LoadError) -> PyErr {
                 file.display()
             ))
         }
-        // As the argument is called here.
+        // The name of the argument in Python.
         LoadError::Option { option, reason } => {
             wrong(format!("{}: {}", option.trim_end_matches("_s"), as_arguments(&reason)))
         }
@@ -64,7 +64,7 @@ fn of_output(error: SaveError) -> PyErr {
     PyOSError::new_err(error.to_string())
 }
 
-/// Any other mistake of the caller.
+/// An error for any other mistake of the caller.
 fn wrong(reason: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(reason.to_string())
 }

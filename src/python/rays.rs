@@ -10,7 +10,7 @@ use crate::math::{DAffine3, DMat3, DVec3, Vec3};
 use crate::query::{self, BuildQuality, Coherence, HitBatch, RayBatch, ShapeId};
 use crate::render::on_threads;
 
-/// How many rays a thread takes at a time: they and their hits stay in the cache.
+/// The number of rays that a thread takes at a time: they and their hits stay in the cache.
 const PART: usize = 16_384;
 
 #[pyclass(module = "rayfront._native")]
@@ -50,7 +50,7 @@ impl Builder {
         self.inner()?.add_spheres(spheres).map(|shape| shape.0).map_err(wrong)
     }
 
-    /// The first three rows of a matrix, row by row.
+    /// Places a shape by the first three rows of a matrix, row by row.
     fn place(&mut self, shape: u32, matrix: [f64; 12]) -> PyResult<u32> {
         let row = |i: usize| DVec3::new(matrix[4 * i], matrix[4 * i + 1], matrix[4 * i + 2]);
         let to_world = DAffine3 {
@@ -70,7 +70,7 @@ impl Builder {
 #[pyclass(name = "Scene", module = "rayfront._native", frozen)]
 pub struct PyScene(query::Scene);
 
-/// Rays as Python has them: a row each.
+/// Rays in Python's layout: a row each.
 struct PyRays<'a> {
     origins: &'a [[f32; 3]],
     directions: &'a [[f32; 3]],
@@ -80,7 +80,7 @@ struct PyRays<'a> {
 }
 
 impl PyRays<'_> {
-    /// Calls a function with the rays of each part, in columns, and with that part's share of the answers.
+    /// Calls a function with the rays of each part, in columns, and with the results of that part to fill.
     fn by_parts<A: Send>(
         &self,
         answers: &mut [A],
@@ -103,7 +103,7 @@ impl PyRays<'_> {
 
 #[pymethods]
 impl PyScene {
-    /// t, u, v, instance, shape and primitive of each ray.
+    /// t, u, v, instance, shape and primitive of each ray's closest hit.
     #[allow(clippy::too_many_arguments, reason = "each has a name in Python")]
     fn closest<'py>(
         &self,
@@ -141,7 +141,7 @@ impl PyScene {
         (t, u, v, instance, shape, primitive).into_pyobject(py)
     }
 
-    /// 1 for each ray that meets anything, else 0.
+    /// True for each ray that hits anything.
     #[allow(clippy::too_many_arguments, reason = "each has a name in Python")]
     fn any<'py>(
         &self,
@@ -167,7 +167,7 @@ impl PyScene {
         Ok(blocked.into_pyarray(py).into_any())
     }
 
-    /// The least and the largest corner; none if there is nothing.
+    /// The least and the largest corner of the box around the scene; none if it is empty.
     #[getter]
     fn bounds(&self) -> Option<([f32; 3], [f32; 3])> {
         self.0.bounds().map(|bounds| (bounds.min.to_array(), bounds.max.to_array()))

@@ -16,7 +16,7 @@ use crate::math::Rgb;
 use crate::scene::{Camera, Projection};
 use crate::world::Settings;
 
-/// By layer and number.
+/// Names by layer and number.
 pub type LayerNames = BTreeMap<&'static str, BTreeMap<u32, String>>;
 
 #[pyclass(name = "Rendering", module = "rayfront._native", frozen)]
@@ -24,14 +24,14 @@ pub struct PyRendering {
     film: Film,
     settings: Settings,
     layers: Vec<FilmChannel>,
-    /// What the numbers in layers stand for.
+    /// The names of the numbers in layers.
     names: LayerNames,
     camera: Camera,
     denoised: Option<Denoised>,
-    /// What every scene of its kind is told.
+    /// Notes that every scene of its kind gets.
     #[pyo3(get)]
     notes: Vec<String>,
-    /// What is probably not as intended.
+    /// Findings about probable mistakes.
     #[pyo3(get)]
     warnings: Vec<String>,
 }
@@ -83,20 +83,20 @@ impl PyRendering {
         self.colours(py, &self.film.radiance())
     }
 
-    /// The same without noise, if that was asked for and there were two samples a pixel.
+    /// The denoised radiance, as `numpy` returns it; none unless it was requested and there were two samples a pixel.
     #[getter]
     fn denoised<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.denoised.as_ref().map(|denoised| self.colours(py, &denoised.radiance)).transpose()
     }
 
-    /// What else was asked for, by name: (height, width), or (height, width, 3).
+    /// The requested layers by name: (height, width), or (height, width, 3).
     #[getter]
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let [height, width] = self.shape();
         let layers = PyDict::new(py);
         let mut rest = &self.layers[..];
         while let Some(first) = rest.first() {
-            // `normal.X`, `normal.Y` and `normal.Z` are one.
+            // `normal.X`, `normal.Y` and `normal.Z` are one layer.
             let name = first.name.split('.').next().unwrap_or_default();
             let count =
                 rest.iter().take_while(|channel| channel.name.split('.').next() == Some(name)).count();
@@ -123,13 +123,13 @@ impl PyRendering {
         Ok(layers)
     }
 
-    /// What the numbers in the layers `entity` and `material` stand for, as far as they are in the image.
+    /// The names of the numbers in the layers `entity` and `material`, as far as they are in the image.
     #[getter]
     fn names(&self) -> LayerNames {
         self.names.clone()
     }
 
-    /// From the camera's space, in which it looks along −Z and up is +Y, to the world's: (4, 4).
+    /// The transform from camera space, in which the camera looks along −Z and up is +Y, to world space: (4, 4).
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let Camera { right, up, forward, origin, .. } = self.camera;
@@ -138,7 +138,7 @@ impl PyRendering {
         Ok(rows.collect::<Vec<f32>>().into_pyarray(py).reshape([4, 4])?.into_any())
     }
 
-    /// Focal lengths and the principal point in pixels, from the image's upper left corner: (3, 3). None of an
+    /// Focal lengths and the principal point in pixels, from the image's upper left corner: (3, 3). None for an
     /// orthographic camera.
     #[getter]
     fn intrinsics<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
@@ -166,25 +166,25 @@ impl PyRendering {
         [self.film.region().width(), self.film.region().height()]
     }
 
-    /// Samples a pixel, on average.
+    /// Samples per pixel, on average.
     #[getter]
     fn samples(&self) -> f64 {
         self.film.samples_per_pixel()
     }
 
-    /// Stops by which pictures are exposed, whoever chose them.
+    /// The exposure of images in stops, given or automatic.
     #[getter]
     fn exposure(&self) -> f32 {
         exposure_ev(&self.settings, &self.film.radiance())
     }
 
-    /// The noise that is left, as a part of the image's brightness; none after one sample.
+    /// The remaining noise, relative to the image's brightness; none after one sample.
     #[getter]
     fn noise(&self) -> Option<f64> {
         self.film.relative_noise()
     }
 
-    /// The pixels for a screen, exposed and tone mapped as the scene says: (height, width, 3), sRGB.
+    /// Pixels for a screen, exposed and tone mapped by the scene's settings: (height, width, 3), sRGB.
     #[pyo3(signature = (denoised = false))]
     fn srgb<'py>(&self, py: Python<'py>, denoised: bool) -> PyResult<Bound<'py, PyAny>> {
         let options = self.options(8, denoised)?;
@@ -194,14 +194,14 @@ impl PyRendering {
         Ok(values.into_pyarray(py).reshape([height, width, 3])?.into_any())
     }
 
-    /// Writes a `.png` (exposed and tone mapped as the scene says), an `.exr` with all layers, or an `.hdr`.
+    /// Writes a `.png` (exposed and tone mapped by the scene's settings), an `.exr` with all layers, or an `.hdr`.
     #[pyo3(signature = (path, bits = 8, denoised = false))]
     fn save(&self, py: Python<'_>, path: PathBuf, bits: u8, denoised: bool) -> PyResult<()> {
         let options = self.options(bits, denoised)?;
         py.detach(|| save_image_with(path, &self.film, &self.settings, &options)).map_err(of_output)
     }
 
-    /// The same as `numpy`, for functions that take arrays.
+    /// The array that `numpy` returns, for functions that take arrays.
     #[pyo3(signature = (dtype = None, copy = None))]
     fn __array__<'py>(
         &self,

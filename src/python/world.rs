@@ -1,4 +1,4 @@
-//! Worlds: from files, or from what Python says.
+//! Worlds from files or from Python.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 use crate::render::{MemoryEstimate, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
 use crate::world::{Aov, AssetCache, Assets, Image, Mesh, Settings, SourceFiles, Tonemap, Transport};
 
-/// How often a caller that waits for a rendering is told how far it is, and may interrupt it.
+/// The interval at which a rendering reports its progress and checks for interrupts.
 const LOOK: Duration = Duration::from_millis(50);
 
 #[pyclass(name = "World", module = "rayfront._native", frozen)]
@@ -34,7 +34,7 @@ pub struct PyWorld {
     source: PySource,
 }
 
-/// Where a world came from: it is read again for an image of another shape if its camera was added for the shape that it had.
+/// The source of a world. It is read again for an image of another shape if a camera was added for the former shape.
 enum PySource {
     Text { text: String, folder: PathBuf, meshes: HashMap<String, Arc<Mesh>> },
     File { path: PathBuf, options: Box<LoadOptions>, kept: AssetCache },
@@ -65,10 +65,10 @@ impl PySource {
     }
 }
 
-/// What a finding is about, what it is, and what mends it.
+/// The subject of a finding, the finding itself, and its remedy.
 type PyParts = (Option<String>, String, Option<String>);
 
-/// Files on disk, and meshes that Python has as arrays.
+/// Files on disk, and meshes that Python gives as arrays.
 struct PyInputs {
     files: Files,
     meshes: HashMap<String, Arc<Mesh>>,
@@ -142,7 +142,7 @@ fn mesh((name, vertices, faces, normals, uvs, colors): &Arrays) -> PyResult<Mesh
 
 #[pymethods]
 impl PyWorld {
-    /// Of a scene's text; `folder` is what its files are relative to.
+    /// Parses a scene; the paths in its text are relative to `folder`.
     #[staticmethod]
     fn parse(py: Python<'_>, text: &str, folder: PathBuf, arrays: Vec<Arrays>) -> PyResult<PyWorld> {
         let mut meshes = HashMap::new();
@@ -195,7 +195,7 @@ impl PyWorld {
         py.detach(|| source.world())
     }
 
-    /// What is probably not as intended: what each finding is about, the finding, and how to fix it.
+    /// Findings about probable mistakes: the subject of each, the finding, and its remedy.
     fn check(&self, py: Python<'_>, size: Option<[u32; 2]>, camera: Option<&str>) -> PyResult<Vec<PyParts>> {
         let settings = self.settings(size, None, None, None, None, [None; 2])?;
         let again = self.for_shape(py, settings.size)?;
@@ -220,7 +220,7 @@ impl PyWorld {
         self.world.warnings.iter().map(|line| as_arguments(line)).collect()
     }
 
-    /// Names, with keys and what they say, of what a query selects; of all entities and materials if there is none.
+    /// Names, keys and values of the parts that a query selects; without a query, of all entities and materials.
     fn parts(
         &self,
         py: Python<'_>,
@@ -280,7 +280,7 @@ impl PyWorld {
         };
         let prepared = py.detach(|| on_threads(threads, prepare)).map_err(wrong)?;
         let (setup, findings) = prepared.map_err(of_scene)?;
-        // They include those of the world.
+        // They include the world's warnings.
         let (notes, mut warnings): (Vec<_>, Vec<_>) =
             check::not_found(&setup.scene.warnings, &findings).cloned().partition(|line| is_usual(line));
         warnings.extend(findings.iter().map(Finding::to_string));
@@ -324,7 +324,7 @@ impl PyWorld {
 }
 
 impl PyWorld {
-    /// The world for an image of a shape, if a camera was added for another one.
+    /// The world for an image of another shape; none if its camera does not depend on the shape.
     fn for_shape(&self, py: Python<'_>, [width, height]: [u32; 2]) -> PyResult<Option<crate::world::World>> {
         let [was_wide, was_high] = self.world.settings.size;
         let is_same = u64::from(width) * u64::from(was_high) == u64::from(was_wide) * u64::from(height);
@@ -334,7 +334,7 @@ impl PyWorld {
         py.detach(|| self.source.read(Some([width, height]))).map(Some).map_err(of_file)
     }
 
-    /// The scene's settings, with what was said for this rendering instead.
+    /// The scene's settings, overridden by the arguments of this rendering.
     fn settings(
         &self,
         size: Option<[u32; 2]>,
@@ -415,7 +415,7 @@ fn schedule_of(name: &str) -> PyResult<Schedule> {
     }
 }
 
-/// What the ids in layers stand for.
+/// The names of the ids in layers.
 fn names_in(layers: &[FilmChannel], entities: &HashMap<u32, String>, setup: &RenderSetup) -> LayerNames {
     let ids = layers.iter().filter_map(|layer| {
         let (name, _) = layer.name.split_once('.')?;
@@ -424,7 +424,7 @@ fn names_in(layers: &[FilmChannel], entities: &HashMap<u32, String>, setup: &Ren
     ids.collect()
 }
 
-/// The ways to say an exposure in Python.
+/// An exposure in Python: a number of stops, or a name.
 #[derive(FromPyObject)]
 enum PyExposure {
     Stops(f32),
@@ -449,7 +449,7 @@ fn tone_curve(name: &str) -> PyResult<Tonemap> {
         .ok_or_else(|| wrong(format!("unknown tonemap {name:?}; there are: {}", names())))
 }
 
-/// A part of an image.
+/// Checks and returns a region of an image.
 fn region([x0, y0, x1, y1]: [u32; 4], [width, height]: [u32; 2]) -> PyResult<Region> {
     if x0 < x1 && y0 < y1 && x1 <= width && y1 <= height {
         return Ok(Region { x0, y0, x1, y1 });
@@ -460,7 +460,7 @@ fn region([x0, y0, x1, y1]: [u32; 4], [width, height]: [u32; 2]) -> PyResult<Reg
     )))
 }
 
-/// Until it is done, or for a while.
+/// Waits until the worker is done, but no longer than [`LOOK`].
 fn wait<T>(worker: &std::thread::ScopedJoinHandle<'_, T>) {
     let begun = std::time::Instant::now();
     let mut nap = Duration::from_micros(200);

@@ -13,7 +13,7 @@ pub struct RayBatch {
 }
 
 impl RayBatch {
-    /// An empty batch with room for `count` rays.
+    /// Creates an empty batch with room for `count` rays.
     pub fn with_capacity(count: usize) -> Self {
         let column = || Vec::with_capacity(count);
         let columns = || [column(), column(), column()];
@@ -30,12 +30,12 @@ impl RayBatch {
         self.t_max.push(t_max);
     }
 
-    /// How many rays there are.
+    /// The number of rays.
     pub fn len(&self) -> usize {
         self.t_max.len()
     }
 
-    /// Whether there is none.
+    /// True if there are no rays.
     pub fn is_empty(&self) -> bool {
         self.t_max.is_empty()
     }
@@ -71,14 +71,14 @@ pub struct HitBatch {
 }
 
 impl HitBatch {
-    /// `count` misses.
+    /// Creates a batch of `count` misses.
     pub fn new(count: usize) -> Self {
         let mut batch = Self::default();
         batch.resize(count);
         batch
     }
 
-    /// Makes it `count` hits long; new ones are misses.
+    /// Resizes the batch to `count` hits; new ones are misses.
     pub fn resize(&mut self, count: usize) {
         self.t.resize(count, f32::INFINITY);
         self.u.resize(count, 0.0);
@@ -87,17 +87,17 @@ impl HitBatch {
         self.instance.resize(count, NONE);
     }
 
-    /// How many hits there are, misses included.
+    /// The number of hits, misses included.
     pub fn len(&self) -> usize {
         self.t.len()
     }
 
-    /// Whether there is none.
+    /// True if there are no hits.
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
     }
 
-    /// The hit at a place; `None` beyond the end.
+    /// Returns the hit at an index; `None` beyond the end.
     pub fn get(&self, index: usize) -> Option<Hit> {
         (index < self.len()).then(|| self.at(index))
     }
@@ -149,7 +149,7 @@ impl HitBatch {
         &self.primitive
     }
 
-    /// Instance ids; [`NONE`] for a miss and for what lies in world space.
+    /// Instance ids; [`NONE`] for a miss and for primitives in world space.
     pub fn instance(&self) -> &[u32] {
         &self.instance
     }

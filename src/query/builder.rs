@@ -1,4 +1,4 @@
-//! From what the caller has to a scene: checks, and what goes into which tree.
+//! The scene builder: checks of the input, and the distribution of primitives over trees.
 
 use std::mem::take;
 use std::ops::Range;
@@ -12,35 +12,34 @@ use crate::math::{Aabb, DAffine3, DMat3, DVec3, NONE};
 /// test, must be finite in single precision.
 pub const MAX_COORDINATE: f32 = 1e12;
 
-/// The most vertices, triangles, spheres, shapes and instances of a scene, each: 2²⁹.
+/// The largest number of vertices, triangles, spheres, shapes and instances of a scene, each: 2²⁹.
 pub const MAX_PRIMITIVES: usize = 1 << 29;
 
-/// Number of a mesh or of a set of spheres: shapes count from 0 in the order in which they
-/// are added.
+/// The number of a mesh or of a set of spheres: shapes count from 0 in the order in which they are added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ShapeId(pub u32);
 
-/// Number of a placed shape: instances count from 0 in the order in which they are placed.
+/// The number of a placed shape: instances count from 0 in the order in which they are placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct InstanceId(pub u32);
 
-/// Gathers shapes and where they are placed. See the [module](super) for an example.
+/// Collects shapes and their placements. See the [module](super) for an example.
 ///
-/// What is handed over is checked and copied at once. After an error the builder is unchanged and can still be used.
+/// Input is checked and copied immediately. After an error the builder is unchanged and can still be used.
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
     quality: BuildQuality,
-    /// Of all meshes.
+    /// The vertices of all meshes.
     positions: Vec<[f32; 3]>,
-    /// Of all meshes, by indices into all positions.
+    /// The triangles of all meshes, by indices into all positions.
     triangles: Vec<[u32; 3]>,
-    /// Centres and radii.
+    /// The centres and radii of spheres.
     spheres: Vec<[f32; 4]>,
     shapes: Vec<ShapeRange>,
     placed: Vec<(ShapeId, DAffine3)>,
 }
 
-/// Which part of the builder's arrays a shape is.
+/// The parts of the builder's arrays that hold a shape.
 #[derive(Clone, Debug)]
 struct ShapeRange {
     vertices: Range<usize>,
@@ -49,15 +48,15 @@ struct ShapeRange {
 }
 
 impl SceneBuilder {
-    /// Nothing yet. `quality` says how much work goes into the acceleration structure.
+    /// Creates an empty builder. `quality` sets how much work goes into the acceleration structure.
     pub fn new(quality: BuildQuality) -> Self {
         Self { quality, ..Self::default() }
     }
 
     /// Adds a mesh: vertices, and triangles as indices into them, counted from 0.
     ///
-    /// Triangles without area are allowed and never hit, vertices that no triangle uses are
-    /// allowed, and so are meshes without triangles.
+    /// Triangles without area are allowed and never hit, vertices that no triangle uses are allowed, and so are meshes
+    /// without triangles.
     ///
     /// # Errors
     ///
@@ -108,13 +107,13 @@ impl SceneBuilder {
         Ok(shape)
     }
 
-    /// Places a shape: `to_world` takes its coordinates to those of the scene. A shape can be
-    /// placed as often as wanted, and one that is not placed cannot be hit.
+    /// Places a shape: `to_world` maps its coordinates to those of the scene. A shape can be placed any number of
+    /// times, and one that is not placed cannot be hit.
     ///
     /// Any affine transform with an inverse will do: one that scales unevenly turns spheres into ellipsoids, and
-    /// mirroring is fine, too. A shape that is placed once costs no more than its triangles would without a
-    /// transform. Each placement of a shape that is placed several times costs some memory, and a transform of every
-    /// ray that comes near it.
+    /// mirroring is fine, too. A shape that is placed once costs no more than its triangles would without a transform.
+    /// Each placement of a shape that is placed several times costs some memory, and a transform of every ray that
+    /// comes near it.
     ///
     /// # Errors
     ///
@@ -147,9 +146,8 @@ impl SceneBuilder {
         Ok(ShapeId(self.shapes.len() as u32))
     }
 
-    /// Builds the acceleration structure, on all threads of the rayon pool that this is
-    /// called from (the global one, if from none). Time grows as n log n with the number of
-    /// primitives. A scene without anything in it is fine: no ray hits it.
+    /// Builds the acceleration structure, on all threads of the rayon pool that this is called from (the global one, if
+    /// from none). Time grows as n log n with the number of primitives. An empty scene is allowed: no ray hits it.
     ///
     /// # Errors
     ///
@@ -189,8 +187,8 @@ impl SceneBuilder {
         Ok(Scene { bvh, owners, statistics })
     }
 
-    /// Transforms shapes that are placed once, so that rays meet them in the world's own tree.
-    /// Says for each shape which instance that was, or [`NONE`].
+    /// Transforms shapes that are placed once, so that they lie in the world's own tree. Returns the instance of each
+    /// of these shapes, and [`NONE`] for the others.
     fn move_to_world(&mut self) -> Result<Vec<u32>, BuildError> {
         let mut uses = vec![0u32; self.shapes.len()];
         self.placed.iter().for_each(|(shape, _)| uses[shape.0 as usize] += 1);
@@ -215,8 +213,8 @@ impl SceneBuilder {
         Ok(in_world)
     }
 
-    /// Puts the primitives of the world first and those of each subtree together; what is
-    /// not placed is left out.
+    /// Puts the primitives of the world first and those of each subtree together; shapes that are not placed are left
+    /// out.
     fn in_order(&mut self, in_world: &[u32]) -> Ordered {
         let mut is_placed = vec![false; self.shapes.len()];
         self.placed.iter().for_each(|(shape, _)| is_placed[shape.0 as usize] = true);
@@ -225,7 +223,7 @@ impl SceneBuilder {
         let mut out = Ordered::default();
         let is_sorted = world.len() == self.shapes.len();
         if is_sorted {
-            // The usual case, and a large one: not copied.
+            // The usual case, and a large one: moved, not copied.
             (out.triangles, out.spheres) = (take(&mut self.triangles), take(&mut self.spheres));
         }
         let mut ends = [0u32; 2];
@@ -259,20 +257,20 @@ struct Ordered {
     triangles: Vec<[u32; 3]>,
     spheres: Vec<[f32; 4]>,
     owners: Owners,
-    /// How many triangles and spheres are the world's own.
+    /// The number of triangles and of spheres in the world's own tree.
     world: [u32; 2],
-    /// Shapes that are placed several times, with their triangles and spheres.
+    /// Shapes with a tree of their own, with their triangles and spheres.
     subtrees: Vec<(usize, Range<u32>, Range<u32>)>,
 }
 
-/// Moves a point, rounded once; says whether it is still in range.
+/// Transforms a point, rounded once; returns true if it is still in range.
 fn transform(position: &mut [f32; 3], matrix: &DAffine3) -> bool {
     let moved = matrix.transform_point3(DVec3::from_array(position.map(f64::from))).as_vec3();
     *position = moved.to_array();
     position.iter().all(|c| in_range(*c))
 }
 
-/// Whether all of a box is in range after the transform.
+/// True if all of a box is in range after the transform.
 fn stays_in_reach(bounds: &Aabb, to_world: &DAffine3) -> bool {
     let corners = (0..8).map(|i| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };

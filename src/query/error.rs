@@ -1,9 +1,9 @@
-//! What a scene cannot be built from, and what a query cannot be asked.
+//! Errors of building scenes and of queries.
 
 use super::builder::{MAX_COORDINATE, MAX_PRIMITIVES};
 
-/// Why a scene cannot be built. Shapes and instances have the numbers that the builder gives them; all other numbers
-/// count from 0.
+/// The reason why a scene cannot be built. Shapes and instances have the numbers that the builder gives them; all other
+/// numbers count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
@@ -12,11 +12,11 @@ pub enum BuildError {
         "shape {shape}: vertex {vertex} is at {position:?}: coordinates are numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}"
     )]
     Vertex {
-        /// Number that the shape would have had.
+        /// The number that the shape would have had.
         shape: u32,
-        /// Its place in the positions.
+        /// The index of the vertex in the positions.
         vertex: usize,
-        /// Where it is.
+        /// The position of the vertex.
         position: [f32; 3],
     },
     /// A triangle has a corner that the mesh does not have.
@@ -24,13 +24,13 @@ pub enum BuildError {
         "shape {shape}: triangle {triangle} has the vertex {index}, and there are {vertices}, counted from 0"
     )]
     Index {
-        /// Number that the shape would have had.
+        /// The number that the shape would have had.
         shape: u32,
-        /// Its place in the triangles.
+        /// The index of the triangle.
         triangle: usize,
-        /// The vertex that it asks for.
+        /// The index of the missing vertex.
         index: u32,
-        /// How many there are.
+        /// The number of vertices.
         vertices: usize,
     },
     /// A sphere is not at a finite place, is too far away or too large to compute with, or has no size.
@@ -38,23 +38,23 @@ pub enum BuildError {
         "shape {shape}: sphere {sphere} is at {center:?} with a radius of {radius}: coordinates are numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}, and a radius is above 0 and no more than that"
     )]
     Sphere {
-        /// Number that the shape would have had.
+        /// The number that the shape would have had.
         shape: u32,
-        /// Its place in the spheres.
+        /// The index of the sphere.
         sphere: usize,
-        /// Where it is.
+        /// The centre of the sphere.
         center: [f32; 3],
-        /// How large it is.
+        /// The radius of the sphere.
         radius: f32,
     },
-    /// What is to be placed was never added.
+    /// The shape to be placed was never added.
     #[error("instance {instance} places shape {shape}, and there are {shapes}, counted from 0")]
     UnknownShape {
-        /// Number that the instance would have had.
+        /// The number that the instance would have had.
         instance: u32,
-        /// The shape that it asks for.
+        /// The number of the missing shape.
         shape: u32,
-        /// How many there are.
+        /// The number of shapes.
         shapes: usize,
     },
     /// A transform is not finite, squeezes space flat, or is so large or so small that it or its inverse leaves the
@@ -63,9 +63,9 @@ pub enum BuildError {
         "instance {instance}: its transform {reason}: it must have an inverse, and both hold numbers from -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}"
     )]
     Transform {
-        /// Number that the instance would have had.
+        /// The number that the instance would have had.
         instance: u32,
-        /// What is wrong with it.
+        /// The fault in the transform.
         reason: &'static str,
     },
     /// A transform moves its shape out of the range of coordinates.
@@ -75,25 +75,25 @@ pub enum BuildError {
     OutOfReach {
         /// The instance.
         instance: u32,
-        /// What it places.
+        /// The shape that it places.
         shape: u32,
     },
-    /// More than ids can count.
+    /// There is more than ids can count.
     #[error("there are {count} {what}, and the most is {MAX_PRIMITIVES}")]
     TooMany {
         /// Vertices, triangles, spheres, shapes or instances.
         what: &'static str,
-        /// How many there would have been.
+        /// The number that there would have been.
         count: usize,
     },
 }
 
-/// The columns of a query are of different lengths, so that it is not clear how many rays
-/// there are. Nothing was traced and nothing written.
+/// The columns of a query have different lengths, so the number of rays is unclear. Nothing was traced and nothing
+/// written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{column} has {length} entries, and there are {rays} rays (entries of t_max)")]
 pub struct LengthMismatch {
-    /// Which of the columns.
+    /// The name of the column.
     pub column: &'static str,
     /// Its length.
     pub length: usize,

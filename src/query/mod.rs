@@ -34,7 +34,7 @@
 //! assert_eq!(places[2].map(|p| (p.instance, p.shape, p.primitive)), Some((there, square, 1)));
 //! assert_eq!(places[3], None);
 //!
-//! // Is anything in the way? On several threads, with a tracer for each.
+//! // Any-hit queries, on several threads with a tracer for each.
 //! let mut blocked = vec![0; rays.len()];
 //! std::thread::scope(|scope| {
 //!     for (rays, blocked) in rays.chunks(2).zip(blocked.chunks_mut(2)) {
@@ -48,22 +48,21 @@
 //!
 //! # Shapes and instances
 //!
-//! A [`SceneBuilder`] takes *shapes*, that is, meshes and sets of spheres, each in coordinates of its own, and
-//! *places* them: an instance is a shape and an affine transform. A shape that is not placed cannot be hit. Each
-//! shape is stored once, however often it is placed. A shape that is placed once is moved into the world (spheres
-//! only if the transform is a translation) and costs what it would cost without a transform. For all others, rays are
-//! transformed to the shape's space, in single precision. An instance places a shape, never other instances.
+//! A [`SceneBuilder`] takes *shapes*, that is, meshes and sets of spheres, each in coordinates of its own, and *places*
+//! them: an instance is a shape and an affine transform. A shape that is not placed cannot be hit. Each shape is stored
+//! once, however often it is placed. A shape that is placed once is moved into the world (spheres only if the transform
+//! is a translation) and costs what it would cost without a transform. For all others, rays are transformed to the
+//! shape's space, in single precision. An instance places a shape, never other instances.
 //!
-//! Everything is checked when it is added: a [`BuildError`] says which shape, triangle,
-//! sphere or instance is at fault. Limits are [`MAX_PRIMITIVES`] and [`MAX_COORDINATE`]; what
-//! is smaller than 10⁻¹² may be missed.
+//! Everything is checked when it is added: a [`BuildError`] names the shape, triangle, sphere or instance at fault.
+//! Limits are [`MAX_PRIMITIVES`] and [`MAX_COORDINATE`]; anything smaller than 10⁻¹² may be missed.
 //!
 //! # Rays
 //!
-//! A ray is the points `origin + t · direction` with `t_min` < t ≤ `t_max`. `t_min` itself is excluded, so that a ray
-//! that starts on a surface with a `t_min` of 0 does not hit it there; `t_max` is included. A query takes rays in
-//! columns, one slice for each component: views of memory that the caller has ([`Rays`]), or a [`RayBatch`], which
-//! owns its columns.
+//! A ray is the set of points `origin + t · direction` with `t_min` < t ≤ `t_max`. `t_min` itself is excluded, so that
+//! a ray that starts on a surface with a `t_min` of 0 does not hit that surface; `t_max` is included. A query takes
+//! rays in columns, one slice for each component: views of memory that the caller has ([`Rays`]), or a [`RayBatch`],
+//! which owns its columns.
 //!
 //! - `direction` need not be of unit length; t is measured in its length. It should be between 10⁻⁶ and 10⁶ long:
 //!   with a shorter or longer one the ray may miss. With one of length zero it misses.
@@ -71,16 +70,14 @@
 //! - `t_max` is infinity where nothing bounds the ray. With a `t_max` below `t_min` it misses.
 //! - A ray with a NaN anywhere, or with infinity in its origin or direction, misses.
 //!
-//! Columns need no alignment and may have any length, zero included. Many rays at once are faster than one at a time:
-//! [`QUEUE`] of them are best, some thousands nearly as good, and a few dozen are the least that fill the lanes of
-//! the processor. [`Coherence`] is what the caller knows about rays that follow each other. It affects the time that
-//! a query takes and nothing else.
+//! Columns need no alignment and may have any length, zero included. Batches of rays are faster than single rays:
+//! [`QUEUE`] of them are best, some thousands nearly as good, and a few dozen are the least that fill the lanes of the
+//! processor. [`Coherence`] is a hint about consecutive rays. It affects only the time that a query takes.
 //!
 //! # What a ray hits
 //!
-//! Triangles are hit from both sides; nothing is culled. Spheres are surfaces: a ray from
-//! inside hits them, too, and the hit is the first of the two intersections beyond `t_min`.
-//! Triangles without area are never hit.
+//! Triangles are hit from both sides; nothing is culled. Spheres are surfaces: a ray from inside hits them, too, and
+//! the hit is the first of the two intersections beyond `t_min`. Triangles without area are never hit.
 //!
 //! A hit is a row of five columns ([`HitsMut`] views them, a [`HitBatch`] owns them):
 //!
@@ -91,13 +88,13 @@
 //! | `primitive` | an id within the scene | [`NONE`] |
 //! | `instance` | an id within the scene, or [`NONE`] | [`NONE`] |
 //!
-//! The point that was hit is (1 − u − v) · a + u · b + v · c on the triangle a b c, which is more exact than
-//! `origin + t · direction`; in an instance, that point has to be transformed. Whatever is linear over a triangle is
-//! interpolated in the same way. `u` and `v` are at least 0 and `u + v` is at most 1, up to rounding.
+//! The point that was hit is (1 − u − v) · a + u · b + v · c on the triangle a b c, which is more exact than `origin +
+//! t · direction`; in an instance, that point has to be transformed. Whatever is linear over a triangle is interpolated
+//! in the same way. `u` and `v` are at least 0 and `u + v` is at most 1, up to rounding.
 //!
-//! `primitive` and `instance` are ids within the built scene, which can be compared and stored. [`Scene::locate`]
-//! turns them into a [`HitPrimitive`]: the instance, the shape, and the place of the triangle or sphere among those
-//! that were handed over. (Queries write only what they find; the rest is looked up for the hits that need it.)
+//! `primitive` and `instance` are ids within the built scene, which can be compared and stored. [`Scene::locate`] turns
+//! them into a [`HitPrimitive`]: the instance, the shape, and the index of the triangle or sphere among those that were
+//! added. (Queries write only these columns; the rest is looked up for the hits that need it.)
 //!
 //! # Exactness
 //!
@@ -107,23 +104,23 @@
 //! computed in double precision, so that a ray which leaves a surface from a point that is off by its rounding error
 //! does not hit it again.
 //!
-//! The answer is a function of scene and ray: it is the same, to the last bit, for every [`Coherence`] and [`Isa`],
-//! for every split of rays into batches, and with any number of threads. Of hits at the same t, the one with the
+//! The result is a function of scene and ray: it is the same, to the last bit, for every [`Coherence`] and [`Isa`], for
+//! every split of rays into batches, and with any number of threads. Among hits at the same t, the one with the
 //! smallest ids wins: within a mesh, the triangle that comes first. The same calls build the same scene; with another
 //! [`BuildQuality`], the t of a grazing hit may differ in its last bits.
 //!
 //! # Threads, memory and time
 //!
-//! A [`Scene`] never changes: it is `Send` and `Sync`, and any number of threads may trace through it at once, each
-//! with a [`Tracer`] of its own. There are no locks and no global state. A tracer's buffers grow with its first
-//! queries and are kept; then queries allocate nothing. A query runs on the thread that calls it; to use several,
-//! give each a part of the rays ([`RayBatch::chunks`], [`HitBatch::chunks_mut`]). [`SceneBuilder::build`] uses the
-//! threads of the rayon pool that it is called from.
+//! A [`Scene`] is immutable: it is `Send` and `Sync`, and any number of threads may trace through it concurrently, each
+//! with a [`Tracer`] of its own. There are no locks and no global state. A tracer's buffers grow with its first queries
+//! and are reused; then queries allocate nothing. A query runs on the thread that calls it; to use several, give each a
+//! part of the rays ([`RayBatch::chunks`], [`HitBatch::chunks_mut`]). [`SceneBuilder::build`] uses the threads of the
+//! rayon pool that it is called from.
 //!
 //! A scene takes 50 to 60 bytes for each triangle and about 150 for each instance ([`Scene::memory_bytes`]). The
-//! builder's copy of vertices and triangles is gone after building, so keep what shading needs. While it is built, it
-//! takes another 80 to 90 bytes for each triangle ([`Statistics`]). Time to build grows as n log n, time to trace a
-//! ray roughly as log n. [`BuildQuality`] trades one for the other.
+//! builder's copy of vertices and triangles is freed after building, so keep what shading needs. During the build, a
+//! scene takes another 80 to 90 bytes for each triangle ([`Statistics`]). Time to build grows as n log n, time to trace
+//! a ray roughly as log n. [`BuildQuality`] trades one for the other.
 //!
 //! Queries never panic, and the only error is [`LengthMismatch`].
 //!

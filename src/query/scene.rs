@@ -1,4 +1,4 @@
-//! What rays are traced through, and what a thread needs to trace them.
+//! The scene that rays are traced through, and the tracer of a thread.
 
 use super::builder::{InstanceId, ShapeId};
 use super::error::LengthMismatch;
@@ -6,8 +6,8 @@ use crate::bvh::{self, BuildQuality, BuildStatistics, Bvh, Coherence, HitsMut, R
 use crate::math::{Aabb, Hit, NONE};
 use crate::simd::Isa;
 
-/// Shapes in their places, ready for rays. Made by [`SceneBuilder::build`] and never changed
-/// again, so threads share it by reference or in an [`Arc`](std::sync::Arc).
+/// Placed shapes, ready for rays. Made by [`SceneBuilder::build`] and immutable, so threads share it by reference or in
+/// an [`Arc`](std::sync::Arc).
 ///
 /// [`SceneBuilder::build`]: super::SceneBuilder::build
 #[derive(Clone, Debug)]
@@ -17,44 +17,44 @@ pub struct Scene {
     pub(super) statistics: Statistics,
 }
 
-/// From the ids of the tree to those of the caller.
+/// The mapping from ids of the tree to those of the caller.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Owners {
-    /// First triangle and number of each shape that has any, ascending.
+    /// The first triangle and the number of each shape that has any, ascending.
     pub triangles: Vec<(u32, u32)>,
-    /// The same for spheres.
+    /// The first sphere and the number of each shape that has any, ascending.
     pub spheres: Vec<(u32, u32)>,
-    /// For each shape the instance that lies in the world's tree, or [`NONE`].
+    /// The instance of each shape that lies in the world's tree, or [`NONE`].
     pub in_world: Vec<u32>,
-    /// For each instance of the tree the caller's.
+    /// The caller's number of each instance of the tree.
     pub instances: Vec<u32>,
 }
 
-/// What a scene holds and what building it took.
+/// The contents of a scene, and statistics of its build.
 #[derive(Clone, Copy, Debug)]
 pub struct Statistics {
     /// Shapes that were added, placed or not.
     pub shapes: usize,
     /// Placed shapes.
     pub instances: usize,
-    /// Of all placed shapes, each shape's once.
+    /// Triangles of all placed shapes, each shape counted once.
     pub triangles: usize,
-    /// Of all placed shapes, each shape's once.
+    /// Spheres of all placed shapes, each shape counted once.
     pub spheres: usize,
-    /// The quality that was asked for.
+    /// The requested quality.
     pub quality: BuildQuality,
-    /// What building took.
+    /// Statistics of the build.
     pub build: BuildStatistics,
 }
 
-/// What a ray hit, in the caller's numbers.
+/// The primitive that a ray hit, in the caller's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HitPrimitive {
-    /// Which placed shape.
+    /// The placed shape.
     pub instance: InstanceId,
-    /// Which shape that is.
+    /// The shape that the instance places.
     pub shape: ShapeId,
-    /// Which of its triangles or spheres, counted from 0 as they were handed over.
+    /// The index of the triangle or sphere in the shape, counted from 0 in the order in which they were added.
     pub primitive: u32,
 }
 
@@ -65,8 +65,8 @@ impl Scene {
         self.bvh.root.map(|root| root.bounds)
     }
 
-    /// Bytes that the scene takes. The memory of the builder has been freed: triangles are kept only in the
-    /// acceleration structure.
+    /// The number of bytes that the scene takes. The memory of the builder has been freed: triangles are stored only in
+    /// the acceleration structure.
     pub fn memory_bytes(&self) -> usize {
         let Owners { triangles, spheres, in_world, instances } = &self.owners;
         self.bvh.bytes()
@@ -76,24 +76,24 @@ impl Scene {
             + size_of_val(&instances[..])
     }
 
-    /// Counts, and what building took.
+    /// Counts, and statistics of the build.
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
     }
 
-    /// What a thread needs to trace rays, with the widest instructions that the processor
-    /// has. Make one for each thread and keep it: this allocates some kilobytes.
+    /// Creates a tracer with the widest instruction set that the processor has. Make one for each thread and reuse it:
+    /// this allocates some kilobytes.
     pub fn tracer(&self) -> Tracer<'_> {
         self.tracer_at(Isa::detect())
     }
 
-    /// [`Self::tracer`] with the instruction set of `level`. The answers are the same to the last bit.
+    /// [`Self::tracer`] with the instruction set `isa`. Hits are the same to the last bit.
     pub fn tracer_at(&self, isa: Isa) -> Tracer<'_> {
         Tracer { scene: self, isa, stack: Stack::new(&self.bvh) }
     }
 
-    /// What a ray hit, in the caller's numbers; `None` for a miss, and for ids that are not of this scene. The time
-    /// that it takes grows with the logarithm of the number of shapes.
+    /// Returns the primitive of a hit in the caller's numbers; `None` for a miss, and for ids that are not of this
+    /// scene. Time grows with the logarithm of the number of shapes.
     pub fn locate(&self, hit: &Hit) -> Option<HitPrimitive> {
         if hit.is_miss() {
             return None;
@@ -113,7 +113,7 @@ impl Scene {
     }
 }
 
-/// Traces rays on one thread: a scene, an instruction set and a stack.
+/// A tracer of rays on one thread: a scene, an instruction set and a traversal stack.
 pub struct Tracer<'a> {
     scene: &'a Scene,
     isa: Isa,
@@ -121,8 +121,8 @@ pub struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// Finds the nearest hit of each ray. Every entry of `hits` is written; see [`HitsMut`] for what a miss looks
-    /// like, and the [module](super#what-a-ray-hits) for what counts as a hit.
+    /// Finds the nearest hit of each ray. Every entry of `hits` is written; see [`HitsMut`] for the values of a miss,
+    /// and the [module](super#what-a-ray-hits) for what counts as a hit.
     ///
     /// # Errors
     ///
@@ -142,8 +142,8 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// Writes 1 for each ray that hits anything, else 0. Faster than [`Self::closest`], since it stops at the first
-    /// hit that it finds.
+    /// Writes 1 for each ray that hits anything, else 0. Faster than [`Self::closest`], since traversal stops at the
+    /// first hit found.
     ///
     /// # Errors
     ///

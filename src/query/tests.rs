@@ -1,4 +1,4 @@
-//! The front against brute force in double precision, its checks and its ids.
+//! Tests of queries against brute force in double precision, of input checks and of ids.
 
 use proptest::prelude::*;
 use rand::RngExt;
@@ -8,7 +8,7 @@ use crate::math::stream::Stream;
 use crate::math::{DAffine3, DQuat, DVec3, Hit, NONE, Vec3};
 use crate::simd::Isa;
 
-/// What was handed to a builder.
+/// A shape that is added to a builder.
 #[derive(Clone, Debug)]
 enum Handed {
     Mesh(Vec<[f32; 3]>, Vec<[u32; 3]>),
@@ -37,8 +37,8 @@ impl Input {
         builder.build().expect("a scene")
     }
 
-    /// Every primitive that the ray meets, or may meet but for rounding: where it is, t, and
-    /// whether it is certain. All in double precision and without a tree.
+    /// Returns every primitive that the ray hits, or may hit within rounding: its ids, t, and true if the hit is
+    /// certain. All in double precision and without a tree.
     fn meets(&self, ray: &RayParts) -> Vec<(HitPrimitive, f64, bool)> {
         let mut out = Vec::new();
         for (instance, (shape, matrix)) in self.placed.iter().enumerate() {
@@ -46,7 +46,7 @@ impl Input {
                 let instance = InstanceId(instance as u32);
                 let place = HitPrimitive { instance, shape: ShapeId(*shape), primitive: primitive as u32 };
                 let (low, high) = (f64::from(ray.t_min), f64::from(ray.t_max));
-                // What is uncertain may be where the ray grazes it, far from here.
+                // An uncertain hit may be where the ray grazes the primitive, far from here.
                 let slack = if is_certain { TOLERANCE } else { 10.0 } / ray.direction.length();
                 if t > low - slack && t <= high + slack {
                     out.push((place, t, is_certain && t > low + slack && t <= high - slack));
@@ -69,7 +69,7 @@ impl Input {
         out
     }
 
-    /// The point of a triangle's weights, in the world.
+    /// The point in the world with the hit's barycentric coordinates on a triangle.
     fn point(&self, place: &HitPrimitive, hit: &Hit) -> Option<DVec3> {
         let (shape, matrix) = &self.placed[place.instance.0 as usize];
         assert_eq!(place.shape, ShapeId(*shape));
@@ -104,7 +104,7 @@ fn meets_triangle(ray: &RayParts, [a, b, c]: [DVec3; 3], mut add: impl FnMut(f64
     let least = inside(a, b).min(inside(b, c)).min(inside(c, a));
     let slope = across.abs() / (normal.length() * ray.direction.length());
     if slope < 0.02 || normal.length() < 0.02 {
-        // Ill-conditioned: anything near it will do.
+        // Ill-conditioned: any t near it is accepted.
         let t = (a - ray.origin).dot(ray.direction) / ray.direction.length_squared();
         add(t, false);
     } else if least > -TOLERANCE / slope {
@@ -194,8 +194,8 @@ fn trace(scene: &Scene, isa: Isa, rays: &RayBatch) -> (HitBatch, Vec<u32>) {
     (hits, blocked)
 }
 
-/// Panics where they differ. Returns how many rays hit an instance of the tree, and how many something in the world's
-/// own tree.
+/// Panics if the results differ. Returns the number of rays that hit an instance of the tree, and of those that hit a
+/// primitive in the world's own tree.
 fn compare_with_brute_force(seed: u64) -> [usize; 2] {
     let mut random = Stream::new(seed);
     let input = random_input(&mut random);
@@ -230,7 +230,7 @@ fn compare_with_brute_force(seed: u64) -> [usize; 2] {
 }
 
 #[test]
-fn random_scenes_are_hit_in_all_ways() {
+fn random_scenes_hit_instances_and_world_tree() {
     let counts = (0..80).map(compare_with_brute_force);
     let [placed, world] = counts.fold([0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]]);
     assert!(placed > 300 && world > 200, "{placed}, {world}");
@@ -240,12 +240,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
-    fn hits_are_those_of_brute_force(seed: u64) {
+    fn hits_match_brute_force(seed: u64) {
         compare_with_brute_force(seed);
     }
 
     #[test]
-    fn answers_are_the_same_however_they_are_asked_for(seed: u64, size in 1usize..70) {
+    fn hits_are_independent_of_isa_coherence_and_batch_size(seed: u64, size in 1usize..70) {
         let mut random = Stream::new(seed);
         let scene = random_input(&mut random).build();
         let (rays, _) = random_rays(&mut random, 150);
@@ -285,7 +285,7 @@ fn place_at(scene: &Scene, x: f32, y: f32) -> Option<(u32, u32, u32)> {
 }
 
 #[test]
-fn ids_are_those_of_the_caller() {
+fn locate_returns_ids_of_the_caller() {
     let right = |x: f64| DAffine3::from_translation(DVec3::X * x);
     let mut builder = SceneBuilder::new(BuildQuality::Fast);
     let unused = builder.add_mesh(&SQUARE, &HALVES).expect("a mesh");
@@ -324,7 +324,7 @@ fn ids_are_those_of_the_caller() {
 }
 
 #[test]
-fn ids_of_another_scene_are_nowhere() {
+fn locate_returns_none_for_ids_of_another_scene() {
     let mut builder = SceneBuilder::default();
     let mesh = builder.add_mesh(&SQUARE, &HALVES).expect("a mesh");
     builder.place(mesh, &DAffine3::IDENTITY).expect("an instance");
@@ -338,7 +338,7 @@ fn ids_of_another_scene_are_nowhere() {
 }
 
 #[test]
-fn nothing_is_hit_by_no_ray() {
+fn empty_scenes_and_empty_batches_have_no_hits() {
     for scene in [
         Input::default().build(),
         Input { shapes: vec![Handed::Spheres(vec![])], placed: vec![(0, DAffine3::IDENTITY); 2] }.build(),
@@ -351,7 +351,7 @@ fn nothing_is_hit_by_no_ray() {
 }
 
 #[test]
-fn rays_that_make_no_sense_miss() {
+fn degenerate_rays_miss() {
     let mut builder = SceneBuilder::default();
     let mesh = builder.add_mesh(&SQUARE, &HALVES).expect("a mesh");
     let ball = builder.add_spheres(&[[0.5, 0.5, 2.0, 0.5]]).expect("spheres");
@@ -381,9 +381,9 @@ fn rays_that_make_no_sense_miss() {
     }
 }
 
-/// The largest and the smallest that there may be, with the longest and shortest directions.
+/// Scenes of the largest and the smallest size, with the longest and the shortest directions.
 #[test]
-fn sizes_at_the_limits_are_hit() {
+fn scenes_at_the_size_limits_are_hit() {
     for size in [MAX_COORDINATE, 1e-12] {
         let mut builder = SceneBuilder::default();
         let mesh = builder.add_mesh(&SQUARE.map(|p| p.map(|c| c * size)), &HALVES).expect("a mesh");
@@ -408,7 +408,7 @@ fn sizes_at_the_limits_are_hit() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_with_its_place() {
+fn invalid_input_is_rejected_with_its_index() {
     let mut builder = SceneBuilder::default();
     let mesh = builder.add_mesh(&SQUARE, &HALVES).expect("a mesh");
     let mut bent = SQUARE;
@@ -431,11 +431,11 @@ fn what_makes_no_sense_is_refused_with_its_place() {
         let error = builder.place(mesh, &DAffine3::from_scale(scale)).expect_err("no inverse");
         assert!(matches!(error, BuildError::Transform { instance: 0, .. }), "{error}");
     }
-    // Nothing of all that is left behind.
+    // The rejected input has left nothing behind.
     builder.place(mesh, &DAffine3::IDENTITY).expect("an instance");
     assert_eq!(place_at(&builder.clone().build().expect("a scene"), 0.75, 0.25), Some((0, 0, 0)));
 
-    // In range each by itself, but not together.
+    // Each is in range, but their product is not.
     let far = builder.add_mesh(&SQUARE.map(|p| p.map(|c| c * 1e10)), &HALVES).expect("a mesh");
     for times in 1..3 {
         let mut builder = builder.clone();
@@ -446,7 +446,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
 }
 
 #[test]
-fn columns_of_other_lengths_are_refused() {
+fn columns_of_different_lengths_are_rejected() {
     let scene = Input::default().build();
     let mut tracer = scene.tracer();
     let rays = down(0.0, 0.0);
@@ -462,7 +462,7 @@ fn columns_of_other_lengths_are_refused() {
 }
 
 #[test]
-fn batches_keep_what_they_are_given() {
+fn batches_store_rays_and_split_into_chunks() {
     let mut rays = RayBatch::with_capacity(3);
     for i in 0..3 {
         let i = i as f32;
@@ -486,7 +486,7 @@ fn batches_keep_what_they_are_given() {
 }
 
 #[test]
-fn scenes_can_be_shared() {
+fn scene_types_are_send_and_sync() {
     fn check<T: Send + Sync>() {}
     check::<Scene>();
     check::<SceneBuilder>();

@@ -1,16 +1,16 @@
-//! Which blocks of pixels get more samples: with as many rays in all as uniform sampling would take, spent where they
+//! Adaptive sampling by blocks of pixels: with as many rays in total as uniform sampling would take, spent where they
 //! reduce the error most.
 //!
-//! Rounds double the samples of the blocks that go on: after 16 samples of all, to 32, 64 and so on. Which ones go on
-//! depends on the film's integers at the end of a round and on how many rays the first samples took, and on nothing
-//! else, so that all ways to render choose alike. The arithmetic here is what IEEE 754 rounds in the same way
-//! everywhere.
+//! Rounds double the samples of the blocks that continue: after 16 samples of all blocks, to 32, 64 and so on. The
+//! choice depends only on the film's integers at the end of a round and on the number of rays of the first samples, so
+//! it is the same for all ways to render. The arithmetic here is restricted to operations that IEEE 754 rounds in the
+//! same way everywhere.
 //!
 //! Stopping by the same samples that are averaged is biased (Kirk and Arvo 1991, "Unbiased sampling techniques for
-//! image synthesis"): what looks quiet by chance stops early. Over blocks of 256 pixels, and from 16 samples on,
-//! little of that is left: the means of 16 images of two scenes were 0.8 % below and 0.4 % above those of uniform
-//! samples, with a deviation of 0.7 %. [`Adaptive::Unbiased`] chooses once, by a pilot whose samples are discarded: a
-//! sixteenth of the samples decides about the others, which can then be rendered in any order and place.
+//! image synthesis"): a block with little noise by chance stops early. Over blocks of 256 pixels, and from 16 samples
+//! on, little of that bias is left: the means of 16 images of two scenes were 0.8 % below and 0.4 % above those of
+//! uniform samples, with a deviation of 0.7 %. [`Adaptive::Unbiased`] chooses once, by a pilot whose samples are
+//! discarded: a sixteenth of the samples decides about the others, which can then be rendered in any order and place.
 //!
 //! [`Adaptive::Unbiased`]: crate::world::Adaptive::Unbiased
 
@@ -21,48 +21,48 @@ use std::ops::Range;
 use crate::film::{Allocation, Film, PixelSum, Region};
 use crate::integrator::reuse::BLOCK;
 
-/// Samples that all pixels get: what is chosen by fewer is chosen by chance.
+/// The number of samples that all pixels get: with fewer, blocks would be chosen by chance.
 pub const PILOT: u32 = Allocation::LEAST;
 /// The number of a pilot's first sample, beyond all samples that count.
 pub const FIRST_OF_PILOT: u32 = 1 << 28;
 /// A block gets at most this many times the average number of samples.
 const MOST: u32 = 16;
-/// Blocks that are darker than this part of the image's mean count as that bright.
+/// The lower limit of a block's brightness, as a fraction of the image's mean.
 const DARK: f64 = 0.5;
-/// A pixel's noise, squared, counts as at most this many times its block's brightness, squared: what one sample in
-/// thousands finds is not found by twice as many.
+/// The upper limit of a pixel's squared noise, as a multiple of its block's squared brightness: light that one sample
+/// in thousands finds is not found by twice as many.
 const OUTLIER: f64 = 4.0;
 
-/// Samples that some blocks are to get.
+/// A round: samples that some blocks get.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Round {
-    /// Which samples.
+    /// The samples.
     pub samples: Range<u32>,
-    /// Which blocks of the region, row by row.
+    /// True for each block of the region that gets them, row by row.
     pub blocks: Vec<bool>,
 }
 
-/// What is known of a block.
+/// The noise and the cost of a block.
 struct BlockNoise {
-    /// Variance of a sample, relative to the square of the brightness, added over its pixels.
+    /// The variance of a sample, relative to the square of the brightness, summed over the block's pixels.
     variance: f64,
     pixels: f64,
-    /// Samples a pixel.
+    /// Samples per pixel.
     samples: u32,
-    /// What a sample of all its pixels costs.
+    /// The cost of one sample of all its pixels.
     price: f64,
 }
 
-/// The blocks of a region: squares of the whole image, cut off at its edges.
+/// Returns the blocks of a region: squares of the whole image, clipped to the region.
 pub fn blocks(region: Region) -> Vec<Region> {
     super::tiles(region, BLOCK)
 }
 
-/// Which blocks go on after a round; `None` when all have what they get. `rays` is how many the first [`PILOT`]
-/// samples of each block took, and `budget` is how many samples of every pixel all of it may cost.
+/// Returns the next round; `None` when all blocks have their samples. `rays` is the number of rays of the first
+/// [`PILOT`] samples of each block, and `budget` is the total cost, in samples of every pixel.
 pub fn next_round(film: &Film, rays: &[u64], budget: u32) -> Option<Round> {
     let mut known = measured(film, &blocks(film.region()));
-    // Where nothing is known, all blocks cost the same.
+    // Without ray counts, cost is proportional to area.
     known.iter_mut().zip(rays).for_each(|(block, rays)| block.price = (*rays).max(1) as f64);
     let reached = known.iter().map(|block| block.samples).max()?;
     let next = reached.checked_mul(2)?;
@@ -70,14 +70,14 @@ pub fn next_round(film: &Film, rays: &[u64], budget: u32) -> Option<Round> {
     blocks.contains(&true).then_some(Round { samples: reached..next, blocks })
 }
 
-/// How many samples such a pilot takes of each pixel.
+/// Returns the number of samples per pixel of a discarded pilot.
 pub fn pilot_samples(budget: u32) -> u32 {
     // More than 64 would be many for a pilot.
     (budget / 16).clamp(PILOT, 4 * PILOT)
 }
 
-/// How many samples blocks get, by a pilot whose samples are discarded but have to be paid for; `rays` is how many it
-/// took in each block.
+/// Returns the number of samples of each block, chosen by a pilot whose samples are discarded but count against the
+/// budget; `rays` is the pilot's number of rays in each block.
 pub fn allocation(film: &Film, rays: &[u64], budget: u32) -> Option<Allocation> {
     let mut known = measured(film, &blocks(film.region()));
     known.iter_mut().zip(rays).for_each(|(block, rays)| block.price = (*rays).max(1) as f64);
@@ -85,7 +85,7 @@ pub fn allocation(film: &Film, rays: &[u64], budget: u32) -> Option<Allocation> 
     Allocation::new(allocated(&known, budget.saturating_sub(pilot_samples(budget)), PILOT))
 }
 
-/// The same for a part of a region.
+/// Restricts the allocation of a region to a part of it.
 pub fn allocation_of_part(allocation: &Allocation, region: Region, part: Region) -> Option<Allocation> {
     // Blocks are squares of the whole image, whatever part of them a region cuts off.
     let place = |block: &Region| [block.x0 / BLOCK, block.y0 / BLOCK];
@@ -100,7 +100,7 @@ fn samples(pixel: &PixelSum) -> u32 {
     pixel.count[0] + pixel.count[1]
 }
 
-/// What the film says of its blocks.
+/// Estimates the noise of a film's blocks.
 fn measured(film: &Film, places: &[Region]) -> Vec<BlockNoise> {
     let quantum = film.unit().quantum();
     let mean = |p: &PixelSum, parity: usize, c: usize| {
@@ -133,8 +133,8 @@ fn measured(film: &Film, places: &[Region]) -> Vec<BlockNoise> {
     known
 }
 
-/// A block's noise is taken as half its own and half the average around it: 16 samples say little about one block,
-/// and a block beside a noisy one may hold a part of what is noisy there, found by too few samples to show.
+/// Replaces each block's noise by half its own and half the mean around it: 16 samples are a poor estimate for one
+/// block, and a block beside a noisy one may hold a part of the same noise, found by too few samples to show.
 fn beside_noise(known: &mut [BlockNoise], region: Region) {
     let columns = (region.x1.div_ceil(BLOCK) - region.x0 / BLOCK) as usize;
     let each: Vec<f64> = known.iter().map(|block| block.variance / block.pixels).collect();
@@ -153,7 +153,7 @@ fn beside_noise(known: &mut [BlockNoise], region: Region) {
     }
 }
 
-/// The next doubling of a block's samples and what it is worth.
+/// The next doubling of a block's samples, and its benefit per cost.
 struct Doubling {
     worth: f64,
     block: usize,
@@ -179,13 +179,13 @@ impl Ord for Doubling {
     }
 }
 
-/// How many samples each block is to have: the doublings that reduce the error most for their price, as long as the
-/// budget lasts. Blocks that have stopped before stay as they are.
+/// Allocates samples to blocks: the doublings that reduce the error most for their cost, as long as the budget lasts.
+/// Blocks that have stopped before keep their samples.
 fn allocated(known: &[BlockNoise], budget: u32, reached: u32) -> Vec<u32> {
     let mut wanted: Vec<u32> = known.iter().map(|block| block.samples).collect();
     let left = |block: &BlockNoise| (f64::from(budget) - f64::from(block.samples)) * block.price;
     let mut left: f64 = known.iter().map(left).sum();
-    // From n to 2 n samples a pixel the variance falls by half of s / n, for n samples a pixel more.
+    // From n to 2 n samples per pixel the variance s / n is halved, for n more samples per pixel.
     let worth = |block: usize, n: u32| {
         let (n, block) = (f64::from(n.max(1)), &known[block]);
         block.variance / (2.0 * n * n * block.price)
@@ -214,7 +214,7 @@ mod tests {
     use crate::film::FilmScale;
     use crate::math::Rgb;
 
-    /// 16 samples of 4 × 3 blocks; `noise` says how far a block's even and odd samples lie apart.
+    /// 16 samples of 4 × 3 blocks; `noise` returns how far a block's even and odd samples deviate from 1.
     fn film(noise: impl Fn(u32, u32) -> f32) -> Film {
         let region = Region { x0: 8, y0: 0, x1: 64, y1: 40 };
         let mut film = Film::new(region, FilmScale::default());
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_equal_gets_equally_many() {
+    fn equal_blocks_get_equal_samples() {
         let even = film(|_, _| 0.1);
         let round = next_round(&even, &[], 64).expect("more");
         assert_eq!((round.samples, round.blocks), (16..32, vec![true; 12]));
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_gets_more_and_so_does_what_is_beside_it() {
+    fn noisy_block_and_its_neighbours_get_more_samples() {
         let corner = film(|x, y| if (x, y) == (0, 0) { 0.02 } else { 0.001 });
         let round = next_round(&corner, &[], 32).expect("more");
         let chosen: Vec<usize> = (0..12).filter(|block| round.blocks[*block]).collect();
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cheap_comes_first() {
+    fn cheap_blocks_get_samples_first() {
         let even = film(|_, _| 0.1);
         let mut rays = [1000; 12];
         (rays[3], rays[7]) = (10, 10);
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn no_more_rays_are_spent_than_there_are() {
+    fn allocation_stays_within_budget() {
         let uneven = film(|x, y| 0.01 * (1 + x * 7 % 4 + y * 5 % 3) as f32);
         for budget in [17, 32, 50, 64, 1000] {
             let known = measured(&uneven, &blocks(uneven.region()));

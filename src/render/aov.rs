@@ -1,4 +1,4 @@
-//! Arbitrary output variables of a rendering as the columns of an image file.
+//! Arbitrary output variables of a render, as channels of an image file.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -13,16 +13,16 @@ use crate::scene::CompiledScene;
 use crate::world::Aov;
 
 impl Session {
-    /// What was hit first by the samples that all pixels have, pixel by pixel, row by row, for which camera rays are
-    /// traced once more. Before the first sample is done, this is what that one will hit.
+    /// Returns the first hits of the samples that all pixels have, averaged per pixel, row by row. Traces camera rays
+    /// again. Before the first sample is finished, these are the hits of that sample.
     #[doc(hidden)]
     pub fn features(&self) -> Vec<Features> {
         let [all] = self.features_apart();
         all
     }
 
-    /// The film without its noise (see [`Denoised`]); `None` before every pixel has both even and odd samples. Traces
-    /// camera rays once more.
+    /// Returns the denoised film (see [`Denoised`]); `None` until every pixel has both even and odd samples. Traces
+    /// camera rays again.
     pub fn denoised(&self) -> Option<Denoised> {
         let [even, odd] = self.features_apart();
         denoise(self.options.isa, &Noisy { film: self.film(), features: [&even, &odd] })
@@ -53,9 +53,9 @@ impl Session {
         features
     }
 
-    /// The columns of some variables, one after another: one for a number, three for a colour or a vector. Their
-    /// values go row by row from the top of the film's region. [`Aov::Variance`] needs [`super::Options::variance`],
-    /// and is infinite without. All but [`Aov::Samples`] and [`Aov::Variance`] trace camera rays once more.
+    /// Returns the channels of some variables in their order: one for a number, three for a colour or a vector. Values
+    /// go row by row from the top of the film's region. [`Aov::Variance`] needs [`super::Options::variance`], and is
+    /// infinite without. All but [`Aov::Samples`] and [`Aov::Variance`] trace camera rays again.
     pub fn channels(&self, aovs: &[Aov]) -> Vec<FilmChannel> {
         let geometric = aovs.iter().any(|aov| !aov.is_of_film());
         let features = if geometric { self.features() } else { Vec::new() };
@@ -89,7 +89,7 @@ impl Session {
                 floats("position.Z", &|f| f.position[2]),
             ],
             Aov::Entity => vec![ids("entity.id", &|f| f.entity)],
-            // One id for a material, whichever of its records a surface has.
+            // A material has one id, whichever of its records a surface uses.
             Aov::Material => vec![ids("material.id", &|f| match f.material {
                 0 => 0,
                 record => self.scene().material_id(record - 1) + 1,
@@ -100,8 +100,8 @@ impl Session {
     }
 }
 
-/// The names that the ids in a column stand for; none if it holds no ids. `entities` says the names of entities by
-/// their numbers from 0; ids count from 1, and 0 is where nothing was hit.
+/// Returns the names of the ids in a channel; `None` if it holds no ids. `entities` maps the numbers of entities,
+/// counted from 0, to names; ids count from 1, and 0 stands for no hit.
 pub fn names_of_ids(
     channel: &FilmChannel,
     entities: &HashMap<u32, String>,
@@ -117,8 +117,8 @@ pub fn names_of_ids(
     Some(ids.into_iter().filter_map(|id| Some((id, name_of(id - 1)?))).collect())
 }
 
-/// The columns of those variables that are the film's own: how many samples there are, and their variance,
-/// which needs squares and is infinite without.
+/// Returns the channels of those variables that the film holds: the number of samples, and the variance, which needs
+/// [`RenderState::moments`] and is infinite without.
 pub fn film_channels(gathered: &RenderState, aovs: &[Aov]) -> Vec<FilmChannel> {
     let pixels = gathered.film.pixels();
     let of = |aov: &Aov| match aov {

@@ -1,4 +1,4 @@
-//! The bodies that the camera is in.
+//! The bodies that contain the camera.
 
 use crate::bvh::{AnyHitFilter, Stack, closest_ray};
 use crate::math::{Ray, Vec3, Vector};
@@ -7,7 +7,7 @@ use crate::scene::bodies::NOWHERE;
 use crate::shading::{HitLanes, Surface, camera};
 use crate::simd::Isa;
 
-/// Rays that ask for it. A lens or a mesh with holes may let one of them out elsewhere.
+/// The directions of probe rays. A lens or a mesh with holes may let one of them out elsewhere.
 const RAYS: [[f32; 3]; 7] = [
     [0.36, 0.48, 0.8],
     [-0.48, 0.8, 0.36],
@@ -17,13 +17,13 @@ const RAYS: [[f32; 3]; 7] = [
     [-0.8, 0.48, -0.36],
     [-0.48, -0.36, -0.8],
 ];
-/// The middle of a lens.
+/// The centre of the lens.
 const CENTER: (f32, f32) = (0.0, 0.0);
-/// The most surfaces that a ray is followed through.
+/// The largest number of surfaces that a ray is followed through.
 const MOST: usize = 256;
 
-/// The bodies that all paths of an image begin in ([`crate::scene::Bodies`]). (Those of an orthographic camera begin
-/// side by side: the middle, the corners and the middles of the edges are looked at.)
+/// Finds the bodies in which all paths of an image begin ([`crate::scene::Bodies`]). (Those of an orthographic camera
+/// begin side by side: the centre, the corners and the midpoints of the edges are checked.)
 pub fn find(scene: &CompiledScene, size: [u32; 2]) -> u32 {
     if !scene.materials.iter().any(|material| material.body != 0) {
         return NOWHERE;
@@ -41,7 +41,7 @@ pub fn find(scene: &CompiledScene, size: [u32; 2]) -> u32 {
     if bodies.all(|bodies| bodies == first) { first } else { NOWHERE }
 }
 
-/// The bodies around a place.
+/// Finds the bodies around a place.
 pub fn around(scene: &CompiledScene, place: Vec3, stack: &mut Stack) -> u32 {
     if scene.bodies.are_none() {
         return NOWHERE;
@@ -49,18 +49,18 @@ pub fn around(scene: &CompiledScene, place: Vec3, stack: &mut Stack) -> u32 {
     bodies_around(scene, Vector::new(place.x, place.y, place.z), stack)
 }
 
-/// The bodies around a place: those that most of some rays leave.
+/// Finds the bodies around a place: those that most probe rays leave.
 fn bodies_around(scene: &CompiledScene, place: Vector<f32>, stack: &mut Stack) -> u32 {
     let mut left = RAYS.map(|direction| left_by(scene, place, direction, stack));
     let all = left.clone();
     let is_usual = |number: &u32| 2 * all.iter().filter(|left| left.contains(number)).count() > RAYS.len();
     left.iter_mut().for_each(|left| left.retain(is_usual));
-    // Rays may come from one body into the next in several orders.
+    // Rays may pass from body to body in several orders.
     let found = left.into_iter().max_by_key(Vec::len).unwrap_or_default();
     found.iter().rev().fold(NOWHERE, |around, number| scene.bodies.sides(around, *number, 0, false).far)
 }
 
-/// The numbers of the bodies that a ray leaves without having entered them.
+/// Returns the numbers of the bodies that a ray leaves without having entered them.
 fn left_by(scene: &CompiledScene, origin: Vector<f32>, direction: [f32; 3], stack: &mut Stack) -> Vec<u32> {
     let [x, y, z] = direction;
     let (mut entered, mut left) = (Vec::new(), Vec::new());
@@ -77,17 +77,17 @@ fn left_by(scene: &CompiledScene, origin: Vector<f32>, direction: [f32; 3], stac
     left
 }
 
-/// A surface of a body that a ray goes through.
+/// A surface of a body that a ray crosses.
 pub struct Crossed {
     /// The body's number.
     pub number: u32,
     /// The number of its entity.
     pub entity: u32,
-    /// Whether the ray leaves it there.
+    /// True if the ray leaves the body at this surface.
     pub inside: bool,
 }
 
-/// What a ray goes through of bodies, as if all else were not there.
+/// Returns the surfaces of bodies that a ray crosses, ignoring all others.
 pub fn crossed(
     scene: &CompiledScene,
     origin: Vector<f32>,

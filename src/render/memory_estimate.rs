@@ -1,4 +1,4 @@
-//! How much memory a rendering takes in addition to its scene.
+//! The memory that a render takes in addition to its scene.
 
 use super::{DEFAULT_WAVE, Options, photons};
 use crate::denoise;
@@ -10,40 +10,40 @@ use crate::math::Rgb;
 use crate::memory::{self, Shortage};
 use crate::world::{Adaptive, Aov, Settings};
 
-/// What a thread takes: the used part of its stack, and what the allocator sets aside for it.
+/// The memory of a thread: the used part of its stack, and what the allocator sets aside for it.
 const THREAD: usize = 5 << 19;
 
-/// The memory of a thread for which there is no tile.
+/// The memory of a thread without a tile.
 const IDLE_THREAD: usize = 1 << 15;
 
 /// The number of channels in a file with all output variables, including light and A.
 const MOST_CHANNELS: usize = 21;
 
-/// Paths of a wave that is made to be measured.
+/// The number of paths in the wave that is measured.
 const MEASURED: usize = 1024;
 
-/// What decides how much memory a rendering takes.
+/// The parameters that determine the memory of a render.
 pub struct MemoryEstimate {
-    /// Pixels.
+    /// The rendered pixels.
     pub region: Region,
-    /// Whether an OpenEXR file is written.
+    /// True if an OpenEXR file is written.
     pub to_openexr: bool,
-    /// Whether the image is denoised.
+    /// True if the image is denoised.
     pub denoises: bool,
-    /// In which order.
+    /// The schedule.
     pub schedule: Schedule,
-    /// Paths of a wave.
+    /// The number of paths in a wave.
     pub wave: usize,
-    /// Pictures that are shown meanwhile.
+    /// The number of copies of the image that are displayed while rendering.
     pub shown: usize,
-    /// True if films are saved meanwhile.
+    /// True if films are saved while rendering.
     pub saves_film: bool,
-    /// True if there is a film already, to go on with.
+    /// True if an existing film is continued.
     pub has_film: bool,
 }
 
 impl MemoryEstimate {
-    /// The defaults.
+    /// Returns the defaults for a region.
     pub fn usual(region: Region) -> MemoryEstimate {
         MemoryEstimate {
             region,
@@ -57,14 +57,14 @@ impl MemoryEstimate {
         }
     }
 
-    /// In bytes.
+    /// Estimates the memory in bytes.
     pub fn bytes(&self, setup: &RenderSetup, settings: &Settings) -> u64 {
         let area = self.region.area() as u64;
         let squares = if settings.aov.contains(&Aov::Variance) { size_of::<[u128; 3]>() } else { 0 };
         // A pilot has a film of its own.
         let pilot = if settings.adaptive == Adaptive::Unbiased { size_of::<PixelSum>() } else { 0 };
         let sums = if self.has_film { 0 } else { size_of::<PixelSum>() + squares + pilot };
-        // At the end, the picture that is made of the sums, and its bytes on the way to a file.
+        // At the end: the image made from the sums, and its bytes on the way to a file.
         let mut picture = size_of::<Rgb>() + 4;
         if !settings.aov.is_empty() {
             picture += size_of::<Features>() + 2 * 4 * MOST_CHANNELS;
@@ -76,12 +76,12 @@ impl MemoryEstimate {
         if self.denoises {
             picture += denoise::BYTES + 2 * size_of::<Features>();
         }
-        // Before, what is shown and saved meanwhile. A film is written as it is: there is no copy of it.
+        // Before that: what is displayed and saved while rendering. A film is written as it is: there is no copy of it.
         let shown = area.saturating_mul((self.shown * size_of::<Rgb>()) as u64);
         let packed = if self.saves_film { packed_bytes(self.region, squares > 0) } else { 0 };
         let above = area.saturating_mul(picture as u64).max(shown.saturating_add(packed));
         let queues = match self.schedule {
-            // A wave takes memory in proportion to its size.
+            // The memory of a wave is proportional to its size.
             Schedule::Wavefront => {
                 Wave::new(setup, MEASURED, Default::default()).bytes() / MEASURED * self.wave
             }
@@ -98,7 +98,7 @@ impl MemoryEstimate {
             .saturating_add(photons::PhotonBytes::most(setup).total())
     }
 
-    /// Checks whether there is enough memory.
+    /// Checks that there is enough memory.
     pub fn check(&self, setup: &RenderSetup, settings: &Settings) -> Result<(), Shortage> {
         let (width, height) = (self.region.width(), self.region.height());
         let what = format_args!("an image of {width}x{height}");
@@ -107,7 +107,7 @@ impl MemoryEstimate {
     }
 }
 
-/// How many tiles a region is cut into.
+/// Returns the number of tiles of a region.
 fn tiles(region: Region, size: u32) -> usize {
     let count = |from: u32, to: u32| (to.div_ceil(size) - from / size) as usize;
     count(region.x0, region.x1) * count(region.y0, region.y1)
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn threads_without_a_tile_take_no_wave() {
+    fn tile_count_matches_session_tiles() {
         for region in [
             Region { x0: 0, y0: 0, x1: 64, y1: 36 },
             Region { x0: 63, y0: 10, x1: 65, y1: 200 },

@@ -1,4 +1,4 @@
-//! Rendering a frame: tiles to workers, samples in passes, tiles into the film.
+//! Rendering: passes of samples, cut into tiles that workers render and merge into the film.
 //!
 //! ```
 //! use rayfront::render::{Options, Session};

@@ -1,4 +1,4 @@
-//! Renderings that are watched: what happens to a pixel's samples, and where the time goes.
+//! Observed renders: the events of a pixel's samples, and the time of each stage.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -16,23 +16,23 @@ use crate::integrator::photons::PhotonMaps;
 use crate::integrator::wavefront::Wave;
 use crate::integrator::{RayStatistics, Schedule, Stage, Stop, Work, Worker};
 
-/// What a thread did and when, counted from the beginning.
+/// A span of a thread's time, counted from the start of the render.
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
-    /// Which thread; the first one for photons, which are traced on all.
+    /// The thread's number; 0 for photons, which are traced on all threads.
     pub thread: usize,
-    /// Where in the image; all of it for photons.
+    /// The tile; the whole region for photons.
     pub tile: Region,
-    /// Which stage of the wave; none for a whole tile of the recursive schedule.
+    /// The stage of the wave; `None` for a whole tile of the recursive schedule.
     pub stage: Option<Stage>,
-    /// When it began.
+    /// The start time.
     pub start: Duration,
-    /// When it ended.
+    /// The end time.
     pub end: Duration,
 }
 
 impl Session {
-    /// Calls `render` with the work and a part of some samples, part by part, and with what their photons took.
+    /// Calls `render` for some samples, part by part: with the work, the part, and the statistics of its photons.
     fn for_samples(
         &self,
         prepared: &Prepared,
@@ -53,8 +53,8 @@ impl Session {
         }
     }
 
-    /// Tells `look` what each sample that the film has brings to each of some pixels: its number, which pixel, and the
-    /// luminance.
+    /// Calls `look` for each of the film's samples in each of some pixels: with the sample's number, the pixel's place
+    /// in the list, and the luminance.
     pub(crate) fn each_sample_of(&self, pixels: &[[u32; 2]], look: &mut dyn FnMut(u32, usize, f32)) {
         let (setup, options, prepared) = (&self.setup, &self.options, self.prepared());
         let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
@@ -72,8 +72,8 @@ impl Session {
         }
     }
 
-    /// Renders all samples of the tile that a pixel lies in, or of all tiles in turn, while `look` is told what
-    /// happens. Returns the film of the last tile; the session's own film stays as it is.
+    /// Renders all samples of the tile that contains a pixel, or of all tiles in turn, and reports events to `look`.
+    /// Returns the film of the last tile; the session's own film is unchanged.
     pub(crate) fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
         let (setup, options) = (&self.setup, &self.options);
         let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
@@ -99,8 +99,8 @@ impl Session {
         film
     }
 
-    /// Renders all samples, tile by tile and on this thread, in the wavefront schedule; `mark` is
-    /// called at the end of each stage. All that photons take is one stage.
+    /// Renders all samples, tile by tile and on this thread, with the wavefront schedule; calls `mark` at the end of
+    /// each stage. All work on photons is one stage.
     pub(crate) fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
         let (setup, options) = (&self.setup, &self.options);
         let mut wave = Wave::new(setup, options.wave, options.sorting);
@@ -121,7 +121,7 @@ impl Session {
         });
     }
 
-    /// Renders all samples on all threads and says when each thread did what.
+    /// Renders all samples on all threads and returns the spans of each thread.
     pub(crate) fn spans(&self) -> Vec<Span> {
         let start = Instant::now();
         let (spans, mut last) = (Mutex::new(Vec::new()), Duration::ZERO);
@@ -165,7 +165,7 @@ impl Session {
     }
 }
 
-/// The photons of some samples as a stage: their rays come in, and those that have ended on a surface go on.
+/// Describes the photons of some samples as a stage: their rays enter, and those that have ended on a surface leave.
 fn flow_of_photons(photons: &PhotonMaps, took: &RayStatistics) -> Flow {
     let leaving = photons.samples.iter().map(|of_sample| of_sample.map.count()).sum();
     let entering = took.rays.photon as usize;

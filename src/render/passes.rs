@@ -1,4 +1,4 @@
-//! One pass of a rendering: tiles to workers, with the photons of the pass's samples.
+//! One pass of a render: tiles are distributed to workers, with the photons of the pass's samples.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -16,7 +16,7 @@ use crate::integrator::photons::{PhotonMaps, SamplePhotons};
 use crate::integrator::{RayStatistics, RenderSetup, Stop, Work, Worker};
 
 impl Session {
-    /// Renders the samples of a pass that come next; returns how many, or 0 if it was stopped.
+    /// Renders the next samples of a pass; returns their number, or 0 if stopped.
     pub(super) fn advance_pass(
         &mut self,
         pass: RenderPass,
@@ -66,7 +66,7 @@ impl Session {
             let rendered: Option<Vec<(RenderState, RayStatistics)>> =
                 parts.iter().map(|(_, part)| render(*part)).collect();
             lock(workers).push(worker);
-            // The next pass renders the whole tile.
+            // Stopped: the tile is not marked as done and is rendered again as a whole.
             let Some(rendered) = rendered else { return };
             let mut guard = lock(&gathered);
             for ((block, _), (rendered, own)) in parts.iter().zip(&rendered) {
@@ -92,14 +92,14 @@ impl Session {
         };
         self.gathered.pass = done.next(most);
         let count = samples.len() as u32;
-        // Which rounds are done is known by the film's counts.
+        // The film's counts show which rounds are done.
         if all || self.gathered.allocation.is_some() {
             self.gathered.samples.insert(samples);
         }
         count
     }
 
-    /// The photons of some samples, nothing if there are none; and what they took. `None` if it was stopped.
+    /// Traces the photons of some samples, if there are any; returns them with their statistics. `None` if stopped.
     pub(super) fn photons(
         &self,
         prepared: Option<&Prepared>,
@@ -122,14 +122,14 @@ impl Session {
     }
 }
 
-/// A worker that is free, or a new one.
+/// Returns a free worker, or creates one.
 fn take_worker(workers: &Mutex<Vec<Worker>>, setup: &RenderSetup, options: &Options) -> Worker {
     let Options { schedule, wave, sorting, .. } = *options;
     lock(workers).pop().unwrap_or_else(|| Worker::new(setup, schedule, wave, sorting))
 }
 
-/// Renders samples one by one: a sample may arrive in several parts, which a film of its own keeps together. None if
-/// it was stopped.
+/// Renders samples one by one: a sample may arrive in several parts, which are collected in a film of its own. `None`
+/// if stopped.
 fn one_by_one(
     worker: &mut Worker,
     work: Work,
@@ -147,13 +147,13 @@ fn one_by_one(
     Some(film)
 }
 
-/// The most samples that are rendered at once.
+/// The largest number of samples that are rendered together.
 pub(super) fn at_once(prepared: Option<&Prepared>) -> u32 {
     let plan = prepared.and_then(|prepared| prepared.plan.as_ref().ok());
     plan.map_or(u32::MAX, photons::samples_at_once)
 }
 
-/// What workers read.
+/// The input of workers.
 pub(super) fn work<'a>(
     setup: &'a RenderSetup,
     prepared: Option<&'a Prepared>,

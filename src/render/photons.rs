@@ -1,4 +1,4 @@
-//! Decides whether a frame has photons, and traces those of the samples that are rendered next.
+//! Decides whether a render has photons, and traces those of the next samples.
 
 use rayon::prelude::*;
 
@@ -28,25 +28,25 @@ use crate::world::Transport;
 use std::num::Wrapping;
 use std::ops::Range;
 
-/// The number of photons that are traced in one go: about as many as a wave has paths.
+/// The number of photons in a chunk: about as many as a wave has paths.
 const CHUNK: u32 = 1 << 13;
-/// The number of trial photons, of which some must end where they are of use.
+/// The number of trial photons, some of which must end on a surface.
 const PILOT: u32 = 1 << 12;
-/// Their sample: behind all others.
+/// The sample number of trial photons: beyond all others.
 const PILOT_SAMPLE: u32 = u32::MAX;
-/// Camera rays along the longer side of the image that measure pixels.
+/// The number of trial camera rays along the longer side of the image.
 const LONGER_SIDE: u32 = 48;
-/// The largest number of rays of a tile of the small image whose brightness is measured.
+/// The largest number of rays of a tile of the small image.
 const MOST_RAYS: u64 = 1 << 21;
-/// The largest number of mirrors and panes before another surface.
+/// The largest number of mirrors and panes that a trial camera ray is followed through.
 const MOST_BENDS: usize = 32;
-/// The number of photons of all samples that may be in memory together, unless one sample has more.
+/// The largest number of photons in memory, over all samples, unless one sample has more.
 const IN_MEMORY: u64 = 1 << 18;
 
-/// The largest number of photons of a sample unless a scene names one: those of large images would fill the memory.
+/// The largest number of photons of a sample unless the scene sets one: those of large images would fill the memory.
 const MOST_CHOSEN: f32 = 1048576.0;
 
-/// Sets up the photons of a frame, or returns the reason why there are none. The result has no meaning if stopped.
+/// Sets up the photons of a render, or returns the reason why there are none. The result is meaningless if stopped.
 pub fn plan(setup: &RenderSetup, stop: &Stop) -> Result<PhotonPlan, NoPhotons> {
     let stop = &for_photons(stop);
     let (per_pixel, pixels_wide) = setup.photons?;
@@ -80,50 +80,50 @@ pub fn plan(setup: &RenderSetup, stop: &Stop) -> Result<PhotonPlan, NoPhotons> {
 
 /// Trial photons, and a small image.
 struct Trial<'a> {
-    /// The number of photons of a sample that they stand for.
+    /// The number of photons of a sample that the trial photons represent.
     count: u32,
-    /// The photons that end in the image, if nothing hides them there, and their light in it.
+    /// The photons whose ends project into the image, ignoring occlusion, and their light in it.
     seen: Vec<(&'a Photon, f64)>,
-    /// The luminance of the small image's pixels without photons.
+    /// The luminance of the small image's pixels, without photons.
     others: Vec<f32>,
 }
 
-/// The fewest and the most photons that are chosen, as factors.
+/// The smallest and the largest factor on the number of photons.
 const CHOSEN: [f32; 2] = [0.5, 4.0];
-/// The number of photons of a sample within the usual radius that is chosen where they end: where they bring little of the
-/// image's light, and where they bring all of it.
+/// The number of photons of a sample that is aimed at within the usual radius around a photon: where photons bring
+/// little of the image's light, and where they bring all of it.
 const CROWD: [f32; 2] = [10.0, 100.0];
 
-/// True if photons lie so close together that they make a picture, and no single bright dots. Those of the sun on a
-/// lake do not: an image is better without their light. The light of photons in a pixel, in this many samples, should
-/// not deviate by more than this many times the brightness of the image.
+/// The number of samples after which the light of photons in a pixel may deviate by at most [`DEVIATION`] times the
+/// brightness of the image. Photons must lie so close together that they form smooth caustics, not single bright dots.
+/// Those of the sun on a lake do not: an image is better without their light.
 const SAMPLES: f64 = 16.0;
 const DEVIATION: f64 = 4.0;
-/// A typical fraction of the light on a surface that leaves it to the camera: half, evenly.
+/// A typical fraction of the light on a surface that is reflected to the camera: half of it, diffusely.
 const SENT: f32 = 0.5 * std::f32::consts::FRAC_1_PI;
 
 impl Trial<'_> {
-    /// The number of photons that each of them stands for, over the number of pixels.
+    /// The number of photons that each trial photon represents, divided by the number of pixels.
     fn scale(&self, setup: &RenderSetup) -> f64 {
         let pixels = f64::from(setup.size[0]) * f64::from(setup.size[1]);
         f64::from(self.count) / f64::from(PILOT) / pixels
     }
 
-    /// The light that photons bring to a pixel, on average.
+    /// The mean light of photons in a pixel.
     fn light(&self, setup: &RenderSetup) -> f64 {
         self.seen.iter().map(|(_, light)| light).sum::<f64>() * self.scale(setup)
     }
 
-    /// The mean of other light, as far as no pixel has more than this.
+    /// The mean of other light, with each pixel clamped to `most`.
     fn other_light(&self, most: f64) -> f64 {
         let sum: f64 = self.others.iter().map(|light| f64::from(*light).min(most)).sum();
         sum / self.others.len().max(1) as f64
     }
 
-    /// A factor on the number of photons: a power of two. Caustics that are small hold more photons than the noise of all
-    /// else is worth; those that cover the image hold few, and there may be no other noise.
+    /// Returns a factor on the number of photons: a power of two. Small caustics hold more photons than the noise of
+    /// the rest is worth; caustics that cover the image hold few, and there may be no other noise.
     fn fitting(&self, setup: &RenderSetup, radius: f32) -> f32 {
-        // Within this radius lie as many of them as of all photons within the usual one.
+        // This radius holds as many trial photons as the usual one holds of all photons.
         let radius = radius * (self.count as f32 / PILOT as f32).sqrt();
         let photons = self.seen.iter().map(|(photon, _)| *photon);
         let map = PhotonMap::new(photons.clone(), Radii { shrink: 1.0, most: radius });
@@ -139,7 +139,7 @@ impl Trial<'_> {
         }
         let median = (*crowds.select_nth_unstable(middle).1).max(1);
         let light = self.light(setup);
-        // Lamps that are seen bring no noise.
+        // Directly visible lights bring no noise.
         let part = light / (light + self.other_light(4.0 * light)).max(f64::MIN_POSITIVE);
         let [few, many] = CROWD;
         let power = log2(few) + log2(many / few) * (part * part * part * part) as f32;
@@ -148,7 +148,7 @@ impl Trial<'_> {
 
     fn are_enough(&self, setup: &RenderSetup, count: u32) -> bool {
         let squares: f64 = self.seen.iter().map(|(_, light)| light * light).sum();
-        // The more photons there are, the less light each of them has.
+        // The more photons, the less light each of them carries.
         let more = f64::from(count) / f64::from(self.count);
         let deviation = (squares * self.scale(setup) / more / SAMPLES).sqrt();
         let mean = self.other_light(f64::INFINITY) + self.light(setup);
@@ -156,7 +156,7 @@ impl Trial<'_> {
     }
 }
 
-/// The luminance of a small image's pixels without photons.
+/// Renders a small image without photons and returns the luminance of its pixels.
 fn others(setup: &RenderSetup, stop: &Stop) -> Vec<f32> {
     let small = RenderSetup { photons: Err(NoPhotons::Off), ..setup.small(LONGER_SIDE) };
     let mut session = Session::of(Arc::new(small), 1, Options::default());
@@ -164,7 +164,8 @@ fn others(setup: &RenderSetup, stop: &Stop) -> Vec<f32> {
     session.film().radiance().iter().map(|pixel| pixel.luminance()).collect()
 }
 
-/// Finds the photons that end in the image, as if nothing were between: they may be seen in mirrors, or through glass.
+/// Finds the photons whose ends project into the image, ignoring occlusion: they may be visible in mirrors, or through
+/// glass.
 fn seen<'a>(setup: &RenderSetup, landed: &'a LandedPhotons) -> Vec<(&'a Photon, f64)> {
     let mut seen = Vec::new();
     for (_, photon) in &landed.photons {
@@ -180,8 +181,8 @@ fn seen<'a>(setup: &RenderSetup, landed: &'a LandedPhotons) -> Vec<(&'a Photon, 
     seen
 }
 
-/// The mean of the radii at the first surfaces where photons may end, as a few of the camera's rays find them; none if
-/// they find none.
+/// Estimates the mean radius at the first surfaces where photons may end, by a few camera rays; `None` if these hit no
+/// such surface.
 fn usual_radius(setup: &RenderSetup) -> Option<f32> {
     let scene = &setup.scene;
     let mut stack = Stack::new(&scene.bvh);
@@ -208,7 +209,7 @@ fn usual_radius(setup: &RenderSetup) -> Option<f32> {
             let material = material_of(&scene.geometry, &lane, true).0;
             if scene.materials[material as usize].ends_photons_under(setup.transport) {
                 let surface = Surface::new(&scene.geometry, &path.ray(), &lane, true);
-                // The first sample stands for a whole pixel.
+                // The footprint of the first sample is a whole pixel.
                 sum += f64::from(first_radius(&path, path.width + path.spread * hit.t, &surface));
                 count += 1.0;
                 break;
@@ -220,7 +221,7 @@ fn usual_radius(setup: &RenderSetup) -> Option<f32> {
     (count > 0.0).then(|| (sum / count) as f32)
 }
 
-/// The ray of a path behind something that makes caustics.
+/// Continues a path beyond a surface that makes caustics.
 fn next(setup: &RenderSetup, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Option<Path<f32>> {
     if setup.transport == Transport::Path {
         let outcome = path_tracing::hit(setup, None, path, hit, material, true);
@@ -244,35 +245,35 @@ fn at_once(count: u32) -> u32 {
     (IN_MEMORY / u64::from(count).max(1)).clamp(1, 16) as u32
 }
 
-/// The peak memory of a frame's photons. Both parts exist while they are sorted.
+/// The peak memory of a render's photons in bytes. Both parts exist while photons are sorted.
 #[cfg(any(feature = "cli", feature = "python"))]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PhotonBytes {
-    /// In the order in which they end.
+    /// Photons in the order in which they end.
     pub ended: u64,
-    /// In maps, and in the order of the image.
+    /// Photons in maps, and splats in the order of the image.
     pub sorted: u64,
 }
 
 #[cfg(any(feature = "cli", feature = "python"))]
 impl PhotonBytes {
-    /// The estimate for a frame, if each photon ends once; behind one-sided surfaces some end again.
+    /// Estimates the memory of a render, if each photon ends once; behind one-sided surfaces some end again.
     pub fn most(setup: &RenderSetup) -> Self {
         let Ok(count) = count_of(setup) else { return Self::default() };
         let bytes = |each: usize| u64::from(count) * u64::from(at_once(count)) * each as u64;
         let ended = bytes(size_of::<(u32, Photon)>() + size_of::<(u32, Splat)>());
-        // Up to twice as many buckets as photons, and where each of them has got to while it is filled.
+        // Up to twice as many buckets as photons, and the position in each of them while it is filled.
         let buckets = 4 * size_of::<u32>();
         Self { ended, sorted: bytes(size_of::<Photon>() + size_of::<Splat>() + buckets) }
     }
 
-    /// Both together.
+    /// The sum of both parts.
     pub fn total(self) -> u64 {
         self.ended + self.sorted
     }
 }
 
-/// The number of photons of a sample, if a frame may have any; the largest number if it is chosen.
+/// The number of photons of a sample, if the render may have any; the largest possible number if it is chosen.
 #[cfg(any(feature = "cli", feature = "python"))]
 pub fn count_of(setup: &RenderSetup) -> Result<u32, NoPhotons> {
     let factor = if setup.chooses_photons { CHOSEN[1] } else { 1.0 };
@@ -286,15 +287,15 @@ fn count(setup: &RenderSetup, per_pixel: f32) -> u32 {
     (per_pixel * pixels[0] * pixels[1]).clamp(1.0, most) as u32
 }
 
-/// A limit of rays is one of tiles, not of photons.
+/// Removes the limit on rays, which applies to tiles, not to photons.
 fn for_photons<'a>(stop: &Stop<'a>) -> Stop<'a> {
     stop.or_after_rays(u64::MAX)
 }
 
-/// Calls a function with a worker and what that has done.
+/// Calls a function with a worker and with the statistics to fill.
 pub type WithWorker<'a> = dyn Fn(&mut dyn FnMut(&mut Worker, &mut RayStatistics)) + Sync + 'a;
 
-/// Traces the photons of some samples on all threads; none if stopped. `with` lends a worker.
+/// Traces the photons of some samples on all threads; `None` if stopped. `with` provides a worker.
 pub fn trace(
     plan: &PhotonPlan,
     samples: Range<u32>,
@@ -315,7 +316,8 @@ fn chunks(plan: &PhotonPlan) -> u32 {
     plan.count().div_ceil(CHUNK).max(1)
 }
 
-/// Calls a function with each chunk of some samples' photons and returns the results in order; meaningless if stopped.
+/// Traces the photons of some samples, calls `then` with each chunk and returns the results in order; meaningless if
+/// stopped.
 pub fn trace_chunks<T: Send>(
     plan: &PhotonPlan,
     samples: Range<u32>,

@@ -1,4 +1,5 @@
-//! What is computed before samples are: a frame with the bodies around its camera, and what is found out about sharing.
+//! Preparation before the first sample: the render setup with the bodies around its camera, the plan of photons, and
+//! the measurement of path reuse.
 
 use std::sync::Arc;
 
@@ -12,35 +13,35 @@ use crate::integrator::{RenderSetup, Stop};
 use crate::scene::CompiledScene;
 use crate::world::Settings;
 
-/// A scene with the settings to render it by. It is found out where its camera is; nothing else is traced.
+/// Creates the render setup of a scene. Finds the bodies around the camera; nothing else is traced.
 pub fn setup(scene: impl Into<Arc<CompiledScene>>, settings: &Settings) -> RenderSetup {
     let scene = scene.into();
     let around = camera_medium::find(&scene, settings.size);
     RenderSetup::new(scene, settings, around)
 }
 
-/// What a frame's samples are a function of, in addition to its scene and settings.
+/// The data on which samples depend, in addition to the render setup.
 pub struct Prepared {
-    /// What was found out about sharing, if blocks of pixels choose how many of them share.
+    /// The measurement of path reuse, if each block chooses how many of its pixels form a group.
     pub pilot: Option<ReuseProbe>,
     /// The setup of the photons of all samples, or the reason why there are none.
     pub plan: Result<PhotonPlan, NoPhotons>,
 }
 
 impl Prepared {
-    /// Traces what has to be known before the first sample, on all threads. None if it was stopped.
+    /// Traces the rays that are needed before the first sample, on all threads. `None` if stopped.
     pub fn new(setup: &RenderSetup, stop: &Stop) -> Option<Self> {
         let prepared = Self::while_going(setup, stop);
         (!stop.is_set()).then_some(prepared)
     }
 
-    /// Photons of a sample, or why there are none.
+    /// Returns the number of photons of a sample, or the reason why there are none.
     #[cfg(feature = "cli")]
     pub fn photons(&self) -> Result<u32, NoPhotons> {
         self.plan.as_ref().map(PhotonPlan::count).map_err(|why| *why)
     }
 
-    /// The same without an end before it is done.
+    /// [`Prepared::new`] that cannot be stopped.
     pub fn now(setup: &RenderSetup) -> Self {
         Self::while_going(setup, &Stop::NEVER)
     }
@@ -52,7 +53,7 @@ impl Prepared {
     }
 }
 
-/// Looks at some blocks of a frame's image. What takes too many rays is left out.
+/// Measures path reuse in some blocks of the image. Blocks that take too many rays are left out.
 fn pilot(setup: &RenderSetup, plan: Option<&PhotonPlan>, stop: &Stop) -> ReuseProbe {
     let photons = plan.map(|plan| PhotonMaps { plan, first: 0, samples: &[] });
     let measuring = ReuseProbe::frame_of(setup);

@@ -1,57 +1,56 @@
-//! What a rendering has gathered, between its passes and within one.
+//! The state of a render, between its passes and within one.
 
 use std::ops::Range;
 
 use crate::film::{Allocation, Film, FilmScale, Moments, Region, SampleRanges};
 
-/// Samples of a film and which ones they are: all that is needed to go on with a rendering.
+/// A film and the numbers of its samples: everything that is needed to continue a render.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderState {
-    /// The sums.
+    /// The sums of samples.
     pub film: Film,
-    /// Squares of the samples, where variance is wanted.
+    /// The sums of squared samples, if variance is estimated.
     pub moments: Option<Moments>,
-    /// Samples that every pixel has.
+    /// The samples that every pixel has.
     pub samples: SampleRanges,
-    /// Those of a pass that is under way.
+    /// The pass under way.
     pub pass: Option<RenderPass>,
-    /// How many rays the first samples of each block took, if blocks get as many samples as they are worth: see
-    /// `render::adaptive`.
+    /// The number of rays of each block's first samples, under adaptive sampling: see `render::adaptive`.
     pub rays: Option<Vec<u64>>,
-    /// How many samples blocks get, if that was decided beforehand. `samples` are then those that all pixels have
-    /// which are to get them.
+    /// The number of samples of each block, if decided beforehand. `samples` then holds those that all pixels have that
+    /// are to get them.
     pub allocation: Option<Allocation>,
 }
 
-/// Samples that some tiles have already and others have not.
+/// A pass: samples that some tiles have and others do not have yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RenderPass {
-    /// The samples that tiles have.
+    /// The samples that finished tiles have.
     pub samples: Range<u32>,
-    /// Where its samples end: those behind come next, for the same blocks.
+    /// The end of the pass's samples: those after `samples` come next, for the same blocks.
     pub until: u32,
-    /// Width and height of tiles in pixels.
+    /// The width and height of tiles in pixels.
     pub tile: u32,
-    /// Which tiles have them, by their numbers.
+    /// True for each finished tile, by its number.
     pub done: Vec<bool>,
-    /// Which blocks get them, where not all do: see `render::adaptive`.
+    /// True for each block that gets the samples; `None` if all do. See `render::adaptive`.
     pub blocks: Option<Vec<bool>>,
 }
 
 impl RenderPass {
-    /// A pass of which no tile is done.
+    /// Creates a pass of which no tile is finished.
     pub fn new(samples: Range<u32>, tile: u32, region: Region) -> RenderPass {
         let done = vec![false; super::tiles(region, tile).len()];
         RenderPass { until: samples.end, samples, tile, done, blocks: None }
     }
 
-    /// Its first samples, at most so many; the others come next.
+    /// Limits the pass to its first `most` samples; the others come next.
     pub(super) fn begin(self, most: u32) -> RenderPass {
         let end = self.samples.start.saturating_add(most).min(self.samples.end);
         RenderPass { samples: self.samples.start..end, ..self }
     }
 
-    /// Its next samples, if there are any.
+    /// Returns the pass over the next samples, at most `most`; `None` if none are left.
     pub(super) fn next(&self, most: u32) -> Option<RenderPass> {
         let rest = RenderPass {
             samples: self.samples.end..self.until,
@@ -61,7 +60,7 @@ impl RenderPass {
         (!rest.samples.is_empty()).then(|| rest.begin(most))
     }
 
-    /// The parts of a tile that are rendered: all of it, or those of its blocks that get samples, with their numbers.
+    /// Returns the parts of a tile that are rendered: all of it, or its blocks that get samples, with their numbers.
     pub(super) fn parts(&self, region: Region, tile: Region, by_block: bool) -> Vec<(Option<usize>, Region)> {
         if !by_block {
             return vec![(None, tile)];
@@ -78,7 +77,7 @@ impl RenderPass {
 }
 
 impl RenderState {
-    /// No samples.
+    /// Creates a state without samples.
     pub fn nothing(region: Region, unit: FilmScale, variance: bool) -> RenderState {
         RenderState {
             film: Film::new(region, unit),
@@ -90,7 +89,7 @@ impl RenderState {
         }
     }
 
-    /// Adds what was gathered elsewhere for the same pixels, of other samples.
+    /// Adds the state of other samples of the same pixels.
     pub fn merge(&mut self, other: &RenderState) {
         self.film.merge(&other.film);
         if let (Some(moments), Some(more)) = (&mut self.moments, &other.moments) {

@@ -1,4 +1,4 @@
-//! A rendering under way.
+//! Render sessions.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -15,73 +15,73 @@ use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker};
 use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Settings};
 
-/// How many samples a pass of [`Session::finish`] has.
+/// The number of samples in a pass of [`Session::finish`].
 const PASS: u32 = 16;
 
-/// A rendering under way. Call [`Session::finish`], or [`Session::advance`] until it is done or you have enough.
+/// A render in progress. Call [`Session::finish`], or [`Session::advance`] until it is done or there are enough
+/// samples.
 pub struct Session {
     pub(super) setup: Arc<RenderSetup>,
-    /// The preparation of its samples, once there is any.
+    /// The preparation of its samples, once computed.
     pub(super) prepared: Option<Arc<Prepared>>,
     pub(super) options: Options,
     pub(super) gathered: RenderState,
     pub(super) statistics: RayStatistics,
     pub(super) workers: Mutex<Vec<Worker>>,
-    /// Samples to render.
+    /// The samples to render.
     pub(super) wanted: Range<u32>,
-    /// How many there are in all.
+    /// The total number of samples.
     total: u32,
-    /// Whether it is a pilot, of which the rays of each block are wanted.
+    /// True for a pilot, which counts the rays of each block.
     pub(super) is_pilot: bool,
 }
 
-/// What has happened since the last time.
+/// The progress since the last report.
 pub struct Progress<'a> {
     /// Samples (of single pixels) that were rendered.
     pub samples: u64,
-    /// Rays that were traced for them, of all kinds.
+    /// Rays of all kinds that were traced for them.
     pub rays: u64,
-    /// Calls a function with all that has been gathered up to now. No tile is added meanwhile, so it must not take
-    /// long, and must not use the threads that render.
+    /// Calls a function with the current state. No tile is added meanwhile, so the function must be quick and must not
+    /// use the threads that render.
     pub look: Look<'a>,
-    /// If this is set, no further tile is started: [`Session::advance_until`] returns, and goes on with the pass when
-    /// it is called again.
+    /// If set, no further tile is started: [`Session::advance_until`] returns, and continues the pass when it is called
+    /// again.
     pub pause: &'a AtomicBool,
 }
 
-/// Calls a function with what has been gathered.
+/// Calls a function with the current state.
 pub type Look<'a> = &'a dyn Fn(&mut dyn FnMut(&RenderState));
 
-/// Called after every tile.
+/// A function that is called after every tile.
 pub type OnProgress<'a> = &'a (dyn Fn(&Progress) + Sync);
 
 impl Session {
-    /// Gets ready to render a scene. Of the settings, only those count that say how to render: `size`, `samples`,
-    /// `seed`, `transport`, depths, filters and patterns, `sampler`, `sharing`, `adaptive`. They need not be those of
-    /// the world that was compiled: its `ambient`, `background`, `build_quality` and `copied_triangles` are in the
-    /// scene, and tone curve and exposure count only when an image is saved. A size or count outside its range counts
-    /// as the nearest one within.
+    /// Prepares to render a scene. Only the settings of the render count: `size`, `samples`, `seed`, `transport`,
+    /// depths, filters and patterns, `sampler`, `sharing`, `adaptive`. They need not be those of the world that was
+    /// compiled: its `ambient`, `background`, `build_quality` and `copied_triangles` are in the scene, and tone curve
+    /// and exposure count only when an image is saved. A size or count outside its range is clamped.
     ///
     /// Workers allocate their buffers when they begin their first tile, and keep them.
     pub fn new(scene: CompiledScene, settings: &Settings, options: Options) -> Self {
         Self::of(Arc::new(prepare::setup(scene, settings)), settings.samples, options)
     }
 
-    /// For a frame that is rendered several times, in several ways.
+    /// Creates a session for a render setup that is rendered several times, in several ways.
     #[doc(hidden)]
     pub fn of(setup: Arc<RenderSetup>, samples: u32, options: Options) -> Self {
         let gathered = RenderState::nothing(options.region_of(setup.size), setup.unit, options.variance);
         Self::with(setup, samples, options, gathered)
     }
 
-    /// Goes on with what was gathered before. `None` if this frame cannot have gathered it.
+    /// Creates a session that continues from an earlier state; `None` if the state does not fit the render setup.
     pub(crate) fn going_on(
         setup: Arc<RenderSetup>,
         samples: u32,
         options: Options,
         gathered: RenderState,
     ) -> Option<Self> {
-        // The film is as large as all else: there are never two.
+        // The film is as large as everything else: there are never two.
         let nothing = RenderState::nothing(Region::whole([0, 0]), setup.unit, options.variance);
         let mut session = Self::with(setup, samples, options, nothing);
         session.go_on_with(gathered).then_some(session)
@@ -102,20 +102,20 @@ impl Session {
         }
     }
 
-    /// Renders only some of the samples: films of disjoint ranges can be merged.
+    /// Restricts the session to some samples: films of disjoint ranges can be merged.
     #[doc(hidden)]
     pub fn with_samples(self, samples: Range<u32>) -> Self {
         Self { wanted: samples, ..self }
     }
 
-    /// With what was decided beforehand about how many samples blocks get; with `None` it is decided here, if at all.
+    /// Sets the number of samples of each block, decided elsewhere; with `None` it is decided here, if at all.
     pub(crate) fn with_allocation(mut self, allocation: Option<Allocation>) -> Self {
         self.gathered.allocation = allocation;
         self
     }
 
-    /// Goes on with what was gathered for the same region before. Returns false, and changes nothing, if this frame
-    /// cannot have gathered it.
+    /// Continues from an earlier state of the same region. Returns false, and changes nothing, if the state does not
+    /// fit the render setup.
     #[doc(hidden)]
     pub fn go_on_with(&mut self, gathered: RenderState) -> bool {
         let new = &gathered;
@@ -135,26 +135,26 @@ impl Session {
         fits
     }
 
-    /// The first sample that not every pixel has.
+    /// Returns the first sample that not every pixel has.
     pub(crate) fn next_sample(&self) -> Option<u32> {
         let missing = self.gathered.samples.missing(self.wanted());
         missing.iter().next().map(|range| range.start)
     }
 
-    /// From now on renders the scene at another moment, with the same settings.
+    /// Replaces the render setup by that of the scene at another moment, with the same settings.
     pub(crate) fn replace_setup(&mut self, setup: Arc<RenderSetup>) {
-        // Their buffers are made for the other one.
+        // The workers' buffers fit the old setup.
         self.free_workers();
         self.prepared = None;
         self.setup = setup;
     }
 
-    /// Frees the buffers of all workers, which get new ones if they go on.
+    /// Frees the buffers of all workers; new ones are made when rendering continues.
     pub(crate) fn free_workers(&mut self) {
         lock(&self.workers).clear();
     }
 
-    /// Computes what samples depend on, unless that is known. Returns false if it was stopped.
+    /// Computes the preparation of samples unless it exists. Returns false if stopped.
     pub(crate) fn prepare(&mut self, stop: &Stop) -> bool {
         if self.prepared.is_none() {
             self.prepared = Prepared::new(&self.setup, stop).map(Arc::new);
@@ -162,7 +162,7 @@ impl Session {
         self.prepared.is_some()
     }
 
-    /// What samples depend on, computed now unless it is known.
+    /// Returns the preparation of samples; computes it unless it exists.
     pub(crate) fn prepared(&self) -> Arc<Prepared> {
         self.prepared.clone().unwrap_or_else(|| Arc::new(Prepared::now(&self.setup)))
     }
@@ -175,12 +175,12 @@ impl Session {
         matches!(plan, Some(Err(NoPhotons::Dots)))
     }
 
-    /// Whether every sample has been rendered.
+    /// True if every sample has been rendered.
     pub fn is_done(&self) -> bool {
         self.gathered.pass.is_none() && !self.needs_allocation() && self.next_pass(1).is_none()
     }
 
-    /// Samples to render, some of which may be only for some blocks.
+    /// The samples to render, some of which may be for some blocks only.
     fn wanted(&self) -> Range<u32> {
         match &self.gathered.allocation {
             Some(allocation) if self.wanted == (0..self.total) => 0..allocation.most(),
@@ -188,15 +188,15 @@ impl Session {
         }
     }
 
-    /// Whether it has still to be decided how many samples blocks get.
+    /// True if the number of samples of each block is still to be decided.
     fn needs_allocation(&self) -> bool {
         let is_enough = self.total >= 2 * adaptive::PILOT;
         let is_wanted = self.setup.adaptive == Adaptive::Unbiased && is_enough && !self.is_pilot;
         is_wanted && self.gathered.allocation.is_none()
     }
 
-    /// Decides how many samples blocks get, if that has to be known beforehand and is not known yet. Returns false if
-    /// it was stopped.
+    /// Decides the number of samples of each block, if that has to be done before rendering and is not done yet.
+    /// Returns false if stopped.
     pub(crate) fn allocate(&mut self, stop: &Stop, progress: OnProgress) -> bool {
         if !self.needs_allocation() {
             return true;
@@ -210,7 +210,7 @@ impl Session {
             workers: Mutex::new(std::mem::take(&mut *lock(&self.workers))),
             ..Session::of(self.setup.clone(), 0, options).with_samples(first..first + count)
         };
-        // A pilot cannot be gone on with: it is short, and is not paused.
+        // A pilot cannot be continued: it is short, and is not paused.
         let (nothing, unheard) =
             (|look: &mut dyn FnMut(&RenderState)| look(&self.gathered), AtomicBool::new(false));
         let watch =
@@ -226,12 +226,12 @@ impl Session {
         self.gathered.allocation.is_some()
     }
 
-    /// What is rendered next, `count` samples if all pixels get them.
+    /// Returns the next pass: `count` samples if all pixels get them.
     fn next_pass(&self, count: u32) -> Option<RenderPass> {
         let (region, size) = (self.gathered.film.region(), self.tile_size());
         if let Some(allocation) = &self.gathered.allocation {
             let next = self.gathered.samples.missing(self.wanted()).iter().next()?;
-            // As many at once as possible: a few samples of a few blocks would not fill a wave.
+            // As many together as possible: a few samples of a few blocks would not fill a wave.
             let samples = allocation.first_round(next);
             let samples = samples.start..samples.end.min(samples.start.saturating_add(self.at_once()));
             let blocks = Some(allocation.blocks(samples.start)).filter(|blocks| blocks.contains(&false));
@@ -251,12 +251,12 @@ impl Session {
         Some(pass.begin(self.at_once()))
     }
 
-    /// The most samples that are rendered at once.
+    /// The largest number of samples that are rendered together.
     pub(super) fn at_once(&self) -> u32 {
         at_once(self.prepared.as_deref())
     }
 
-    /// The average number of samples, if they come in rounds.
+    /// The mean number of samples per pixel, if they are rendered in adaptive rounds.
     pub(super) fn rounds(&self) -> Option<u32> {
         let is_whole = self.total >= 2 * adaptive::PILOT && self.wanted == (0..self.total);
         (self.setup.adaptive == Adaptive::On && is_whole).then_some(self.total)
@@ -269,8 +269,8 @@ impl Session {
         self.advance_until(count, &Stop::NEVER, &|_| ());
     }
 
-    /// Renders all that is left. After each tile it calls `progress`, from any thread, with the part that is done,
-    /// from 0 to 1.
+    /// Renders all remaining samples. Calls `progress` after each tile, from any thread, with the fraction that is
+    /// done, from 0 to 1.
     ///
     /// ```no_run
     /// # fn show(session: &mut rayfront::render::Session) {
@@ -281,14 +281,14 @@ impl Session {
         self.finish_while(&Stop::NEVER, progress, |_| true);
     }
 
-    /// The same, but ends soon after `stop` is set; returns true if nothing is left. What has been rendered until
-    /// then is in the film, in which some pixels may have more samples than others: up to 16, or with adaptive
+    /// [`Session::finish`] that ends soon after `stop` is set; returns true if no samples are left. The film then holds
+    /// all that was rendered until then; some pixels may have more samples than others: up to 16, or with adaptive
     /// sampling up to a round.
     pub fn finish_until(&mut self, stop: &AtomicBool, progress: impl Fn(f32) + Sync) -> bool {
         self.finish_while(&Stop::at(stop), progress, |_| true)
     }
 
-    /// The same, but goes on after a pass only while `wants_more` of what there is.
+    /// [`Session::finish_until`] that continues after a pass only while `wants_more` returns true.
     pub(crate) fn finish_while(
         &mut self,
         stop: &Stop,
@@ -311,9 +311,9 @@ impl Session {
         self.is_done()
     }
 
-    /// Works like [`Session::advance`], but ends soon after `stop` says so: tiles that are under way are dropped. Once
-    /// [`Progress::pause`] is set, no further tile is started. The film then holds more samples in some pixels than in
-    /// others, and [`RenderState::pass`] says where.
+    /// [`Session::advance`] that ends soon after `stop` is set: tiles under way are dropped. Once [`Progress::pause`]
+    /// is set, no further tile is started. Some pixels of the film then have more samples than others, as
+    /// [`RenderState::pass`] records.
     #[doc(hidden)]
     pub fn advance_until(&mut self, count: u32, stop: &Stop, progress: OnProgress) {
         if !self.prepare(stop) || !self.allocate(stop, progress) {
@@ -331,19 +331,19 @@ impl Session {
         }
     }
 
-    /// Squares of samples, where [`Options::variance`] asks for them.
+    /// The sums of squared samples, if [`Options::variance`] is set.
     #[doc(hidden)]
     pub fn moments(&self) -> Option<&Moments> {
         self.gathered.moments.as_ref()
     }
 
-    /// All that has been gathered so far.
+    /// The current state.
     #[doc(hidden)]
     pub fn gathered(&self) -> &RenderState {
         &self.gathered
     }
 
-    /// The same, without all else.
+    /// Returns the state and drops the rest.
     pub(crate) fn into_gathered(self) -> RenderState {
         self.gathered
     }
@@ -354,33 +354,33 @@ impl Session {
 
     fn tile_size(&self) -> u32 {
         let tile = self.options.tile.max(1);
-        // A block that shares paths is not cut.
+        // Tiles do not cut blocks whose pixels reuse paths.
         if self.setup.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile }
     }
 
-    /// What has been gathered so far; its region is the one that is rendered.
+    /// The film so far; its region is the one that is rendered.
     pub fn film(&self) -> &Film {
         &self.gathered.film
     }
 
-    /// The same, without all else.
+    /// Returns the film and drops the rest.
     pub(crate) fn into_film(self) -> Film {
         self.gathered.film
     }
 
-    /// What has been done so far.
+    /// The statistics so far.
     #[doc(hidden)]
     pub fn statistics(&self) -> &RayStatistics {
         &self.statistics
     }
 
-    /// The scene and its settings.
+    /// The render setup.
     #[doc(hidden)]
     pub fn setup(&self) -> &Arc<RenderSetup> {
         &self.setup
     }
 
-    /// How it renders.
+    /// The render options.
     pub(crate) fn options(&self) -> &Options {
         &self.options
     }
@@ -390,7 +390,7 @@ impl Session {
         &self.setup.scene
     }
 
-    /// How many samples every pixel has, and how many there are to be.
+    /// Returns the number of samples that every pixel has, and the number that it is to have.
     pub fn samples_done(&self) -> (u32, u32) {
         let wanted = self.wanted();
         let count = wanted.len() as u32;
@@ -398,12 +398,12 @@ impl Session {
     }
 }
 
-/// Nothing that holds these locks can panic halfway through a change.
+/// Locks a mutex, poisoned or not: nothing that holds these locks can panic halfway through a change.
 pub(super) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// A region cut into squares of the whole image, row by row.
+/// Cuts a region into squares of the whole image, row by row.
 pub fn tiles(region: Region, size: u32) -> Vec<Region> {
     let cuts = |from: u32, to: u32| {
         let first = from / size * size;

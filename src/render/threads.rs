@@ -1,19 +1,19 @@
-//! How many threads work.
+//! Thread pools and their size.
 
-/// More threads are of no use to anybody.
+/// The largest number of threads; more are of no use.
 const MOST_THREADS: usize = 1024;
 
-/// Does something on `threads` threads, at most 1,024; 0 stands for one for each core. Sessions in it use all of
+/// Calls `work` on a pool of `threads` threads, at most 1,024; 0 stands for one per core. Sessions in it use all of
 /// them.
 ///
 /// # Errors
 ///
-/// [`ThreadError`] if there are to be more than 1,024 threads, or if the system gives no more.
+/// [`ThreadError`] if `threads` is above 1,024, or if the system cannot start that many.
 pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadError> {
     Ok(thread_pool(threads)?.install(work))
 }
 
-/// A pool of `threads` threads; 0 stands for one for each core.
+/// Creates a pool of `threads` threads; 0 stands for one per core.
 pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, ThreadError> {
     check_number(threads, "")?;
     if threads == 0 {
@@ -23,19 +23,19 @@ pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, ThreadError> {
     pool.map_err(|error| ThreadError { threads, reason: error.to_string() })
 }
 
-/// `asked`: what asks for them, in front of the reason.
+/// Checks a number of threads. `asked` names its source and precedes the reason in the error.
 fn check_number(threads: usize, asked: &str) -> Result<(), ThreadError> {
     let reason = || format!("{asked}more than {MOST_THREADS} are of no use");
     if threads > MOST_THREADS { Err(ThreadError { threads, reason: reason() }) } else { Ok(()) }
 }
 
-/// The same for what the environment asks for where nothing else says how many threads there are to be.
+/// Checks the number of threads in `RAYON_NUM_THREADS`, which applies if no other is given.
 pub fn check_environment() -> Result<(), ThreadError> {
     let wanted = std::env::var("RAYON_NUM_THREADS").ok().and_then(|threads| threads.parse().ok());
     check_number(wanted.unwrap_or(0), "as RAYON_NUM_THREADS says, and ")
 }
 
-/// Threads could not be started: there are to be too many, or the system gives no more.
+/// Threads could not be started: too many are requested, or the system has no more.
 #[derive(Debug)]
 pub struct ThreadError {
     threads: usize,

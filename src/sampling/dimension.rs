@@ -1,43 +1,43 @@
-//! Every use of a random number has a named dimension, 16 for the camera and 16 for
-//! each bounce, so that no two uses share one.
+//! Dimensions of random numbers: each use of a random number has its own, 16 for the camera and 16 for each bounce.
 
 use crate::simd::Int;
 
-/// How many dimensions a bounce has.
+/// Dimensions per bounce.
 pub const PER_BOUNCE: u32 = 16;
 
-/// What a random number is for.
+/// The use of a random number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Dimension {
-    /// The place in the pixel: two numbers and the order of the strata.
+    /// The position in the pixel: two numbers and the order of the strata.
     Pixel = 0,
-    /// The place on the lens: two numbers and the order of the strata.
+    /// The position on the lens: two numbers and the order of the strata.
     Lens = 3,
-    /// The wavelength of light that is split up: which colour, and where in its band; the same at all bounces.
-    /// Numbers as for the place in the pixel.
-    Wavelength = 6,
-    /// Of a bounce: which light, and the place on it. Lights and their samples are told apart by
-    /// `Key::fork`.
-    Light = 16,
-    /// Of a bounce: new bits for the place on a light, for those that the choice of the light has used up. One number
+    /// The wavelength of dispersed light: the colour and the position in its band, the same at all bounces. Two numbers
     /// and the order of the strata.
+    Wavelength = 6,
+    /// Per bounce: the light and the position on it; `SampleKey::fork` separates lights and their samples. Two numbers
+    /// and the order of the strata.
+    Light = 16,
+    /// Per bounce: new bits for the position on a light, in place of those that the choice of the light has used up.
+    /// One number and the order of the strata.
     LightBits = 19,
-    /// Of a bounce: which of a surface's lobes scatters light, and in which direction. Numbers as for the place in
-    /// the pixel.
+    /// Per bounce: the lobe of the surface that scatters light, and the direction. Two numbers and the order of the
+    /// strata.
     Scatter = 21,
-    /// Of a bounce: whether a microfacet reflects it or lets it through. Numbers as for [`Dimension::LightBits`].
+    /// Per bounce: the choice between reflection and transmission at a microfacet. One number and the order of the
+    /// strata.
     Through = 24,
-    /// Of a bounce: whether the path goes on. Numbers as for [`Dimension::LightBits`].
+    /// Per bounce: Russian roulette. One number and the order of the strata.
     Roulette = 26,
-    /// Of a bounce: whether a surface is there for the path, by its alpha. Numbers as for [`Dimension::LightBits`].
+    /// Per bounce: the alpha test of a surface for the path. One number and the order of the strata.
     Alpha = 28,
-    /// Of a bounce: the same for rays to lights.
+    /// Per bounce: the alpha test for shadow rays. One number and the order of the strata.
     ShadowAlpha = 30,
 }
 
 impl Dimension {
-    /// How many consecutive numbers the use draws.
+    /// The number of consecutive dimensions of the use.
     pub const fn count(self) -> u32 {
         match self {
             Self::Pixel | Self::Lens | Self::Wavelength | Self::Light | Self::Scatter => 3,
@@ -45,8 +45,7 @@ impl Dimension {
         }
     }
 
-    /// The number of this dimension at a bounce (0 is the first hit, and what camera
-    /// dimensions take).
+    /// The index of this dimension at a bounce; 0 is the first hit, and the bounce of all camera dimensions.
     #[inline(always)]
     pub fn at<I: Int>(self, bounce: I) -> I {
         I::splat(self as u32) + bounce * I::splat(PER_BOUNCE)
@@ -58,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_do_not_overlap() {
+    fn dimensions_of_different_uses_and_bounces_do_not_overlap() {
         let all = [
             Dimension::Pixel,
             Dimension::Lens,

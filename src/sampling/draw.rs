@@ -1,5 +1,5 @@
-//! The numbers of the path transport: one or two for each use, spread over a pixel's samples
-//! as its sampler says.
+//! Random numbers of the path transport: one or two dimensions for each use, spread over a pixel's samples by the
+//! sampler.
 
 use super::pattern::{self, Grid};
 use super::sobol;
@@ -7,8 +7,8 @@ use crate::math::hash::SampleKey;
 use crate::simd::{Float, Int};
 use crate::world::{Pattern, Sampler};
 
-/// A point in the unit square. `grid` is made for the number of the pixel's samples; the use
-/// has three numbers from `dimension` on.
+/// Draws a point in the unit square. `grid` is made for the number of samples of the pixel. The use has three
+/// dimensions, starting at `dimension`.
 #[inline(always)]
 pub fn draw_2d<F: Float>(sampler: Sampler, grid: Grid, key: SampleKey<F::Int>, dimension: F::Int) -> (F, F) {
     match sampler {
@@ -18,7 +18,7 @@ pub fn draw_2d<F: Float>(sampler: Sampler, grid: Grid, key: SampleKey<F::Int>, d
     }
 }
 
-/// A point in the unit interval. The use has two numbers from `dimension` on.
+/// Draws a number in the unit interval. The use has two dimensions, starting at `dimension`.
 #[inline(always)]
 pub fn draw_1d<F: Float>(sampler: Sampler, grid: Grid, key: SampleKey<F::Int>, dimension: F::Int) -> F {
     match sampler {
@@ -44,7 +44,7 @@ mod tests {
         SampleKey::new(5, Wrapping(pixel), Wrapping(sample), Wrapping(0))
     }
 
-    /// The variance of the mean of a number over a pixel's 16 samples, in units of independent ones'.
+    /// The variance of the mean of a number over a pixel's 16 samples, relative to independent samples.
     fn variance(draw: impl Fn(u32, u32) -> f64) -> f64 {
         let pixels = 1000;
         let error = |pixel| (0..16).map(|s| draw(pixel, s) - 0.5).sum::<f64>() / 16.0;
@@ -52,10 +52,10 @@ mod tests {
     }
 
     #[test]
-    fn samplers_stratify_as_they_say() {
+    fn samplers_reduce_variance_as_their_strata_predict() {
         let grid = Grid::new(16);
         for (sampler, one, two) in [
-            // Of the variance is left 1/16² where 16 strata are along the axis, 1/4² where 4 are.
+            // 16 strata along the axis reduce the variance to 1/16², 4 strata to 1/4².
             (Sampler::Sobol, 0.003..0.005, 0.003..0.005),
             (Sampler::Jittered, 0.003..0.005, 0.05..0.075),
             (Sampler::Independent, 0.85..1.15, 0.85..1.15),
@@ -68,12 +68,12 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_even_over_pixels_and_samples() {
+    fn one_sample_index_is_uniform_over_pixels() {
         let grid = Grid::new(9);
         for sampler in ALL {
             let (mut line, mut square) = ([0u32; 64], [0u32; 64]);
             for pixel in 0..4000 {
-                // The third sample alone: no stratification can help.
+                // Only the third sample: stratification cannot help.
                 let key = key(pixel, 2);
                 line[(draw_1d::<f32>(sampler, grid, key, Wrapping(1)) * 64.0) as usize] += 1;
                 let (u, v) = draw_2d::<f32>(sampler, grid, key, Wrapping(4));

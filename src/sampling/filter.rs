@@ -1,20 +1,20 @@
-//! Pixel filters sampled by importance: a table of the inverse cumulative distribution.
+//! Importance sampling of pixel filters by a table of the inverse cumulative distribution.
 
 use crate::simd::{Float, Int};
 use crate::world::PixelFilter;
 
-/// Entries of the table; between them the inverse is taken as linear.
+/// Intervals of the table; the inverse is interpolated linearly.
 const STEPS: usize = 1024;
 
-/// Maps a uniform number to an offset from the pixel's centre with the filter's density
-/// along one axis. All our filters are products of one function of x and one of y.
+/// Maps a uniform number to an offset from the pixel's centre along one axis, with the filter's density. All filters
+/// are products of a function of x and a function of y.
 #[derive(Clone, Debug)]
 pub struct FilterTable {
     /// Offsets in pixels at the quantiles 0, 1/1024, …, 1.
     quantiles: Vec<f32>,
-    /// The density, per pixel, in equal steps over the filter's width: means over each step.
+    /// The density per pixel, averaged over equal steps of the filter's width.
     densities: Vec<f32>,
-    /// Half its width in pixels.
+    /// Half of the filter's width in pixels.
     radius: f32,
 }
 
@@ -32,18 +32,18 @@ impl FilterTable {
         Self { quantiles, densities, radius }
     }
 
-    /// How far it reaches from a pixel's centre, in pixels.
+    /// The filter's radius around a pixel's centre, in pixels.
     pub fn radius(&self) -> f32 {
         self.radius
     }
 
-    /// The density, per pixel, of an offset of [`FilterTable::sample`].
+    /// The density per pixel of an offset returned by [`FilterTable::sample`].
     pub fn density(&self, offset: f32) -> f32 {
         let place = (offset / self.radius + 1.0) * 0.5 * self.densities.len() as f32;
         if place >= 0.0 { self.densities.get(place as usize).copied().unwrap_or(0.0) } else { 0.0 }
     }
 
-    /// The offset in pixels for a number in [0, 1).
+    /// The offset in pixels for a uniform number in [0, 1).
     #[inline(always)]
     pub fn sample<F: Float>(&self, u: F) -> F {
         let place = u * F::splat(STEPS as f32);
@@ -55,13 +55,13 @@ impl FilterTable {
     }
 }
 
-/// The window over −1 to 1 (Harris 1978, minimum four-term).
+/// The Blackman–Harris window over −1 to 1 (Harris 1978, minimum four-term).
 fn blackman_harris(x: f64) -> f64 {
     let turn = std::f64::consts::PI * (x + 1.0);
     0.35875 - 0.48829 * libm::cos(turn) + 0.14128 * libm::cos(2.0 * turn) - 0.01168 * libm::cos(3.0 * turn)
 }
 
-/// Quantiles of a density over −1 to 1, stretched to ±`radius`, by the trapezium rule.
+/// The quantiles of a density over −1 to 1, stretched to ±`radius`, by the trapezium rule.
 fn invert(density: impl Fn(f64) -> f64, radius: f64) -> Vec<f32> {
     const FINE: usize = 64 * STEPS;
     let x = |i: usize| i as f64 / FINE as f64 * 2.0 - 1.0;
@@ -83,10 +83,10 @@ fn invert(density: impl Fn(f64) -> f64, radius: f64) -> Vec<f32> {
     quantiles
 }
 
-/// The density that quantiles stand for, which is even between two of them.
+/// The density that the quantiles represent; it is constant between neighbouring quantiles.
 fn densities(quantiles: &[f32], radius: f32) -> Vec<f32> {
     let width = 2.0 * radius / STEPS as f32;
-    // How much lies below a place.
+    // The cumulative distribution at `x`.
     let below = |x: f32| {
         let next = quantiles.partition_point(|quantile| *quantile <= x).clamp(1, STEPS);
         let (low, high) = (quantiles[next - 1], quantiles[next]);
@@ -100,7 +100,7 @@ fn densities(quantiles: &[f32], radius: f32) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// The standard deviation of a filter's samples in pixels.
+    /// The standard deviation of a filter's samples, in pixels.
     fn deviation(filter: PixelFilter) -> f64 {
         let table = FilterTable::new(filter);
         let n = 100_000;
@@ -109,8 +109,8 @@ mod tests {
     }
 
     #[test]
-    fn samples_have_the_filters_moments() {
-        // Box of width 1: √(1/12). Tent of radius 1: √(1/6). Gaussian of σ = radius / 3, cut at 3 σ: 0.98658 σ.
+    fn samples_have_the_standard_deviation_of_their_filter() {
+        // Box of width 1: √(1/12). Tent of radius 1: √(1/6). Gaussian of σ = radius / 3, truncated at 3 σ: 0.98658 σ.
         assert!((deviation(PixelFilter::Box) - (1.0f64 / 12.0).sqrt()).abs() < 1e-4);
         assert!((deviation(PixelFilter::Tent { radius: 1.0 }) - (1.0f64 / 6.0).sqrt()).abs() < 1e-3);
         assert!((deviation(PixelFilter::Gaussian { radius: 1.5 }) - 0.5 * 0.98658).abs() < 1e-3);
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn densities_are_those_of_samples() {
+    fn density_matches_the_histogram_of_samples() {
         for filter in [
             PixelFilter::Box,
             PixelFilter::Tent { radius: 1.2 },
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_box_is_exact_where_it_matters() {
+    fn box_filter_maps_numbers_to_offsets_linearly() {
         assert_eq!(FilterTable::new(PixelFilter::Box).sample(0.5f32), 0.0);
         assert!((FilterTable::new(PixelFilter::Box).sample(0.25f32) + 0.25).abs() < 1e-6);
     }

@@ -1,5 +1,5 @@
-//! Numbers: every random number is a pure function of (seed, pixel, sample, branch,
-//! dimension), so that any schedule draws the same ones.
+//! Random numbers: each is a pure function of (seed, pixel, sample, branch, dimension), so any schedule draws the same
+//! numbers.
 
 pub mod dimension;
 pub mod draw;

@@ -1,14 +1,13 @@
-//! N points in the unit square: uniform, jittered or regular, each point a pure
-//! function of its index.
+//! N points in the unit square: uniform, jittered or regular. Each point is a pure function of its index.
 
 use crate::math::hash::SampleKey;
 use crate::simd::{Float, Int, Mask};
 use crate::world::{Pattern, Settings};
 
-/// The most points that a stratified pattern may have: cell numbers must be exact as floats.
+/// The largest number of points of a stratified pattern: cell numbers must be exact as floats.
 pub const MAX_STRATA: u32 = Settings::MOST_SAMPLES;
 
-/// A grid with at least N cells, as square as it gets.
+/// A grid of at least N cells, as nearly square as possible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// Cells along u.
@@ -18,7 +17,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// For `count` points, 1 to [`MAX_STRATA`].
+    /// A grid for `count` points, 1 to [`MAX_STRATA`].
     pub fn new(count: u32) -> Self {
         let count = count.clamp(1, MAX_STRATA);
         let mut columns = (count as f64).sqrt() as u32;
@@ -28,22 +27,22 @@ impl Grid {
         Self { columns, rows: count.div_ceil(columns) }
     }
 
-    /// How many cells there are.
+    /// The number of cells.
     pub fn cells(self) -> u32 {
         self.columns * self.rows
     }
 
-    /// Column and row of a cell by its number.
+    /// Column and row of cell number `cell`.
     #[inline(always)]
     fn place<F: Float>(self, cell: F::Int) -> (F, F) {
         let columns = F::splat(self.columns as f32);
         let number = cell.to_float();
-        // Half a cell more keeps the quotient clear of the whole numbers: no rounding can cross them.
+        // Adding half a cell keeps the quotient away from integers, so rounding cannot cross one.
         let row = ((number + F::splat(0.5)) / columns).floor();
         (number - row * columns, row)
     }
 
-    /// A point in a cell, from a point in the unit square.
+    /// Maps a point of the unit square into a cell.
     #[inline(always)]
     fn point<F: Float>(self, cell: F::Int, inner: (F, F)) -> (F, F) {
         let (column, row) = self.place::<F>(cell);
@@ -55,9 +54,8 @@ impl Grid {
     }
 }
 
-/// A permutation of 0..length, one for every `seed`: a bijection of the next power of
-/// two, repeated while it lands outside (Kensler, "Correlated multi-jittered sampling",
-/// 2013). An index outside counts as 0.
+/// A permutation of 0..length, selected by `seed`: a bijection of the next power of two, repeated while its result is
+/// out of range (Kensler, "Correlated multi-jittered sampling", 2013). An index out of range counts as 0.
 #[inline(always)]
 pub fn permute<I: Int>(index: I, length: u32, seed: I) -> I {
     if length <= 1 {
@@ -76,8 +74,8 @@ pub fn permute<I: Int>(index: I, length: u32, seed: I) -> I {
     }
 }
 
-/// A bijection of the integers up to `mask` = 2ᵏ − 1: every step is one (xor, odd
-/// multiple, xor with own higher bits, addition).
+/// A bijection of the integers up to `mask` = 2ᵏ − 1: each step (xor, odd multiple, xor with own higher bits, addition)
+/// is a bijection.
 #[inline(always)]
 fn scramble<I: Int>(i: I, mask: I, seed: I) -> I {
     let x = (i ^ seed) * I::splat(0x9e37_79b1);
@@ -91,8 +89,8 @@ fn scramble<I: Int>(i: I, mask: I, seed: I) -> I {
     (x + seed.shr::<7>()) & mask
 }
 
-/// A pixel's sample `key.sample` as a point in the unit square, spread over all samples
-/// of the pixel by `pattern`. `grid` is made for their number.
+/// The point in the unit square of sample `key.sample` of a pixel; `pattern` spreads the points over all samples of the
+/// pixel. `grid` is made for their number.
 #[inline(always)]
 pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: SampleKey<F::Int>, dimension: F::Int) -> (F, F) {
     let (second, order) = (dimension + F::Int::splat(1), dimension + F::Int::splat(2));
@@ -107,9 +105,9 @@ pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: SampleKey<F::Int>, dim
     }
 }
 
-/// Point `which` of the `inner.cells()` that one sample spreads over the square. Jittered
-/// points have a cell each, and within it the samples of the pixel have theirs: both the
-/// points of one sample and those of all are stratified.
+/// Point `which` of the `grid.cells()` points that one sample spreads over the square. Each jittered point has its own
+/// cell of `grid`, and within it each sample of the pixel has its own cell of `pixel`: the points of one sample are
+/// stratified, and so are those of all samples.
 #[inline(always)]
 pub fn point_of_many<F: Float>(
     pattern: Pattern,
@@ -149,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn every_place_is_equally_likely() {
+    fn permute_moves_each_index_to_every_place_equally_often() {
         for length in [2u32, 4, 7, 16] {
             let mut counts = vec![0u32; (length * length) as usize];
             let n = 20_000;
@@ -172,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn jittered_points_have_a_cell_each() {
+    fn jittered_points_lie_in_different_cells() {
         let grid = Grid::new(36);
         assert_eq!(grid, Grid { columns: 6, rows: 6 });
         let mut cells = std::collections::HashSet::new();
@@ -185,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn many_points_are_stratified_within_a_sample_and_over_all() {
+    fn point_of_many_is_stratified_within_a_sample_and_over_all_samples() {
         let (light, pixel) = (Grid::new(4), Grid::new(16));
         let mut fine = std::collections::HashSet::new();
         for sample in 0..16 {
@@ -202,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn large_grids_name_the_right_cell() {
+    fn place_is_exact_in_the_largest_grid() {
         let grid = Grid::new(MAX_STRATA);
         for cell in [0, 2047, 2048, MAX_STRATA - 1] {
             let (column, row): (f32, f32) = grid.place(Wrapping(cell));
@@ -211,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn regular_points_are_cell_centres() {
+    fn regular_and_center_points_are_centres_of_cells_and_pixel() {
         let (u, v): (f32, f32) = point(Pattern::Regular, Grid::new(1), key(0), Wrapping(0));
         assert_eq!((u, v), (0.5, 0.5));
         assert_eq!(point::<f32>(Pattern::Center, Grid::new(16), key(6), Wrapping(0)), (0.5, 0.5));

@@ -1,18 +1,18 @@
-//! Points of Sobol's sequence, scrambled after Owen: every power-of-two block of them is stratified at every scale,
-//! and each seed gives other points.
+//! Owen-scrambled points of Sobol's sequence: each power-of-two block of them is stratified at every scale, and each
+//! seed gives different points.
 //!
-//! Scrambling is by hash (Laine and Karras 2011; Burley, "Practical hash-based Owen scrambling", JCGT 2020): a hash
-//! in which every bit depends on lower ones alone is a nested uniform scramble of the bits in reverse. So everything
-//! but the first and the last step works on reversed bits. Sobol's two dimensions are cheap there, too: the first is
-//! the (shuffled) index itself, the second is the index with Pascal's triangle modulo two applied, in five steps.
+//! Points are scrambled by hashing (Laine and Karras 2011; Burley, "Practical hash-based Owen scrambling", JCGT 2020):
+//! a hash in which each bit depends only on lower bits is a nested uniform scramble of the reversed bits. So all steps
+//! but the first and the last work on reversed bits. Sobol's two dimensions are cheap in that form: the first is the
+//! (shuffled) index itself, the second is the index multiplied by Pascal's triangle modulo two, in five steps.
 //!
-//! A pair takes about 100 integer operations: four reversals of 7, three scrambles of 10,
-//! three hashes of 9, the triangle's 14 and the conversion.
+//! A pair takes about 100 integer operations: four reversals of 7, three scrambles of 10, three hashes of 9, the
+//! triangle's 14 and the conversion.
 
 use crate::math::hash::{mix, to_unit};
 use crate::simd::{Float, Int};
 
-/// Point `index` of a sequence in the unit square, another sequence for each `seed`.
+/// Point `index` in the unit square of the sequence of `seed`.
 #[inline(always)]
 pub fn two<F: Float>(index: F::Int, seed: F::Int) -> (F, F) {
     let shuffled = shuffle(index, seed);
@@ -21,14 +21,14 @@ pub fn two<F: Float>(index: F::Int, seed: F::Int) -> (F, F) {
     (to_unit(first.reverse_bits()), to_unit(second.reverse_bits()))
 }
 
-/// Point `index` of a sequence in the unit interval, another sequence for each `seed`.
+/// Point `index` in the unit interval of the sequence of `seed`.
 #[inline(always)]
 pub fn one<F: Float>(index: F::Int, seed: F::Int) -> F {
     to_unit(scramble(shuffle(index, seed), hash(seed, 1)).reverse_bits())
 }
 
-/// The index in another order, which keeps power-of-two blocks together: without it, sequences
-/// of different seeds would walk through their strata in step.
+/// Permutes indices, keeping power-of-two blocks together. Otherwise sequences of different seeds would visit their
+/// strata in the same order.
 #[inline(always)]
 fn shuffle<I: Int>(index: I, seed: I) -> I {
     scramble(index.reverse_bits(), hash(seed, 0)).reverse_bits()
@@ -40,9 +40,9 @@ fn hash<I: Int>(seed: I, which: u32) -> I {
     mix(seed + I::splat(0x9e37_79b9u32.wrapping_mul(which + 1)))
 }
 
-/// A nested uniform scramble of bits in reverse: a bijection in which each bit is flipped by a
-/// hash of those below. The construction is Laine's and Karras'; these constants are Vegdahl's
-/// ("Building a better LK hash", 2021), whose bits depend on each other as they should.
+/// Nested uniform scramble of reversed bits: a bijection in which each bit is flipped by a hash of the lower bits. The
+/// construction is by Laine and Karras; the constants are Vegdahl's ("Building a better LK hash", 2021), whose bits
+/// depend on each other as they should.
 #[inline(always)]
 fn scramble<I: Int>(x: I, seed: I) -> I {
     let x = x ^ (x * I::splat(0x3d20_adea));
@@ -52,9 +52,9 @@ fn scramble<I: Int>(x: I, seed: I) -> I {
     x ^ (x * I::splat(0x53a2_2864))
 }
 
-/// Sobol's second dimension on reversed bits. Bit k of an index stands for the polynomial
-/// (1 + x)ᵏ over the integers modulo two, and p(x + 1) is p's lower half plus its upper one,
-/// beside the upper one, at every scale, because (x + 1)ⁿ = xⁿ + 1 where n is a power of two.
+/// Sobol's second dimension on reversed bits. Bit k of an index stands for the polynomial (1 + x)ᵏ over the integers
+/// modulo two. At every scale, p(x + 1) is the sum of p's halves, followed by the upper half, because (x + 1)ⁿ = xⁿ + 1
+/// if n is a power of two.
 #[inline(always)]
 fn pascal<I: Int>(x: I) -> I {
     let x = x ^ x.shr::<16>();
@@ -75,15 +75,15 @@ mod tests {
     }
 
     #[test]
-    fn reversed_bits_are_in_reverse() {
+    fn reverse_bits_matches_std() {
         for x in [0u32, 1, 0x1234_5678, u32::MAX, 0x8000_0001] {
             assert_eq!(Int::reverse_bits(Wrapping(x)).0, x.reverse_bits());
         }
     }
 
-    /// Against the direction numbers of the literature: vₖ₊₁ = vₖ xor vₖ / 2 (Sobol' 1967).
+    /// Compares with the direction numbers of the literature: vₖ₊₁ = vₖ xor vₖ / 2 (Sobol' 1967).
     #[test]
-    fn the_triangle_is_sobols_second_dimension() {
+    fn pascal_matches_the_direction_numbers_of_the_second_dimension() {
         for index in (0..5000).chain([u32::MAX, 0xdead_beef]) {
             let (mut direction, mut expected) = (1u32 << 31, 0);
             for bit in 0..32 {
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn every_block_has_one_point_in_each_elementary_interval() {
+    fn two_puts_one_point_of_a_block_into_each_elementary_interval() {
         for seed in (0..60u32).map(|s| s.wrapping_mul(0x0101_6b25)) {
             for power in 0..=10u32 {
                 let count = 1u32 << power;
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn every_block_in_one_dimension_is_stratified() {
+    fn one_puts_one_point_of_a_block_into_each_stratum() {
         for seed in 0..100 {
             for (first, count) in [(0u32, 1024), (3072, 1024), (64, 64)] {
                 let mut seen = vec![false; count as usize];
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_anywhere_over_the_seeds() {
+    fn each_index_is_uniform_over_seeds() {
         for index in [0, 1, 7, 100] {
             let (n, mut counts) = (1 << 16, [0u32; 256]);
             for seed in 0..n {
@@ -143,9 +143,9 @@ mod tests {
         }
     }
 
-    /// Mean and mean square, over pairs of seeds, of the correlation of their first 64 points.
+    /// Mean and mean square of the correlation of the first 64 points of two seeds, over pairs of seeds.
     #[test]
-    fn seeds_are_uncorrelated() {
+    fn sequences_of_different_seeds_are_uncorrelated() {
         let (n, pairs) = (64u32, 2000u32);
         let (mut mean, mut square) = (0.0, 0.0);
         for k in 0..pairs {
@@ -157,13 +157,13 @@ mod tests {
             mean += correlation / pairs as f64;
             square += correlation * correlation / pairs as f64;
         }
-        // Shuffles that keep blocks together leave 1.55 / n of exact random scrambles, not 1 / n.
+        // Shuffles that keep blocks together have a variance of 1.55 / n with exact random scrambles, not 1 / n.
         assert!(mean.abs() < 4.0 * (1.55 / f64::from(n * pairs)).sqrt(), "{mean}");
         assert!((1.4..1.7).contains(&(square * f64::from(n))), "{square}");
     }
 
     #[test]
-    fn the_error_of_a_smooth_integral_falls_faster_than_1_over_n() {
+    fn error_of_a_smooth_integral_falls_faster_than_1_over_n() {
         // ∫ (x² y + x y³ + (1 − x)² (1 − y)) = 1/6 + 1/8 + 1/6.
         let f = |(x, y): (f32, f32)| {
             let (x, y) = (x as f64, y as f64);
@@ -182,7 +182,7 @@ mod tests {
         assert!(slope < -1.25, "N to the power of {slope}");
     }
 
-    /// Bits of both kinds of points at 64 indices.
+    /// The bits of points of both kinds at 64 indices.
     struct Points;
 
     impl Kernel for Points {

@@ -1,64 +1,64 @@
-//! Distributions by tables, sampled by binary search in their cumulative
-//! sums. An alias table would answer in constant time, but it scatters its numbers: a search
-//! keeps their order, so that points stratified in the square stay stratified over the cells.
+//! Tabulated distributions, sampled by binary search in their cumulative sums. An alias table would take constant time
+//! but permutes its numbers; a search preserves their order, so points that are stratified in the square stay
+//! stratified over the cells.
 //!
-//! Cumulative sums are whole multiples of 2⁻²⁴, as random numbers are: the reported probability is exactly that with
-//! which a cell is found, and every cell with a weight above zero has one.
+//! Cumulative sums are integer multiples of 2⁻²⁴, like random numbers: a cell is found with exactly the reported
+//! probability, and each cell of positive weight has a positive probability.
 
 use crate::simd::{Float, Int};
 
-/// What cumulative sums are multiples of.
+/// The unit of cumulative sums.
 const QUANTUM: f64 = 1.0 / 16_777_216.0;
 /// The largest float below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
-/// With more entries than this, there might not be a quantum for each.
+/// The largest number of entries for which a quantum each is guaranteed.
 const MAX_ENTRIES: usize = 1 << 23;
 
-/// A density over the unit square: bilinear between nodes, so that it follows a picture that is blended between its
-/// texels. Its left and right edges are joined; at its lower and upper edge, where a picture of all directions has
-/// its poles, it falls to zero.
+/// A density over the unit square, bilinear between nodes, so that it follows an image that is interpolated between its
+/// texels. The left and right edges are joined. At the upper and lower edge, the poles of an image of all directions,
+/// the density falls to zero.
 ///
-/// A cell lies between four nodes; those of the first and the last row are half as high.
+/// A cell lies between four nodes; the cells of the first and the last row have half the height.
 #[derive(Clone, Debug)]
 pub struct Distribution2d {
     width: u32,
     /// Rows of nodes, without the edges: one fewer than rows of cells.
     height: u32,
-    /// Of cells, over the rows.
+    /// Cumulative probabilities of the rows of cells.
     marginal: Vec<f32>,
-    /// Of cells, within each row: `width + 1` entries a row.
+    /// Cumulative probabilities of the cells within each row: `width + 1` entries per row.
     conditional: Vec<f32>,
-    /// `width` a row, with a row of zeros for either edge.
+    /// The nodes, `width` per row, with a row of zeros at either edge.
     nodes: Vec<f32>,
 }
 
-/// A cell, by the place of its first node, and how high it is.
+/// A cell: column and row of its first node, and its height.
 struct TableCell<F: Float> {
     column: F::Int,
     row: F::Int,
-    /// In rows: 1, or ½ at the edges.
+    /// The height in rows: 1, or ½ at the edges.
     high: F,
 }
 
-/// The densities at a cell's corners, in units of their mean: first the upper two.
+/// The densities at a cell's corners, relative to their mean: the upper two first.
 struct CornerDensities<F: Float>([F; 4]);
 
 impl<F: Float> CornerDensities<F> {
-    /// The density at a place in the cell.
+    /// The density at a point of the cell.
     #[inline(always)]
     fn at(&self, x: F, y: F) -> F {
         let (left, right) = self.across(y);
         left + (right - left) * x
     }
 
-    /// On the left and the right edge.
+    /// The densities at height `y` on the left and the right edge.
     #[inline(always)]
     fn across(&self, y: F) -> (F, F) {
         let [a, b, c, d] = self.0;
         (a + (c - a) * y, b + (d - b) * y)
     }
 
-    /// A place in the cell from a point of the unit square, by the density (PBRT 4th ed., A.4 and A.5.1).
+    /// Maps a point of the unit square to a point of the cell, with the cell's density (PBRT 4th ed., A.4 and A.5.1).
     #[inline(always)]
     fn sample(&self, u: (F, F)) -> (F, F) {
         let [a, b, c, d] = self.0;
@@ -68,19 +68,20 @@ impl<F: Float> CornerDensities<F> {
     }
 }
 
-/// A number in the unit interval with a density that goes from one height to another.
+/// Samples the unit interval with a linear density from `from` to `to`.
 #[inline(always)]
 fn linear<F: Float>(u: F, from: F, to: F) -> F {
     let below = from + (from * from + (to * to - from * from) * u).max(F::zero()).sqrt();
     let some = below.gt(F::splat(1e-20));
     let number = u * (from + to) / F::select(some, below, F::one());
-    // Where both are zero, and where it begins at zero and so does the number.
+    // If both ends are zero, or if the density and the number both start at zero.
     F::select(some, number, u).min(F::splat(BELOW_ONE))
 }
 
 impl Distribution2d {
-    /// Of `width` nodes a row, top row (the one next to v = 0) first; a last row that is not full is left
-    /// out. Nodes count as zero where they are not finite and positive; if all are zero, all cells are alike.
+    /// Builds the distribution from nodes, `width` per row, the top row (next to v = 0) first; an incomplete last row
+    /// is ignored. Nodes that are not finite and positive count as zero; if all are zero, the distribution is uniform
+    /// over the cells.
     pub fn new(nodes: &[f32], width: usize) -> Self {
         let width = width.clamp(1, MAX_ENTRIES - 1);
         let height = nodes.len() / width;
@@ -110,8 +111,8 @@ impl Distribution2d {
         Self { width: width as u32, height: height as u32, marginal, conditional, nodes: padded }
     }
 
-    /// A point from one in the unit square, and the density there. The density is zero where
-    /// `mask` is not set and where there are no nodes.
+    /// Maps a point of the unit square to a sample and its density. The density is zero where `mask` is not set, and if
+    /// there are no nodes.
     #[inline(always)]
     pub fn sample<F: Float>(&self, u: (F, F), mask: F::Mask) -> ((F, F), F) {
         if self.height == 0 {
@@ -182,20 +183,20 @@ impl Distribution2d {
         ])
     }
 
-    /// From the probability of a cell and the density in it.
+    /// The density at a point, from the probability of its cell and the relative density within it.
     #[inline(always)]
     fn density<F: Float>(&self, probability: F, cell: &TableCell<F>, within: F) -> F {
         let size = cell.high * F::splat(1.0 / (self.width as f32 * self.height as f32));
         probability * within / size
     }
 
-    /// Bytes that it takes.
+    /// The size in bytes.
     pub fn bytes(&self) -> usize {
         size_of::<f32>() * (self.marginal.len() + self.conditional.len() + self.nodes.len())
     }
 }
 
-/// Writes the cumulative sums of weights, from 0 to exactly 1, and gives their sum.
+/// Writes the cumulative sums of weights, from 0 to exactly 1, and returns the sum of the weights.
 fn accumulate<I>(weights: I, cumulative: &mut [f32]) -> f64
 where
     I: DoubleEndedIterator<Item = f64> + ExactSizeIterator + Clone,
@@ -204,7 +205,7 @@ where
     let weights = weights.map(|weight| if weight > 0.0 && weight.is_finite() { weight } else { 0.0 });
     let sum: f64 = weights.clone().sum();
     let quanta = 1.0 / QUANTUM;
-    // One quantum at least for what has a weight.
+    // At least one quantum for each positive weight.
     let least = |weight: f64| if count <= MAX_ENTRIES && (weight > 0.0 || sum == 0.0) { 1.0 } else { 0.0 };
     let (mut running, mut end) = (0.0, 0.0f64);
     for (i, weight) in weights.clone().enumerate() {
@@ -213,7 +214,7 @@ where
         end = (part * quanta).round().max(end + least(weight));
         cumulative[i + 1] = (end * QUANTUM) as f32;
     }
-    // Those quanta may have pushed the end beyond 1: the cells before it give them back.
+    // Those quanta may have pushed the end beyond 1: preceding cells give them back.
     let mut limit = quanta;
     for (i, weight) in weights.enumerate().rev() {
         let end = (cumulative[i + 1] as f64 * quanta).min(limit);
@@ -223,19 +224,19 @@ where
     sum
 }
 
-/// What a search finds.
+/// The result of a search.
 struct Found<F: Float> {
     index: F::Int,
     probability: F,
-    /// The place between the ends of its part of the unit interval.
+    /// The position of the number within the entry, 0 to 1.
     rest: F,
 }
 
-/// The last of the `count` parts from entry `first` on that begins at or before `u`, by halving.
-/// It ends after `u`, so it is not empty.
+/// Binary search for the last of the `count` entries from `first` on that begins at or before `u`. It ends after `u`,
+/// so it is not empty.
 #[inline(always)]
 fn search<F: Float>(cumulative: &[f32], first: F::Int, count: usize, u: F, mask: F::Mask) -> Found<F> {
-    // At most the last random number, which also takes care of 1 and of NaN.
+    // Clamped to the largest random number, which also handles 1 and NaN.
     let u = F::select(u.lt(F::splat(BELOW_ONE)), u, F::splat(BELOW_ONE)).max(F::zero());
     let end = F::Int::splat(count as u32);
     let mut index = F::Int::splat(0);
@@ -253,7 +254,7 @@ fn search<F: Float>(cumulative: &[f32], first: F::Int, count: usize, u: F, mask:
     Found { index, probability, rest: rest.min(F::splat(BELOW_ONE)) }
 }
 
-/// How far it is from an entry to the next.
+/// The difference between an entry and the next.
 #[inline(always)]
 fn step<F: Float>(cumulative: &[f32], index: F::Int, mask: F::Mask) -> F {
     F::gather(cumulative, index + F::Int::splat(1), mask) - F::gather(cumulative, index, mask)
@@ -286,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_has_a_weight_has_a_probability() {
+    fn cumulative_sums_give_each_positive_weight_a_probability() {
         let tiny = [1e-30f32, 0.0, 1e30, 0.0, 0.0, 1e-30, 1e-38, 0.0];
         check_cumulative(&cumulative(&tiny), &tiny);
         let mut many = vec![1e-20f32; 10_000];
@@ -297,11 +298,11 @@ mod tests {
     }
 
     #[test]
-    fn odd_weights_count_as_zero_and_zeros_as_alike() {
+    fn invalid_weights_count_as_zero_and_all_zeros_are_uniform() {
         let odd = cumulative(&[1.0, f32::NAN, -3.0, f32::INFINITY, 1.0]);
         assert_eq!(odd, [0.0, 0.5, 0.5, 0.5, 0.5, 1.0]);
         assert_eq!(cumulative(&[0.0; 4]), [0.0, 0.25, 0.5, 0.75, 1.0]);
-        // Rows of cells: one of half the height, two whole ones, one half.
+        // Rows of cells: one of half the height, two of full height, one of half the height.
         let flat = Distribution2d::new(&[0.0; 12], 4);
         for (v, density) in [(0.1f32, 1.5), (0.3, 0.75), (0.6, 0.75), (0.9, 1.5)] {
             assert!((flat.pdf((0.9, v), true) - density).abs() < 1e-6);
@@ -310,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_of_the_unit_interval_find_cells_with_a_weight() {
+    fn sample_at_the_ends_of_the_unit_interval_finds_cells_of_positive_weight() {
         let table = Distribution2d::new(&[0.0, 0.0, 1.0, 0.0, 2.0, 0.0], 6);
         for (u, expected) in [(0.0f32, 1.5), (-1.0, 1.5), (BELOW_ONE, 5.5), (1.0, 5.5), (f32::NAN, 5.5)] {
             let ((x, _), _) = table.sample((u, 0.5), true);
@@ -318,7 +319,7 @@ mod tests {
         }
     }
 
-    /// A table of nodes of which some are zero, and one row is.
+    /// A table of nodes in which some nodes and one whole row are zero.
     fn spotty(width: usize, height: usize) -> (Vec<f32>, Distribution2d) {
         let mut nodes = numbers(width * height, 9);
         nodes.iter_mut().step_by(4).for_each(|node| *node = 0.0);
@@ -328,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn the_density_follows_the_nodes() {
+    fn density_is_bilinear_between_nodes() {
         let (width, height) = (7, 5);
         let (nodes, table) = spotty(width, height);
         let at = |x: f32, y: f32| table.pdf((x / width as f32, y / height as f32), true) as f64;
@@ -353,10 +354,10 @@ mod tests {
     }
 
     #[test]
-    fn points_are_drawn_by_the_density() {
+    fn samples_follow_the_density() {
         let (width, height) = (7, 5);
         let (_, table) = spotty(width, height);
-        // A cell and the halves of its neighbours in four quarters of 32 x 32 points.
+        // Splits each cell and the halves of its neighbours into four quarters of 32 x 32 points.
         let (columns, rows, fine) = (width * 2, height * 2, 32);
         let mut expected = vec![0.0f64; columns * rows];
         let size = 1.0 / (columns * rows * fine * fine) as f64;
@@ -386,15 +387,15 @@ mod tests {
                 assert_eq!(*count, 0.0);
             }
         }
-        // 99.9 % of chi² by Wilson and Hilferty's approximation.
+        // The 99.9 % quantile of chi² by Wilson and Hilferty's approximation.
         let limit =
             freedom * (1.0f64 - 2.0 / (9.0 * freedom) + 3.09 * (2.0 / (9.0 * freedom)).sqrt()).powi(3);
         assert!(chi2 < limit, "{chi2} of {freedom} degrees of freedom, at most {limit}");
     }
 
-    /// Of a large, spiky image.
+    /// Uses a large, spiky image.
     #[test]
-    fn the_density_of_a_sample_is_that_of_its_place() {
+    fn sample_returns_the_density_of_its_point_in_a_large_table() {
         let (width, height) = (3001, 517);
         let nodes: Vec<f32> = numbers(width * height, 5).iter().map(|u| u.powi(40)).collect();
         let table = Distribution2d::new(&nodes, width);
@@ -402,7 +403,7 @@ mod tests {
         for u in numbers(20_000, 6).chunks(2) {
             let (place, pdf) = table.sample((u[0], u[1]), true);
             assert!(pdf > 0.0, "{u:?}");
-            // Places are rounded to a ten-thousandth of a cell; beside a dark node that is something.
+            // Points are rounded to a ten-thousandth of a cell; beside a dark node that is noticeable.
             apart += usize::from((pdf / table.pdf(place, true) - 1.0).abs() > 0.01);
         }
         assert!(apart < 20, "{apart} of 10,000");

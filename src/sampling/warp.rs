@@ -1,9 +1,9 @@
-//! From the unit square to other domains.
+//! Mappings from the unit square to other domains.
 
 use crate::math::elementary::sin_cos_turns;
 use crate::simd::Float;
 
-/// To the unit disk, keeping areas and neighbourhoods (Shirley and Chiu 1997, in Shirley's
+/// Maps the unit square to the unit disk, preserving areas and neighbourhoods (Shirley and Chiu 1997, in Shirley's
 /// later form with one branch).
 #[inline(always)]
 pub fn concentric_disk<F: Float>(u: F, v: F) -> (F, F) {
@@ -11,7 +11,7 @@ pub fn concentric_disk<F: Float>(u: F, v: F) -> (F, F) {
     let wide = a.abs().gt(b.abs());
     let radius = F::select(wide, a, b);
     let small = F::select(wide, b, a);
-    // At the very centre the ratio would be 0 / 0.
+    // At the centre the ratio would be 0 / 0.
     let at_center = radius.eq(F::zero());
     let ratio = F::select(at_center, F::zero(), small / F::select(at_center, F::one(), radius));
     let eighth = ratio * F::splat(0.125);
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_disk_is_covered_evenly() {
+    fn concentric_disk_covers_the_disk_uniformly() {
         let n = 400;
         let mut counts = [[0u32; 8]; 8];
         for i in 0..n {
@@ -45,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn the_centre_is_the_centre() {
+    fn concentric_disk_maps_the_centre_to_the_centre() {
         assert_eq!(concentric_disk(0.5f32, 0.5), (0.0, 0.0));
     }
 }

@@ -1,57 +1,57 @@
-//! Bodies, and which of them a path is in where they lie within each other or overlap (Schmidt and Budge, "Simple
-//! nested dielectrics in ray traced images", 2002).
+//! Bodies, and the stack of bodies that a path is in if they are nested or overlap (Schmidt and Budge, "Simple nested
+//! dielectrics in ray traced images", 2002).
 
 use std::collections::HashMap;
 
 use super::Material;
 use super::material::Medium;
 
-/// What light meets within a body. Bodies that do the same to light are of one kind.
+/// The optical properties of a body. Bodies with equal properties are of one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
     /// A material that encloses such bodies.
     pub material: u32,
-    /// Which of several bodies fills a place that they have in common: that of the highest priority; of these, the one
-    /// that a path entered last.
+    /// Priority where several bodies overlap: the one of the highest priority fills the place; of equal ones, the one
+    /// that the path entered last.
     pub priority: i32,
     /// Index of refraction.
     pub index: f32,
-    /// As [`Material::dispersion`].
+    /// See [`Material::dispersion`].
     pub dispersion: f32,
-    /// As [`Material::straight`].
+    /// See [`Material::straight`].
     pub straight: bool,
 }
 
-/// All kinds of bodies of a scene. A path's bodies are a stack in one integer: kinds plus 1 in groups of bits, the body
-/// that fills the place lowest, 0 where there is none.
+/// All kinds of bodies of a scene. A path's stack of bodies is one integer: kinds plus 1 in groups of bits, the body
+/// that fills the place in the lowest bits, 0 for an empty level.
 #[derive(Clone, Debug)]
 pub struct Bodies {
     kinds: Vec<Body>,
-    /// Bits of a level.
+    /// Bits per level of the stack.
     bits: u32,
-    /// Whether some of them have another index than air.
+    /// True if some bodies have another index than air.
     bend: bool,
 }
 
-/// What lies on both sides of a surface that encloses a body.
+/// The media on both sides of a surface that encloses a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BodySides {
-    /// The bodies behind it.
+    /// The stack of bodies behind the surface.
     pub far: u32,
-    /// The number of the one outside the surface's own body, or 0.
+    /// The number of the body outside the surface's own body, or 0.
     pub outside: u32,
-    /// Whether another body fills both sides, so that there is no boundary.
+    /// True if another body fills both sides, so that there is no boundary.
     pub gone: bool,
 }
 
-/// The most kinds that can be told apart.
+/// The largest number of kinds.
 const MOST: u32 = u16::MAX as u32;
 
-/// What paths in no body are in.
+/// The empty stack: a path in no body.
 pub const NOWHERE: u32 = 0;
 
 impl Bodies {
-    /// Gives every material that encloses a body the number of its kind ([`Material::body`]), if there is a kind.
+    /// Assigns the number of its kind ([`Material::body`]) to every material that encloses a body, if there is a kind.
     pub fn number(materials: &mut [Material], body: impl Fn(&Material) -> Option<Body>) -> Self {
         let (mut kinds, mut numbers) = (Vec::new(), HashMap::new());
         for (at, material) in materials.iter_mut().enumerate() {
@@ -70,53 +70,54 @@ impl Bodies {
         Self { bits: bits_for(kinds.len()), kinds, bend }
     }
 
-    /// Whether the scene has none.
+    /// True if the scene has no bodies.
     #[inline(always)]
     pub fn are_none(&self) -> bool {
         self.kinds.is_empty()
     }
 
-    /// Whether some bodies have another index than air.
+    /// True if some bodies have another index than air.
     #[inline(always)]
     pub fn bend(&self) -> bool {
         self.bend
     }
 
-    /// How many bodies a path can be in.
+    /// The largest number of bodies on a stack.
     pub fn levels(&self) -> u32 {
         u32::BITS / self.bits
     }
 
-    /// The bits of a stack that say which body fills the place.
+    /// The bits of a stack that hold the body that fills the place.
     #[inline(always)]
     pub fn top_mask(&self) -> u32 {
         (1 << self.bits) - 1
     }
 
-    /// The body with that number, if there is one.
+    /// The body with a number, if there is one.
     #[inline(always)]
     pub fn numbered(&self, number: u32) -> Option<&Body> {
         self.kinds.get(number.wrapping_sub(1) as usize)
     }
 
-    /// The body that fills a place where a path is in these, if there is one.
+    /// The body that fills the place of a path with this stack, if there is one.
     #[inline(always)]
     pub fn filling(&self, bodies: u32) -> Option<&Body> {
         self.numbered(bodies & self.top_mask())
     }
 
-    /// All bodies of a stack, the one that fills the place first.
+    /// All bodies of a stack, starting with the one that fills the place.
     pub fn all(&self, bodies: u32) -> impl Iterator<Item = &Body> {
         (0..self.levels()).map_while(move |level| self.filling(bodies >> (level * self.bits)))
     }
 
-    /// How many levels lie above the first one that `is` holds for, if there is one.
+    /// The first level for whose body `is` returns true, if there is one.
     fn place(&self, bodies: u32, is: impl Fn(u32) -> bool) -> Option<u32> {
         let number = |level: u32| bodies >> (level * self.bits) & self.top_mask();
         (0..self.levels()).take_while(|level| number(*level) != 0).find(|level| is(number(*level)))
     }
 
-    /// The levels above a place, and those from there on where the uppermost of them is the filling one.
+    /// Splits a stack before level `place`: the levels above it in place, and those from it on, shifted to the lowest
+    /// bits.
     fn split(&self, bodies: u32, place: u32) -> (u32, u32) {
         let shift = place * self.bits;
         let below = bodies.checked_shr(shift).unwrap_or(0);
@@ -127,8 +128,8 @@ impl Bodies {
         self.numbered(number).map_or(0, |body| body.priority)
     }
 
-    /// What a path is in after it has entered one more body, and how many bodies fill the place before that one does.
-    /// If there are too many, the one that is hidden most is forgotten.
+    /// The stack of a path that enters another body, and the level at which that body is inserted. If the stack is
+    /// full, its last body is dropped.
     fn entered(&self, bodies: u32, number: u32) -> (u32, u32) {
         let own = self.priority(number);
         let nesting = self.all(bodies).count() as u32;
@@ -139,16 +140,16 @@ impl Bodies {
         ((above | moved) & room, place)
     }
 
-    /// What a path is in after it has left a body, and whether another one fills the place. If it never entered that
-    /// one, it leaves the one that fills the place: a body's boundary may be of several materials.
+    /// The stack of a path that leaves a body, and whether another body filled the place. If the path never entered
+    /// that body, it leaves the one that fills the place: a body's boundary may be of several materials.
     fn left(&self, bodies: u32, number: u32) -> (u32, bool) {
         let place = self.place(bodies, |other| other == number).unwrap_or(0);
         let (above, below) = self.split(bodies, place);
         (above | (below >> self.bits).checked_shl(place * self.bits).unwrap_or(0), place > 0)
     }
 
-    /// The sides of a surface between the body with that number and the one beside it (or 0), for a path in these bodies
-    /// that comes to it from within the first one or not.
+    /// The sides of a surface between body `number` and body `beside` (or 0), for a path with stack `bodies` that
+    /// reaches the surface from within body `number` (`inside`) or from the other side.
     pub fn sides(&self, bodies: u32, number: u32, beside: u32, inside: bool) -> BodySides {
         let top = self.top_mask();
         if beside != 0 {
@@ -169,7 +170,7 @@ impl Bodies {
     }
 }
 
-/// Bits of a level, if there are so many kinds: the fewer, the more levels.
+/// Bits per level for a number of kinds: the fewer bits, the more levels.
 fn bits_for(kinds: usize) -> u32 {
     (kinds as u32).checked_ilog2().map_or(0, |most| most + 1).clamp(4, 16)
 }
@@ -192,8 +193,8 @@ mod tests {
         Bodies { bits: bits_for(kinds.len()), kinds, bend: true }
     }
 
-    /// A path that goes through surfaces, from outside (+) or from within (−): which body fills the place after each,
-    /// what lies outside each, and whether it was there.
+    /// Moves a path through surfaces, from outside (+) or from within (−). Returns for each the index of the body that
+    /// fills the place behind it, the index outside it, and whether there is a boundary.
     fn walk(bodies: &Bodies, surfaces: &[i32]) -> Vec<(f32, f32, bool)> {
         let mut stack = NOWHERE;
         let index = |body: Option<&Body>| body.map_or(1.0, |body| body.index);
@@ -206,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_within_a_body_replaces_it() {
+    fn nested_body_fills_the_place_until_it_is_left() {
         let [glass, water, ice, fog] = [GLASS, WATER, ICE, FOG].map(|number| number as i32);
         for others in [0, 12, 300, 60_000] {
             let found = walk(&bodies([0; 4], others), &[fog, glass, -glass, -fog]);
@@ -215,16 +216,16 @@ mod tests {
         let found = walk(&bodies([0; 4], 0), &[fog, water, ice, -ice, -water, -fog]);
         let expected = [(1.0, 1.0), (1.33, 1.0), (1.31, 1.33), (1.33, 1.33), (1.0, 1.0), (1.0, 1.0)];
         assert_eq!(found, expected.map(|(within, outside)| (within, outside, true)));
-        // What was entered last fills what they have in common, until it is left.
+        // The body entered last fills the overlap until it is left.
         let found = walk(&bodies([0; 4], 0), &[glass, water, -glass, -water]);
         assert_eq!(found, [(1.5, 1.0, true), (1.33, 1.5, true), (1.33, 1.33, false), (1.0, 1.0, true)]);
     }
 
     #[test]
-    fn the_body_of_the_highest_priority_fills_what_several_have_in_common() {
+    fn body_of_the_highest_priority_fills_an_overlap() {
         let [glass, water] = [GLASS, WATER].map(|number| number as i32);
         let bodies = bodies([2, 1, 1, -3], 0);
-        // Water that reaches into its glass: its surface there is not there, and glass borders on it.
+        // Water that reaches into its glass has no boundary within the glass, and the glass borders on water.
         let found = walk(&bodies, &[glass, water, -glass, glass, -water, -glass]);
         let expected = [
             (1.5, 1.0, true),
@@ -238,13 +239,13 @@ mod tests {
     }
 
     #[test]
-    fn bodies_that_touch_border_on_each_other() {
+    fn touching_bodies_border_on_each_other() {
         let bodies = bodies([0; 4], 0);
         let glass = bodies.sides(NOWHERE, GLASS, 0, false).far;
         let water = bodies.sides(glass, GLASS, WATER, true);
         assert_eq!(water, BodySides { far: WATER, outside: WATER, gone: false });
         assert_eq!(bodies.sides(water.far, GLASS, WATER, false), BodySides { far: GLASS, ..water });
-        // Nothing is between what is the same on both sides, and fog around both stays.
+        // Equal bodies on both sides have no boundary, and surrounding fog stays.
         assert_eq!(
             bodies.sides(glass, GLASS, GLASS, true),
             BodySides { far: glass, outside: GLASS, gone: true }
@@ -255,9 +256,9 @@ mod tests {
     }
 
     #[test]
-    fn what_was_never_entered_is_left_all_the_same() {
+    fn leaving_a_body_never_entered_leaves_the_filling_one() {
         let bodies = bodies([0; 4], 0);
-        // As if nothing were around it.
+        // As if the path were in no other body.
         assert_eq!(
             bodies.sides(NOWHERE, GLASS, 0, true),
             BodySides { far: NOWHERE, outside: 0, gone: false }
@@ -267,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn too_many_bodies_are_forgotten_from_below() {
+    fn full_stack_drops_its_last_body() {
         for (others, levels) in [(0, 8), (11, 8), (12, 6), (60, 4), (300, 3), (3000, 2)] {
             let bodies = bodies([0; 4], others);
             assert_eq!(bodies.levels(), levels);
@@ -279,7 +280,7 @@ mod tests {
             let all = bodies.all(stack).count();
             assert_eq!(all as u32, levels);
         }
-        // One that would be hidden by all others is forgotten at once.
+        // A body below all others on a full stack is dropped immediately.
         let bodies = bodies([1, 1, 1, 0], 60);
         let stack =
             [GLASS, WATER, ICE, GLASS].iter().fold(NOWHERE, |stack, n| bodies.sides(stack, *n, 0, false).far);

@@ -4,50 +4,50 @@ use crate::math::Vec3;
 use crate::sampling::table::Distribution2d;
 use crate::world::Pattern;
 
-/// A place, three unit axes and a projection.
+/// A position, three unit axes and a projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The pinhole or the centre of the lens.
+    /// The pinhole, or the centre of the lens.
     pub origin: Vec3,
-    /// To the right of the image.
+    /// Unit vector to the right of the image.
     pub right: Vec3,
-    /// To its top.
+    /// Unit vector to the top of the image.
     pub up: Vec3,
-    /// Into the scene.
+    /// Unit vector into the scene.
     pub forward: Vec3,
-    /// From image points to rays.
+    /// The mapping from image points to rays.
     pub projection: Projection,
 }
 
-/// An opening of any shape.
+/// A lens opening of arbitrary shape.
 #[derive(Clone, Debug)]
 pub struct Aperture {
-    /// How much light comes through where, over a square a little larger than that around the lens.
+    /// The transmitted light by position, over a square a little larger than the square around the lens.
     pub table: Distribution2d,
-    /// How many times as large it is, across and down.
+    /// The size of that square relative to the square around the lens, horizontally and vertically.
     pub scale: [f32; 2],
 }
 
-/// How image points become rays.
+/// The mapping from image points to rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Through one point.
+    /// All rays pass through one point.
     Pinhole {
         /// Tangent of half the vertical angle of view.
         tan_half_fov: f32,
     },
-    /// Through a lens.
+    /// Rays pass through a lens.
     ThinLens {
         /// Tangent of half the vertical angle of view.
         tan_half_fov: f32,
-        /// In metres.
+        /// Radius of the lens in metres.
         lens_radius: f32,
-        /// Along the axis, in metres.
+        /// Distance to the plane of focus along the axis, in metres.
         focus_distance: f32,
-        /// How a pixel's samples are spread over the lens.
+        /// The pattern of a pixel's samples over the lens.
         pattern: Pattern,
     },
-    /// Parallel.
+    /// All rays are parallel.
     Orthographic {
         /// Half the height of the image in metres.
         half_height: f32,

@@ -1,49 +1,49 @@
-//! Everything that lights a surface, as both transports sample it.
+//! The emitters of a scene, as sampled by both transports.
 
 use super::light_tree::LightTree;
 use crate::math::NONE;
 
-/// Kinds of emitters: the rows of [`Emitters::rows`] mean different things.
+/// Kinds of emitters; each has its own layout of [`Emitters::rows`].
 pub mod kind {
     /// A triangle: corner, two edges, radiance.
     pub const TRIANGLE: u32 = 0;
-    /// A parallelogram: corner, two edges, radiance; with [`super::flag::ROUND`] the ellipse that touches its sides.
+    /// A parallelogram: corner, two edges, radiance; with [`super::flag::ROUND`] its inscribed ellipse.
     pub const QUAD: u32 = 1;
     /// A sphere: centre, radius at 9, radiance at 10.
     pub const SPHERE: u32 = 2;
-    /// A point: place, intensity at 10; 1 at 9 if light falls with distance.
+    /// A point light: position, intensity at 10; 1 at 9 if light falls off with distance.
     pub const POINT: u32 = 3;
-    /// A spot: as a point; axis at 3, cosine of the outer angle at 6, scale at 7.
+    /// A spotlight: as for a point light; axis at 3, cosine of the outer angle at 6, scale at 7.
     pub const SPOT: u32 = 4;
-    /// Parallel light: direction to it, 1 − cosine of half its angle at 3, irradiance at 10.
+    /// Parallel light: direction to the light, 1 − cosine of half its angle at 3, irradiance at 10.
     pub const DIRECTIONAL: u32 = 5;
-    /// All around.
+    /// Light from the environment.
     pub const ENVIRONMENT: u32 = 6;
-    /// A point with a profile: place, axis at 3, where angles about it begin at 6, 1 over the profile's mean at 9,
-    /// the mean intensity at 10.
+    /// A point light with a photometric profile: position, axis at 3, direction of azimuth 0 at 6, 1 over the profile's
+    /// mean at 9, mean intensity at 10.
     pub const PHOTOMETRIC: u32 = 7;
 }
 
 /// Bits of [`Emitters::flags`].
 pub mod flag {
-    /// Its back shines, too.
+    /// Its back emits too.
     pub const TWO_SIDED: u32 = 1;
-    /// Its radiance comes from its material's texture.
+    /// Its radiance comes from the texture of its material.
     pub const TEXTURED: u32 = 2;
-    /// Its front is where its edges go around clockwise: a mirrored triangle, whose corners keep the
+    /// Its front is the side from which its edges go around clockwise: a mirrored triangle, whose corners keep the
     /// order of its texture.
     pub const REVERSED: u32 = 8;
-    /// Rays can hit it: it is found in two ways, which share the work.
+    /// Rays can hit it, so light and BSDF samples are combined by MIS.
     pub const VISIBLE: u32 = 4;
-    /// Only the ellipse within it is there.
+    /// Only the inscribed ellipse exists.
     pub const ROUND: u32 = 32;
-    /// Only a part of it is there: its material's coverage.
+    /// Only a part of it exists, by the coverage of its material.
     pub const COVERED: u32 = 16;
-    /// No photons begin on it.
+    /// It emits no photons.
     pub const WITHOUT_PHOTONS: u32 = 64;
 }
 
-/// Columns by emitter. What shines from all around comes last, if that is an emitter.
+/// Columns by emitter. The environment comes last, if it is an emitter.
 #[derive(Debug, Default)]
 pub struct Emitters {
     /// See [`kind`].
@@ -52,39 +52,40 @@ pub struct Emitters {
     pub flags: Vec<u32>,
     /// See [`kind`]; radiance or intensity is at 10.
     pub rows: Vec<[f32; 13]>,
-    /// Material of a surface, [`NONE`] of all else.
+    /// The material of an emitting surface; [`NONE`] for all other emitters.
     pub material: Vec<u32>,
-    /// The profile's texture of what has one, [`NONE`] of all else.
+    /// The texture of the photometric profile; [`NONE`] for emitters without a profile.
     pub profile: Vec<u32>,
-    /// The surface's primitive, the first of two that make one emitter; of a light its index among
-    /// the scene's.
+    /// The primitive of an emitting surface, the first one if two primitives make one emitter. For a light entity its
+    /// index among the scene's lights.
     pub primitive: Vec<u32>,
-    /// For the triangles in world space, then for the spheres, the emitter of the surface, or [`NONE`]. Behind these,
-    /// for the triangles of meshes with instances, which of an instance's emitters it is. Empty if no surface shines.
+    /// The emitter of each surface, or [`NONE`]: for the triangles in world space, then for the spheres. After these,
+    /// for the triangles of meshes with instances, the index among the emitters of an instance. Empty if no surface
+    /// emits light.
     pub of_primitive: Vec<u32>,
-    /// For each instance its first emitter, or [`NONE`] if it has none. Empty if none has any, as
-    /// the next.
+    /// The first emitter of each instance, or [`NONE`] if it has none. This column and the next are empty if no
+    /// instance has any.
     pub instance_first: Vec<u32>,
-    /// For each instance what is added (wrapping) to its triangles' numbers to find them in
+    /// The number added (wrapping) to the ids of each instance's triangles to get their index in
     /// [`Emitters::of_primitive`].
     pub instance_places: Vec<u32>,
-    /// Emitters are chosen in it by what each may contribute at a point.
+    /// The light tree, which chooses emitters by their estimated contribution at a point.
     pub tree: LightTree,
 }
 
-/// What an emitter is a part of.
+/// The object that an emitter belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmitterSource {
     /// Index among the scene's lights.
     Light(u32),
-    /// A primitive, and the instance that it is in or [`NONE`].
+    /// A primitive and its instance, or [`NONE`].
     Surface(u32, u32),
-    /// All around.
+    /// The environment.
     Environment,
 }
 
 impl Emitters {
-    /// Where an emitter comes from, for people: looks through all instances.
+    /// The object that an emitter belongs to, for messages: searches all instances.
     pub fn source(&self, emitter: u32) -> EmitterSource {
         let (material, primitive) = (self.material[emitter as usize], self.primitive[emitter as usize]);
         if material == NONE {
@@ -96,22 +97,22 @@ impl Emitters {
         }
         let starts = self.instance_first.iter().enumerate();
         let before = starts.filter(|(_, first)| **first != NONE && **first <= emitter);
-        // In each instance's range emitters follow each other, behind all that is in the world.
+        // Emitters of one instance have consecutive numbers, after those of all surfaces in world space.
         let instance = before.max_by_key(|(_, first)| **first).map_or(NONE, |(instance, _)| instance as u32);
         EmitterSource::Surface(primitive, instance)
     }
 
-    /// The kind of one of them and what is known of it.
+    /// The kind and the row of an emitter.
     pub fn row(&self, emitter: u32) -> (u32, &[f32; 13]) {
         (self.kinds[emitter as usize], &self.rows[emitter as usize])
     }
 
-    /// True if rays can hit some of them.
+    /// True if rays can hit some of the emitters.
     pub fn can_be_hit(&self) -> bool {
         !self.of_primitive.is_empty()
     }
 
-    /// Bytes that they take.
+    /// The size in bytes.
     pub fn bytes(&self) -> usize {
         let words =
             [&self.kinds, &self.flags, &self.material, &self.profile, &self.primitive, &self.of_primitive];
@@ -120,12 +121,12 @@ impl Emitters {
         words + size_of_val(&self.rows[..]) + self.tree.bytes()
     }
 
-    /// How many there are.
+    /// The number of emitters.
     pub fn len(&self) -> usize {
         self.kinds.len()
     }
 
-    /// Whether nothing shines.
+    /// True if there are no emitters.
     pub fn is_empty(&self) -> bool {
         self.kinds.is_empty()
     }

@@ -1,40 +1,40 @@
-//! What lies infinitely far away.
+//! The background, infinitely far away.
 
 use crate::math::{Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
 use crate::world::Background;
 
-/// What rays see that hit nothing, and the light that comes from there.
+/// The radiance of rays that hit nothing, and the light from there.
 #[derive(Debug)]
 pub struct Environment {
-    /// Where there is no picture.
+    /// The background if there is no panorama.
     pub background: Background,
-    /// A picture of all directions.
+    /// An image of all directions.
     pub panorama: Option<Panorama>,
 }
 
-/// An equirectangular picture: its centre lies along local −Z, its top along +Y.
+/// An equirectangular image: its centre lies along local −Z, its top along +Y.
 #[derive(Debug)]
 pub struct Panorama {
-    /// Texels a row.
+    /// Texels per row.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
     /// Radiance, row by row from the top.
     pub texels: Vec<[f32; 3]>,
-    /// A factor on them.
+    /// A factor on the texels.
     pub factor: Rgb,
     /// Rows of the rotation from world to local.
     pub to_local: [Vec3; 3],
-    /// Where its light comes from: a grid over the picture, every row weighed by the part of the
+    /// The distribution of the panorama's light: a grid over the image, with each row weighted by the part of the
     /// sphere that it covers.
     pub table: Distribution2d,
-    /// About the irradiance that the table stands for, as luminance, without the factor.
+    /// The approximate irradiance that the table represents, as luminance, without the factor.
     pub irradiance: f32,
 }
 
 impl Environment {
-    /// The largest component of any radiance that comes from there, and about the mean of all.
+    /// The largest component of any radiance of the environment, and its approximate mean.
     pub fn levels(&self) -> (f32, f32) {
         match (&self.panorama, self.background) {
             (Some(panorama), _) => {
@@ -54,13 +54,13 @@ impl Environment {
         }
     }
 
-    /// Bytes that it takes.
+    /// The size in bytes.
     pub fn bytes(&self) -> usize {
         let of = |panorama: &Panorama| size_of_val(&panorama.texels[..]) + panorama.table.bytes();
         self.panorama.as_ref().map_or(0, of)
     }
 
-    /// Whether no light comes from there.
+    /// True if the environment emits no light.
     pub fn is_black(&self) -> bool {
         match (&self.panorama, self.background) {
             (Some(panorama), _) => panorama.factor.is_black(),

@@ -1,18 +1,18 @@
-//! Geometry as shading sees it: by primitive id.
+//! Geometry for shading, indexed by primitive id.
 
 use crate::math::NONE;
 
-/// Vertices, triangles and spheres. Those of the world's tree are in world space, those
-/// of instanced subtrees in the space of their mesh.
+/// Vertices, triangles and spheres. The primitives of the world's tree are in world space, those of instanced subtrees
+/// in the space of their mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    /// Vertices.
+    /// Positions of vertices.
     pub positions: Vec<[f32; 3]>,
     /// Shading normals of the parts that have them.
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates of the parts that have them.
     pub uvs: Vec<[f32; 2]>,
-    /// A second set of texture coordinates of the parts that have them.
+    /// Second texture coordinates of the parts that have them.
     pub uvs1: Vec<[f32; 2]>,
     /// Tangents of the parts that have them, not of unit length, and the bitangent's sign.
     pub tangents: Vec<[f32; 4]>,
@@ -22,30 +22,30 @@ pub struct Geometry {
     pub alphas: Vec<f32>,
     /// Vertex indices by triangle id.
     pub triangles: Vec<[u32; 3]>,
-    /// The part of each triangle.
+    /// The part that each triangle belongs to.
     pub triangle_parts: Vec<u32>,
     /// Centres and radii by sphere id (without its flag).
     pub spheres: Vec<[f32; 4]>,
     /// World to object rotation of each sphere, by rows, for its texture coordinates.
     pub sphere_axes: Vec<[f32; 9]>,
-    /// The part of each sphere.
+    /// The part that each sphere belongs to.
     pub sphere_parts: Vec<u32>,
-    /// What the primitives of one shape and material share.
+    /// Data shared by the primitives of one shape and material.
     pub parts: Parts,
-    /// How many triangles lie in world space: the first ones.
+    /// The number of triangles in world space; these come first.
     pub world_triangles: u32,
-    /// How many spheres do.
+    /// The number of spheres in world space; these come first.
     pub world_spheres: u32,
-    /// Where the triangles and spheres of each subtree with instances begin and end.
+    /// The ranges of triangles and of spheres of each instanced subtree.
     pub subtrees: Vec<[[u32; 2]; 2]>,
-    /// For each instance the rows of its matrices: to world, with what is added to points after they are turned (12
-    /// floats), and to local, with what is subtracted from points before they are turned (12 floats).
+    /// The matrices of each instance, by rows: local to world, with the translation added after the rotation (12
+    /// floats); world to local, with the translation subtracted before the rotation (12 floats).
     pub instances: Vec<[f32; 24]>,
-    /// 1, or −1 for instances whose transforms turn counter-clockwise into clockwise.
+    /// 1 for each instance, or −1 if its transform turns counter-clockwise into clockwise.
     pub instance_signs: Vec<f32>,
-    /// The material that an instance gives to all of its subtree, or [`NONE`].
+    /// The material that overrides all materials of an instance's subtree, or [`NONE`].
     pub instance_materials: Vec<u32>,
-    /// The number of each instance's entity in the world, for people.
+    /// The number of each instance's entity in the world, for messages.
     pub instance_entities: Vec<u32>,
 }
 
@@ -66,32 +66,32 @@ pub struct Parts {
     pub colors: Vec<u32>,
     /// See [`Part::alphas`].
     pub alphas: Vec<u32>,
-    /// 1 or, see [`Part::mirrored`], −1.
+    /// 1, or −1 if the part is [`Part::mirrored`].
     pub sign: Vec<f32>,
-    /// The entity's number in the world, for people.
+    /// The number of the part's entity in the world, for messages.
     pub entity: Vec<u32>,
 }
 
-/// What the primitives of one shape and material share.
+/// Data shared by the primitives of one shape and material.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
     /// Index into the materials.
     pub material: u32,
-    /// Added (wrapping) to a vertex index gives the index of its normal; [`NONE`]: flat.
+    /// Added (wrapping) to a vertex index to get the index of its normal; [`NONE`] for flat shading.
     pub normals: u32,
-    /// The same for texture coordinates.
+    /// Added (wrapping) to a vertex index to get the index of its texture coordinates, or [`NONE`].
     pub uvs: u32,
-    /// The same for the second set.
+    /// Added (wrapping) to a vertex index to get the index of its second texture coordinates, or [`NONE`].
     pub uvs1: u32,
-    /// The same for tangents.
+    /// Added (wrapping) to a vertex index to get the index of its tangent, or [`NONE`].
     pub tangents: u32,
-    /// The same for colours.
+    /// Added (wrapping) to a vertex index to get the index of its colour, or [`NONE`].
     pub colors: u32,
-    /// The same for alphas.
+    /// Added (wrapping) to a vertex index to get the index of its alpha, or [`NONE`].
     pub alphas: u32,
-    /// Whether its transform turned counter-clockwise into clockwise.
+    /// True if the part's transform turned counter-clockwise into clockwise.
     pub mirrored: bool,
-    /// The entity's number in the world.
+    /// The number of the part's entity in the world.
     pub entity: u32,
 }
 
@@ -110,7 +110,7 @@ impl Geometry {
         self.parts.material.len() as u32 - 1
     }
 
-    /// A part by its index.
+    /// The part with an index.
     pub fn part(&self, index: u32) -> Part {
         let (parts, at) = (&self.parts, index as usize);
         Part {
@@ -126,8 +126,8 @@ impl Geometry {
         }
     }
 
-    /// Whether a tree over one is a tree over the other: all that can be hit is in the same places, in the same
-    /// order.
+    /// True if an acceleration structure over `other` is also valid for `self`: all primitives and instances have the
+    /// same positions and order.
     pub fn has_the_tree_of(&self, other: &Geometry) -> bool {
         (self.world_triangles, self.world_spheres) == (other.world_triangles, other.world_spheres)
             && self.triangles == other.triangles
@@ -136,7 +136,7 @@ impl Geometry {
             && same_bits(&self.positions, &other.positions)
     }
 
-    /// What the acceleration structure is built from.
+    /// The arrays from which the acceleration structure is built.
     pub fn shapes(&self) -> crate::bvh::PrimitiveArrays<'_> {
         crate::bvh::PrimitiveArrays {
             positions: &self.positions,
@@ -156,7 +156,8 @@ impl Geometry {
         self.parts.material[self.part_of(primitive) as usize]
     }
 
-    /// Whether a primitive's transform turned counter-clockwise into clockwise; an instance's does not count.
+    /// True if the transform of a primitive's part turned counter-clockwise into clockwise; the instance's transform is
+    /// ignored.
     pub fn is_mirrored(&self, primitive: u32) -> bool {
         primitive & crate::bvh::SPHERE == 0 && self.parts.sign[self.part_of(primitive) as usize] < 0.0
     }
@@ -169,7 +170,7 @@ impl Geometry {
         }
     }
 
-    /// The part of a primitive.
+    /// The index of a primitive's part.
     pub fn part_of(&self, primitive: u32) -> u32 {
         if primitive & crate::bvh::SPHERE != 0 {
             self.sphere_parts[(primitive & !crate::bvh::SPHERE) as usize]
@@ -178,7 +179,7 @@ impl Geometry {
         }
     }
 
-    /// Bytes that it takes.
+    /// The size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.positions[..])
             + size_of_val(&self.normals[..])
@@ -196,7 +197,7 @@ impl Geometry {
     }
 }
 
-/// Whether columns are the same to the bit: the sign of a zero counts, and so does NaN.
+/// True if two columns have identical bits; thus 0 differs from −0, and NaN equals itself.
 fn same_bits<const N: usize>(a: &[[f32; N]], b: &[[f32; N]]) -> bool {
     let pairs = || a.as_flattened().iter().zip(b.as_flattened());
     a.len() == b.len() && pairs().all(|(a, b)| a.to_bits() == b.to_bits())

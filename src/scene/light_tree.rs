@@ -1,42 +1,42 @@
-//! All lights in a binary tree: what a light is chosen by.
+//! The light tree: a binary tree over all emitters, from which lights are chosen.
 
-/// Floats a node.
+/// Floats per node.
 pub const NODE: usize = 16;
 
-/// Bit of [`LightNode::next`] that marks a leaf; the others are its light.
+/// Bit of [`LightNode::next`] that marks a leaf; the other bits are its light.
 pub const LEAF: u32 = 1 << 31;
 
-/// [`LightNode::radius_square`] of what is far away.
+/// [`LightNode::radius_square`] of lights that are infinitely far away.
 pub const FAR: f32 = -1.0;
 
-/// A node in 64 bytes, all floats but one, so that lanes gather from one table.
+/// A node in 64 bytes. All fields but one are floats, so lanes gather from one table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightNode {
-    /// Centre of the sphere around the lights.
+    /// Centre of the bounding sphere of the lights.
     pub center: [f32; 3],
-    /// Square of its radius; [`FAR`] where the lights are infinitely far away.
+    /// Square of its radius; [`FAR`] if the lights are infinitely far away.
     pub radius_square: f32,
-    /// Middle of the directions that the lights' normals point to, or that they are in if they are far away.
+    /// Axis of the cone of the lights' normals; for lights that are far away, of the directions to them.
     pub axis: [f32; 3],
-    /// Cosine of the angle from it within which these are; −1 where they are everywhere.
+    /// Cosine of the cone's half angle; −1 for all directions.
     pub cos_spread: f32,
-    /// Sine of the same angle.
+    /// Sine of the cone's half angle.
     pub sin_spread: f32,
-    /// Cosine of the angle from a normal within which light leaves.
+    /// Cosine of the angle from a normal within which light is emitted.
     pub cos_emission: f32,
-    /// The intensities along their normals of all lights in it, W/sr; of those far away the irradiances that
-    /// they bring, W/m². In a unit of the tree's own.
+    /// The sum of the intensities of all lights along their normals, W/sr; for lights that are far away the sum of
+    /// their irradiances, W/m². In a unit of the tree's own.
     pub power: f32,
-    /// 1 if light leaves to the other side of normals, too. Otherwise 0, or below: minus the intensity outside of all
-    /// these directions, as a fraction of `power`.
+    /// 1 if light is also emitted to the other side of normals. Otherwise 0 or negative: minus the intensity outside
+    /// all these directions, as a fraction of `power`.
     pub sides: f32,
-    /// The first of two consecutive children, or [`LEAF`] and a light.
+    /// Index of the first of two consecutive children, or [`LEAF`] and a light.
     pub next: u32,
-    /// Half the size of the box around the lights.
+    /// Half the size of the bounding box of the lights.
     pub half: [f32; 3],
 }
 
-/// Where the fields of a [`LightNode`] are in its floats.
+/// Offsets of the fields of a [`LightNode`] in its floats.
 pub mod field {
     /// [`super::LightNode::center`], three floats.
     pub const CENTER: u32 = 0;
@@ -61,7 +61,7 @@ pub mod field {
 }
 
 impl LightNode {
-    /// As floats.
+    /// The node as an array of floats.
     pub fn to_floats(self) -> [f32; NODE] {
         let [x, y, z] = self.center;
         let [a, b, c] = self.axis;
@@ -88,30 +88,29 @@ impl LightNode {
     }
 }
 
-/// The tree. Node 0 is the root, node 1 is empty, so that siblings share 128 bytes.
+/// A light tree. Node 0 is the root and node 1 is empty, so that siblings share 128 bytes.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
-    /// [`LightNode`]s as floats; none without lights.
+    /// [`LightNode`]s as floats; empty if there are no lights.
     pub nodes: Vec<[f32; NODE]>,
-    /// For each light the way to it from the root, the lowest bit first: 1 for the second child.
-    /// No path is longer than 32.
+    /// The path from the root to each light, lowest bit first: 1 for the second child. No path is longer than 32.
     pub paths: Vec<u32>,
-    /// The root's first child has all that is somewhere, its second all that is far away.
+    /// True if the root's first child holds all lights at finite positions, and its second all that are far away.
     pub mixed: bool,
 }
 
 impl LightTree {
-    /// How many lights there are in it.
+    /// The number of lights in the tree.
     pub fn len(&self) -> usize {
         self.paths.len()
     }
 
-    /// Whether there are none.
+    /// True if there are no lights.
     pub fn is_empty(&self) -> bool {
         self.paths.is_empty()
     }
 
-    /// Bytes that it takes.
+    /// The size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.paths.as_slice())
     }

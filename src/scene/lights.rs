@@ -1,17 +1,17 @@
-//! How Whitted's transport samples lights.
+//! Sampling parameters of lights for Whitted's transport.
 
 use crate::sampling::pattern::Grid;
 use crate::world::Pattern;
 
-/// A light entity: its emitter, and the shadow rays that every hit sends there.
+/// A light entity: its emitter, and the shadow rays that every hit sends to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WhittedLight {
-    /// Index of its emitter.
+    /// Index of the emitter.
     pub emitter: u32,
-    /// Shadow rays for a hit.
+    /// Shadow rays per hit.
     pub samples: u32,
     /// The grid of their strata, if the light has an area.
     pub grid: Option<Grid>,
-    /// How they are spread.
+    /// The pattern of the samples.
     pub pattern: Pattern,
 }

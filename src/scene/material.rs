@@ -4,70 +4,70 @@ use crate::bvh::Sidedness;
 use crate::math::NONE;
 use crate::world::Transport;
 
-/// Microfacets with a smaller α than this count as a perfect mirror.
+/// Microfacets with a smaller α than this are treated as a perfect mirror.
 pub const SMOOTH: f32 = 1e-3;
 
-/// What is rougher than this makes no caustics: photons find little that paths do not. (Over path tracing, photons are
+/// Rougher surfaces make no caustics: photons find little that paths do not. (Compared with path tracing, photons are
 /// 23 times as efficient for a ring of α = 0.05, 2.5 times at 0.2, and 0.8 times at 0.5.)
 pub const CAUSTIC_ROUGHNESS: f32 = 0.45;
 
-/// A colour: a constant times a texture, if there is one.
+/// A colour: a constant, times a texture if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorParam {
-    /// What the texture is multiplied by.
+    /// The constant.
     pub factor: [f32; 3],
     /// Texture id or [`NONE`].
     pub texture: u32,
 }
 
-/// A number: a constant times a channel of a texture, if there is one.
+/// A number: a constant, times a channel of a texture if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScalarParam {
-    /// What the channel is multiplied by.
+    /// The constant.
     pub factor: f32,
     /// Texture id or [`NONE`].
     pub texture: u32,
-    /// 0 red to 3 alpha.
+    /// The channel, from 0 (red) to 3 (alpha).
     pub channel: u32,
 }
 
 impl ColorParam {
-    /// The same everywhere.
+    /// A constant colour.
     pub const fn constant(factor: [f32; 3]) -> Self {
         Self { factor, texture: NONE }
     }
 
-    /// Whether it is black everywhere.
+    /// True if the colour is black everywhere.
     pub fn is_black(&self) -> bool {
         self.factor == [0.0; 3]
     }
 }
 
 impl ScalarParam {
-    /// The same everywhere.
+    /// A constant number.
     pub const fn constant(factor: f32) -> Self {
         Self { factor, texture: NONE, channel: 0 }
     }
 
-    /// Whether it is nothing everywhere.
+    /// True if the number is zero everywhere.
     pub fn is_zero(&self) -> bool {
         self.factor == 0.0
     }
 
-    /// Whether it is one everywhere.
+    /// True if the number is one everywhere.
     pub fn is_one(&self) -> bool {
         self.factor == 1.0 && self.texture == NONE
     }
 }
 
-/// How much of a surface is there.
+/// The part of a surface that exists.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Coverage {
-    /// All of it.
+    /// The whole surface.
     Whole,
-    /// What has at least this alpha.
+    /// The part with at least this alpha.
     Mask(f32),
-    /// Alpha of it.
+    /// The fraction alpha of the surface.
     Blend,
 }
 
@@ -80,36 +80,36 @@ pub struct NormalParam {
     pub scale: f32,
 }
 
-/// Heights above a surface.
+/// A bump map: heights above a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BumpParam {
-    /// Where they are looked up, as stored.
+    /// The heights, as stored.
     pub heights: ScalarParam,
-    /// How much higher 1 is than 0, in metres.
+    /// The height of 1 above 0, in metres.
     pub metres: f32,
 }
 
-/// What is within a body, the same everywhere (PBRT 4th ed., 11.1).
+/// The homogeneous medium within a body (PBRT 4th ed., 11.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {
-    /// σₜ: absorption and scattering, m⁻¹.
+    /// The extinction coefficient σₜ: absorption and scattering, m⁻¹.
     pub extinction: [f32; 3],
-    /// σₛ/σₜ: the part of it that is scattering.
+    /// The single-scattering albedo σₛ/σₜ.
     pub albedo: [f32; 3],
-    /// Henyey and Greenstein's g.
+    /// The asymmetry parameter g of Henyey and Greenstein.
     pub anisotropy: f32,
 }
 
 impl Medium {
-    /// Does nothing to light.
+    /// A medium that neither absorbs nor scatters.
     pub const CLEAR: Medium = Medium { extinction: [0.0; 3], albedo: [0.0; 3], anisotropy: 0.0 };
 
-    /// Whether it does nothing to light.
+    /// True if the medium neither absorbs nor scatters.
     pub fn is_clear(&self) -> bool {
         self.extinction == [0.0; 3]
     }
 
-    /// Whether light changes its direction in it.
+    /// True if the medium scatters light.
     pub fn scatters(&self) -> bool {
         self.extinction.iter().zip(self.albedo).any(|(extinction, albedo)| extinction * albedo > 0.0)
     }
@@ -122,140 +122,140 @@ pub struct ThinFilmParam {
     pub factor: ScalarParam,
     /// Index of refraction.
     pub ior: f32,
-    /// 0 at the thinnest to 1 at the thickest.
+    /// Interpolates from 0 (thinnest) to 1 (thickest).
     pub thickness: ScalarParam,
-    /// In nm; may be the larger one of the two.
+    /// Thickness at 0, in nm; may be larger than `thickest`.
     pub thinnest: f32,
-    /// In nm.
+    /// Thickness at 1, in nm.
     pub thickest: f32,
 }
 
-/// What Whitted's transport makes of a material: how it answers a light, and its mirror image and
-/// refraction (see [`crate::world::BlinnPhong`]).
+/// The parameters of Whitted's transport: local illumination, mirror reflection and refraction (see
+/// [`crate::world::BlinnPhong`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WhittedParams {
-    /// kd.
+    /// The diffuse colour kd.
     pub diffuse: ColorParam,
-    /// ks.
+    /// The specular colour ks.
     pub specular: ColorParam,
     /// Exponent of the specular lobe.
     pub shininess: f32,
-    /// Whether the lobe is Phong's, not Blinn's.
+    /// True for Phong's lobe, false for Blinn's.
     pub phong: bool,
     /// Weight of the reflection.
     pub kr: ColorParam,
     /// Weight of the refraction.
     pub kt: [f32; 3],
-    /// Index of refraction, 0 where light does not enter.
+    /// Index of refraction; 0 if light does not enter.
     pub ior: f32,
 }
 
-/// What happens to light at a surface (see [`crate::world::Principled`] for the meanings). Presence,
-/// emission, colour and normal map are the same for both transports.
+/// A surface's material (see [`crate::world::Principled`] for the meanings). Coverage, emission, colour and normal map
+/// are the same for both transports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Albedo of dielectrics, reflectance straight on of metals.
+    /// Albedo of dielectrics, reflectance of metals at normal incidence.
     pub base_color: ColorParam,
-    /// By [`Material::coverage`].
+    /// Alpha, interpreted by [`Material::coverage`].
     pub alpha: ScalarParam,
-    /// What alpha means.
+    /// The interpretation of alpha.
     pub coverage: Coverage,
-    /// Whether rays pass through its back as if it were not there.
+    /// True if rays pass through the back of the surface.
     pub hides_back: bool,
-    /// 0 to 1.
+    /// Metalness, 0 to 1.
     pub metallic: ScalarParam,
-    /// Perceptual.
+    /// Perceptual roughness.
     pub roughness: ScalarParam,
-    /// Of the base layer.
+    /// Normal map of the base layer.
     pub normal: Option<NormalParam>,
-    /// Its relief.
+    /// Bump map of the base layer.
     pub bump: Option<BumpParam>,
-    /// Radiance.
+    /// Emitted radiance.
     pub emission: ColorParam,
-    /// Whether its back gives off none.
+    /// True if the back emits no light.
     pub one_sided_emission: bool,
-    /// Its base colour is what is seen; no light falls on it.
+    /// True if the surface shows its base colour and is not lit.
     pub unlit: bool,
-    /// False if no photons are aimed at it, nor begin on it.
+    /// False if no photons are aimed at the surface nor emitted by it.
     pub caustics: bool,
     /// Index of refraction of the inside.
     pub ior: f32,
-    /// Strength of the dielectric's reflection; also what it grows to at grazing angles.
+    /// Strength of the dielectric's reflection, and its reflectance at grazing angles.
     pub specular: ScalarParam,
-    /// Its colour: a factor on F₀.
+    /// Colour of the dielectric's reflection: a factor on F₀.
     pub specular_color: ColorParam,
     /// F₀ without strength and colour: ((n − 1)/(n + 1))².
     pub f0: f32,
-    /// Reflectance does not depend on the angle (Blinn-Phong's ks and kr).
+    /// True if reflectance does not depend on the angle (Blinn-Phong's ks and kr).
     pub constant_fresnel: bool,
-    /// The part of the rest that goes through.
+    /// The part of the light that is not reflected that is transmitted.
     pub transmission: ScalarParam,
-    /// Whether it goes through a thin sheet, unbent.
+    /// True for a thin sheet, which does not bend light.
     pub thin: bool,
-    /// 20 / Abbe number; 0 where all colours are bent alike.
+    /// 20 / Abbe number; 0 if all colours are bent alike.
     pub dispersion: f32,
-    /// Whether some light goes straight on behind it, and rays to lights with it ([`Material::lets_straight_on`]):
-    /// only under the path transport.
+    /// True if some light passes straight through, and shadow rays with it ([`Material::lets_straight_on`]): only under
+    /// the path transport.
     pub straight: bool,
-    /// Whether it is the boundary of a body.
+    /// True for the boundary of a body.
     pub encloses: bool,
-    /// The number of that kind of body ([`super::Bodies`]), or 0.
+    /// The number of the kind of that body ([`super::Bodies`]), or 0.
     pub body: u32,
-    /// The number of the body that its front touches without a gap, or 0.
+    /// The number of the body that touches the front without a gap, or 0.
     pub beside: u32,
-    /// Whether another surface in the same place stands for it.
+    /// True if another surface in the same place replaces this one.
     pub hidden: bool,
-    /// Which of several bodies fills a place ([`super::bodies::Body::priority`]).
+    /// The priority of the body where several overlap ([`super::bodies::Body::priority`]).
     pub priority: i32,
-    /// What the body does to light within it.
+    /// The medium within the body.
     pub medium: Medium,
-    /// Optical depth of a thin sheet for light that meets it straight on.
+    /// Optical depth of a thin sheet at normal incidence.
     pub sheet_depth: [f32; 3],
-    /// The part of diffuse light that leaves on the other side, and its colour.
+    /// The part of diffuse light that is transmitted.
     pub diffuse_transmission: ScalarParam,
-    /// Its colour.
+    /// The colour of diffusely transmitted light.
     pub diffuse_transmission_color: ColorParam,
-    /// Coverage by the clear layer; its reflectance straight on is in `coat_f0`.
+    /// Coverage by the clear coat; its reflectance is in `coat_f0` and `coat_f90`.
     pub coat: ScalarParam,
-    /// Perceptual.
+    /// Perceptual roughness of the clear coat.
     pub coat_roughness: ScalarParam,
-    /// The clear layer's own normals.
+    /// Normal map of the clear coat.
     pub coat_normal: Option<NormalParam>,
-    /// Reflectance straight on, and at grazing angles.
+    /// Reflectance of the clear coat at normal incidence.
     pub coat_f0: [f32; 3],
-    /// Reflectance at grazing angles.
+    /// Reflectance of the clear coat at grazing angles.
     pub coat_f90: [f32; 3],
-    /// Fibres.
+    /// Colour of the sheen's fibres.
     pub sheen_color: ColorParam,
-    /// Perceptual.
+    /// Perceptual roughness of the sheen.
     pub sheen_roughness: ScalarParam,
-    /// From 0, round, to 1.
+    /// Anisotropy of the microfacets, 0 (isotropic) to 1.
     pub anisotropy: f32,
-    /// Cosine and sine of the angle from the tangent.
+    /// Cosine and sine of the angle of anisotropy from the tangent.
     pub anisotropy_direction: [f32; 2],
-    /// Red, green: direction; blue: strength.
+    /// Texture id or [`NONE`]; red and green: direction, blue: strength.
     pub anisotropy_texture: u32,
-    /// On the mirror lobe, if there is one.
+    /// Thin film on the mirror lobe.
     pub film: Option<ThinFilmParam>,
-    /// For Whitted's transport.
+    /// Parameters of Whitted's transport.
     pub classic: WhittedParams,
-    /// Whether anything of it is looked up in a texture: [`Material::looks_up`].
+    /// True if any parameter has a texture: [`Material::looks_up`].
     pub textured: bool,
 }
 
-/// Whether an index of refraction can be that of something: beyond these, it stands for a surface that reflects all
-/// light.
+/// True if an index of refraction is physically plausible, 0.1 to 10. Other values stand for a surface that reflects
+/// all light.
 pub fn is_real(ior: f32) -> bool {
     (0.1..=10.0).contains(&ior)
 }
 
 impl Material {
-    /// From which side a surface of it is there, as the tree sees it: a transform may have mirrored the tree's
+    /// The side from which the acceleration structure reports hits on the surface; a transform may have mirrored its
     /// triangles.
     pub fn sidedness(&self, mirrored: bool) -> Sidedness {
         match (self.coverage, self.has_side(false)) {
             (Coverage::Mask(_) | Coverage::Blend, _) => Sidedness::Filtered,
-            // A ray to a light passes its surface.
+            // Shadow rays pass the surface of their light.
             _ if self.straight || self.emits() || self.hidden => Sidedness::Filtered,
             (Coverage::Whole, true) => Sidedness::Always,
             (Coverage::Whole, false) if mirrored => Sidedness::Back,
@@ -263,35 +263,35 @@ impl Material {
         }
     }
 
-    /// Whether it has that side: its front, or its back.
+    /// True if the surface has that side (`front`: its front, otherwise its back).
     pub fn has_side(&self, front: bool) -> bool {
         !self.hidden && (front || !self.hides_back)
     }
 
-    /// Whether it reflects like a mirror, however blurred.
+    /// True if it has a specular reflection, of any roughness.
     pub fn is_specular(&self) -> bool {
-        // What is black when seen straight on still has its rim: F90 is `specular` alone.
+        // A dielectric that is black at normal incidence still reflects at grazing angles: F90 is just `specular`.
         let dielectric = self.f0 > 0.0 && !self.specular.is_zero();
         dielectric || !self.metallic.is_zero()
     }
 
-    /// Whether it has a lobe of microfacets: reflection, transmission, a film.
+    /// True if it has a microfacet lobe: reflection, transmission or a film.
     pub fn has_mirror(&self) -> bool {
         self.is_specular() || !self.transmission.is_zero() || self.film.is_some()
     }
 
-    /// True if light goes through it and into or out of a body, which bends it.
+    /// True if it transmits light into or out of a body and bends it.
     pub fn refracts(&self) -> bool {
         !self.transmission.is_zero() && !self.thin
     }
 
-    /// Whether its microfacets may be longer one way.
+    /// True if its microfacets may be anisotropic.
     pub fn is_anisotropic(&self) -> bool {
         self.has_mirror() && self.anisotropy > 0.0
     }
 
-    /// Whether it is smooth somewhere, and bends nothing of the light that it lets through: a thin sheet, or a body
-    /// that refracts like its surroundings.
+    /// True if it is smooth somewhere and transmits light without bending it: a thin sheet, or a body with the index of
+    /// its surroundings.
     pub fn lets_straight_on(&self) -> bool {
         let rough = self.roughness.factor;
         let smooth = rough * rough < SMOOTH || self.roughness.texture != NONE;
@@ -299,14 +299,14 @@ impl Material {
         !self.transmission.is_zero() && smooth && unbent && !self.unlit
     }
 
-    /// True if it makes caustics: it reflects or lets through light into about one direction, and does nothing else.
-    /// (Whatever its texture says, the roughness is at most the factor.)
+    /// True if it makes caustics: it reflects or transmits light into a narrow range of directions, and does nothing
+    /// else. (Textures can only lower the roughness below the factor.)
     pub fn makes_caustics(&self) -> bool {
         let nothing_below =
             self.base_color.is_black() || self.metallic.is_one() || self.transmission.is_one();
         let is_clear = self.diffuse_transmission.is_zero() && self.sheen_color.is_black();
         let narrow = |roughness: &ScalarParam| roughness.factor <= CAUSTIC_ROUGHNESS;
-        // The longer width of stretched microfacets (glTF, KHR_materials_anisotropy).
+        // The larger α of anisotropic microfacets (glTF, KHR_materials_anisotropy).
         let alpha = self.roughness.factor * self.roughness.factor;
         let longer = alpha + (1.0 - alpha) * self.anisotropy * self.anisotropy;
         let base = longer <= CAUSTIC_ROUGHNESS * CAUSTIC_ROUGHNESS;
@@ -315,12 +315,12 @@ impl Material {
         may && nothing_below && is_clear && base && coat
     }
 
-    /// Returns true if light comes through it to the other side.
+    /// True if it transmits light to the other side.
     pub fn lets_through(&self) -> bool {
         !self.transmission.is_zero() || !self.diffuse_transmission.is_zero()
     }
 
-    /// Whether photons may end at it. Those of Whitted's transport may also go on from there.
+    /// True if photons may end on it. Those of Whitted's transport may also continue from there.
     pub fn ends_photons_under(&self, transport: Transport) -> bool {
         match transport {
             Transport::Whitted => !self.unlit && !self.classic.diffuse.is_black(),
@@ -328,7 +328,7 @@ impl Material {
         }
     }
 
-    /// Whether it makes caustics under either transport.
+    /// True if it makes caustics under a transport.
     pub fn makes_caustics_under(&self, transport: Transport) -> bool {
         match transport {
             Transport::Whitted => {
@@ -338,7 +338,7 @@ impl Material {
         }
     }
 
-    /// True if it encloses a body that does anything to light, within it or at its boundary.
+    /// True if it encloses a body that affects light, within it or at its boundary.
     pub fn has_active_medium(&self) -> bool {
         self.encloses && (!self.medium.is_clear() || self.index_square() != 1.0)
     }
@@ -348,23 +348,23 @@ impl Material {
         self.encloses && !self.medium.is_clear()
     }
 
-    /// The index of refraction of the body that it encloses, if the body's boundary bends light; 1 of all else.
+    /// The index of refraction of the body that it encloses, if the body's boundary bends light; otherwise 1.
     pub fn index(&self) -> f32 {
         if self.encloses && self.refracts() && is_real(self.ior) { self.ior } else { 1.0 }
     }
 
-    /// Its square. Radiance within is n² times that of the same light outside, because it takes up a smaller solid
-    /// angle (PBRT 4th ed., 9.5.2).
+    /// The square of [`Material::index`]. Radiance within the body is n² times that of the same light outside, because
+    /// it fills a smaller solid angle (PBRT 4th ed., 9.5.2).
     pub fn index_square(&self) -> f32 {
         self.index() * self.index()
     }
 
-    /// Whether it gives off light.
+    /// True if it emits light.
     pub fn emits(&self) -> bool {
         !self.emission.is_black() && !self.unlit
     }
 
-    /// Whether it looks anything up in a texture.
+    /// True if any parameter has a texture.
     pub fn looks_up(&self) -> bool {
         let classic = &self.classic;
         let colors = [
@@ -397,7 +397,7 @@ impl Material {
             || self.film.is_some_and(|film| film.factor.texture != NONE || film.thickness.texture != NONE)
     }
 
-    /// Whether directions along the surface matter.
+    /// True if shading needs tangents.
     pub fn needs_tangents(&self) -> bool {
         self.normal.is_some() || self.coat_normal.is_some() || self.anisotropy > 0.0
     }

@@ -1,5 +1,5 @@
-//! The compiled scene: immutable arrays, indexed by integer ids, that the integrators
-//! read. Nothing in here knows about entities. Filled by [`crate::compile`].
+//! The compiled scene: immutable arrays, indexed by integer ids, that the integrators read and [`crate::compile`]
+//! fills. It holds no entities.
 
 pub mod bodies;
 pub mod camera;
@@ -32,48 +32,50 @@ use crate::math::{Aabb, NONE, Ray, Rgb, Vec3, Vector};
 use crate::simd::Isa;
 use emitters::kind;
 
-/// All that rendering needs to know of a world: what [`crate::compile::compile`] makes and
-/// [`crate::render::Session::new`] takes. Large parts are behind pointers, so that clones are cheap.
+/// A compiled world: built by [`crate::compile::compile`], rendered by [`crate::render::Session::new`]. Large parts are
+/// behind pointers, so clones are cheap.
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
-    /// What is looked through.
+    /// The camera.
     #[doc(hidden)]
     pub camera: Camera,
-    /// The opening of its lens, if that is not round.
+    /// The shape of the lens's opening, if it is not round.
     pub(crate) aperture: Option<Aperture>,
-    /// Vertices, triangles and spheres with what shading needs of them.
+    /// Vertices, triangles and spheres with their shading data.
     #[doc(hidden)]
     pub geometry: Arc<Geometry>,
-    /// The same geometry in the order of rays.
+    /// The acceleration structure over the same geometry.
     #[doc(hidden)]
     pub bvh: Arc<Bvh>,
-    /// How surfaces answer light, by material id.
+    /// Materials by material id.
     pub(crate) materials: Vec<Material>,
-    /// What their bodies are filled with.
+    /// The bodies that materials enclose.
     pub(crate) bodies: Bodies,
-    /// What people call them.
+    /// Human-readable names of the materials.
     pub(crate) material_names: Vec<String>,
-    /// The last records are others of these, for sheets, which have no front.
+    /// The materials of the last records, which are variants for sheets: these have no front.
     pub(crate) sheets: Vec<u32>,
-    /// Pictures and how they are looked up.
+    /// Images and the parameters of texture lookups.
     #[doc(hidden)]
     pub textures: Arc<Textures>,
-    /// Everything that lights a surface.
+    /// All emitters.
     #[doc(hidden)]
     pub emitters: Arc<Emitters>,
-    /// Those that are light entities, in their order, and how Whitted's transport samples them.
+    /// The emitters that are light entities, in the order of the entities, with the sampling parameters of Whitted's
+    /// transport.
     pub(crate) lights: Vec<WhittedLight>,
-    /// What rays see that hit nothing.
+    /// The background of rays that hit nothing.
     pub(crate) environment: Arc<Environment>,
-    /// Radiance that every surface sends back times its diffuse colour.
+    /// Ambient radiance: every surface reflects it times its diffuse colour.
     pub(crate) ambient: Rgb,
-    /// Around everything that can be hit.
+    /// The bounding box of all geometry.
     pub(crate) bounds: Aabb,
-    /// What the loader and the compiler noticed that is not an error, one line each.
+    /// Warnings of the loader and the compiler, one line each.
     pub warnings: Vec<String>,
 }
 
-/// Of a value's debug text, which tells any two floats apart and is never in memory as a whole.
+/// A hash of a value's debug text, which is different for any two floats. The text is streamed, never stored as a
+/// whole.
 fn digest(value: &dyn Debug) -> u128 {
     struct Digest(Xxh3);
 
@@ -85,40 +87,40 @@ fn digest(value: &dyn Debug) -> u128 {
     }
 
     let mut digest = Digest(Xxh3::new());
-    // Nothing in it fails.
+    // Writing to a hash cannot fail.
     let _ = write!(digest, "{value:?}");
     digest.0.digest128()
 }
 
-/// Bytes by what they are for.
+/// Memory use by purpose, in bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SceneMemory {
-    /// Vertices, indices, spheres.
+    /// Vertices, indices and spheres.
     pub geometry: usize,
     /// The acceleration structure.
     pub bvh: usize,
-    /// Decoded pictures.
+    /// Decoded images.
     pub textures: usize,
-    /// What shines, and what is all around.
+    /// Emitters and environment.
     pub lights: usize,
 }
 
 impl SceneMemory {
-    /// All together.
+    /// The sum of all parts.
     pub fn total(&self) -> usize {
         self.geometry + self.bvh + self.textures + self.lights
     }
 }
 
 impl CompiledScene {
-    /// The material that a record is of.
+    /// The id of the material that a record belongs to.
     pub(crate) fn material_id(&self, record: u32) -> u32 {
         let own = self.materials.len() - self.sheets.len();
         (record as usize).checked_sub(own).map_or(record, |place| self.sheets[place])
     }
 
-    /// About the radiance of the brightest thing that can be seen, and of what surfaces are lit by: both grow in
-    /// proportion to all light that there is.
+    /// Estimates the radiance of the brightest visible thing and that of typical illumination of surfaces. Both are
+    /// proportional to the total light in the scene.
     pub(crate) fn levels(&self) -> (f32, f32) {
         let far = self.bounds.size().length().max(1e-6);
         let (mut brightest, mut usual) = self.environment.levels();
@@ -136,7 +138,7 @@ impl CompiledScene {
                 .entry(texture)
                 .or_insert_with(|| self.textures.brightness(&self.textures.sampled[texture as usize]))
         };
-        // What can be seen may be no emitter: ellipsoids, what is unlit, copies that are too many.
+        // Visible light sources that may not be emitters: ellipsoids, unlit materials, copies beyond the limit.
         for material in &self.materials {
             let color = if material.unlit { &material.base_color } else { &material.emission };
             if material.unlit || material.emits() {
@@ -156,7 +158,7 @@ impl CompiledScene {
             match kind {
                 kind::TRIANGLE | kind::QUAD => note(light, seen(vector(3).cross(vector(6)).length())),
                 kind::SPHERE => note(light, seen(std::f32::consts::PI * row[9] * row[9])),
-                // What has no extent is seen by the light that it throws.
+                // A light without extent is judged by the light that it casts.
                 kind::POINT | kind::SPOT | kind::PHOTOMETRIC if row[9] > 0.0 => {
                     lamps.push((light, vector(0)));
                     note(light / (far * far), light / (far * far))
@@ -164,7 +166,8 @@ impl CompiledScene {
                 _ => note(light, light),
             }
         }
-        // A scene may be far larger than what its lamps light; but what touches a lamp does not make it bright.
+        // A scene may be far larger than the region that its lights illuminate; but a surface that touches a light does
+        // not make it bright.
         let mut stack = Stack::new(&self.bvh);
         for (light, place) in lamps {
             if brightest < 1.0 {
@@ -175,7 +178,8 @@ impl CompiledScene {
         (brightest, usual)
     }
 
-    /// About how near something is to a place: by rays along axes and diagonals; infinity if none of them hits.
+    /// Estimates the distance from a point to the nearest surface with rays along axes and diagonals; infinity if none
+    /// hits.
     fn nearest_to(&self, place: Vec3, stack: &mut Stack) -> f32 {
         let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
         let mut nearest = f32::INFINITY;
@@ -201,7 +205,7 @@ impl CompiledScene {
         nearest
     }
 
-    /// The first of its parts in which it differs from another scene, to the last bit. Slow.
+    /// The name of the first part that differs from another scene in any bit. Slow.
     #[doc(hidden)]
     pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
         fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 20] {
@@ -209,7 +213,7 @@ impl CompiledScene {
                 ("the camera", &of.camera),
                 ("its aperture", &of.aperture),
                 ("geometry", &of.geometry),
-                // What building took is not part of it.
+                // Build statistics are not compared.
                 ("the tree's nodes", &of.bvh.nodes),
                 ("its triangles", &of.bvh.triangles),
                 ("its spheres", &of.bvh.spheres),
@@ -236,7 +240,7 @@ impl CompiledScene {
             .map(|((name, _), _)| name)
     }
 
-    /// What it takes.
+    /// The memory use.
     pub(crate) fn memory(&self) -> SceneMemory {
         SceneMemory {
             geometry: self.geometry.bytes(),

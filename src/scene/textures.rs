@@ -2,49 +2,49 @@
 
 use std::sync::Arc;
 
-/// Pictures and how they are looked up, by texture id.
+/// Images and the parameters of their lookups, by texture id.
 #[derive(Debug, Default)]
 pub struct Textures {
     /// Eight bits a channel: red lowest, alpha highest.
     pub texels8: Arc<Vec<u32>>,
-    /// Linear floats.
+    /// Texels of linear floats.
     pub texels32: Arc<Vec<[f32; 3]>>,
-    /// Value / 255 (0 to 255), then the same through the sRGB curve (256 to 511).
+    /// Decoding table of 8-bit values: value / 255 (0 to 255), then decoded from sRGB (256 to 511).
     pub decode: Vec<f32>,
-    /// By texture id.
+    /// Lookup parameters by texture id.
     pub sampled: Vec<SampledTexture>,
-    /// Of all images.
+    /// The mip levels of all images.
     pub levels: Levels,
 }
 
-/// How a texture is looked up: one record each, because all lanes that are shaded
-/// together have the same material.
+/// The parameters of a texture lookup: one record per texture, because all lanes that are shaded together have the same
+/// material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledTexture {
-    /// Rows of the matrix from mesh coordinates to the image's, then what is added.
+    /// The rows of the affine map from the mesh's texture coordinates to the image's; the translation is last.
     pub matrix: [[f32; 3]; 2],
-    /// Which of the mesh's sets of coordinates.
+    /// The set of texture coordinates of the mesh.
     pub uv_set: u32,
     /// A factor on red, green and blue.
     pub factor: [f32; 3],
-    /// Blend four texels.
+    /// True to interpolate four texels.
     pub blends: bool,
-    /// Eight-bit values go through the sRGB curve.
+    /// True to decode 8-bit values from sRGB.
     pub srgb: bool,
-    /// Texels are floats.
+    /// True if texels are floats.
     pub float: bool,
-    /// Along u and v: 0 repeat, 1 clamp, 2 mirror.
+    /// Wrap modes along u and v: 0 repeat, 1 clamp, 2 mirror.
     pub wrap: [u32; 2],
-    /// The image's first entry in the tables of levels.
+    /// The image's first entry in the tables of [`Levels`].
     pub first_level: u32,
-    /// Levels after that one, 0 for none.
+    /// The number of smaller levels after that one; 0 for none.
     pub smaller_levels: u32,
 }
 
-/// Images in smaller and smaller copies.
+/// Mip levels of images.
 #[derive(Debug, Default, PartialEq)]
 pub struct Levels {
-    /// The first texel.
+    /// Index of the level's first texel.
     pub first: Vec<u32>,
     /// Width in texels.
     pub width: Vec<f32>,
@@ -59,7 +59,7 @@ impl Textures {
         (self.levels.width[level], self.levels.height[level])
     }
 
-    /// The brightest texel of a texture, and about the mean of all, with its factor: the largest components. Texels of 8
+    /// The brightest texel of a texture and its approximate mean, with its factor: the largest components. Texels of 8
     /// bits count as white.
     pub fn brightness(&self, sampled: &SampledTexture) -> (f32, f32) {
         let factor = sampled.factor.into_iter().fold(0.0, f32::max);
@@ -78,7 +78,7 @@ impl Textures {
         (most * factor, (sum / texels.len().max(1) as f64) as f32 * factor)
     }
 
-    /// Bytes that it takes.
+    /// The size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.texels8[..]) + size_of_val(&self.texels32[..])
     }

@@ -1,4 +1,4 @@
-//! The classic model of diffuse and specular light.
+//! The Blinn-Phong model of diffuse and specular reflection.
 
 use crate::math::elementary::pow;
 use crate::math::{Color, Vector};
@@ -7,19 +7,19 @@ use crate::simd::{Float, Mask};
 /// Parameters of the model at a point.
 #[derive(Clone, Copy)]
 pub struct BlinnPhongParams<F: Float> {
-    /// kd.
+    /// The diffuse colour kd.
     pub diffuse: Color<F>,
-    /// ks.
+    /// The specular colour ks.
     pub specular: Color<F>,
     /// Exponent of the specular lobe.
     pub shininess: F,
-    /// Where the lobe is about the mirror direction (Phong), not the half vector (Blinn).
+    /// Set if the lobe is about the mirror direction (Phong), not the half vector (Blinn).
     pub phong: F::Mask,
 }
 
 impl<F: Float> BlinnPhongParams<F> {
-    /// Radiance for a unit of irradiance (measured across its direction):
-    /// `diffuse · max(n·l, 0) + specular · lobe`. `to_viewer` and `to_light` are unit vectors.
+    /// The radiance for a unit of irradiance (measured perpendicular to the light's direction): `diffuse · max(n·l, 0)
+    /// + specular · lobe`. `to_viewer` and `to_light` are unit vectors.
     #[inline(always)]
     pub fn evaluate(&self, normal: Vector<F>, to_viewer: Vector<F>, to_light: Vector<F>) -> Color<F> {
         let zero = F::zero();
@@ -32,7 +32,7 @@ impl<F: Float> BlinnPhongParams<F> {
         let half = to_light + to_viewer;
         let half_length = half.dot(half).max(F::splat(1e-30)).sqrt();
         let blinn = normal.dot(half) / half_length;
-        // r·l with r the mirror image of the viewer's direction.
+        // r·l, where r is the mirror image of the viewer's direction.
         let phong = F::splat(2.0) * normal.dot(to_viewer) * normal.dot(to_light) - to_viewer.dot(to_light);
         let cosine = F::select(self.phong, phong, blinn).clamp(0.0, 1.0);
         let lobe = F::select(shines, pow(cosine, self.shininess), zero);
@@ -59,14 +59,14 @@ mod tests {
     }
 
     #[test]
-    fn straight_on_both_terms_are_whole() {
+    fn both_terms_are_at_their_maximum_at_normal_incidence() {
         let up = vector(0.0, 0.0, 1.0);
         let c = model(false).evaluate(up, up, up);
         assert!((c.r - 0.8).abs() < 1e-6 && (c.g - 0.55).abs() < 1e-6 && (c.b - 0.3).abs() < 1e-6);
     }
 
     #[test]
-    fn the_lobes_are_those_of_their_authors() {
+    fn lobes_follow_blinn_and_phong() {
         // Viewer straight above, light at 60°: cos = ½, half vector at 30°, mirror direction at 60° from the light.
         let (n, v) = (vector(0.0, 0.0, 1.0), vector(0.0, 0.0, 1.0));
         let l = vector(0.75f32.sqrt(), 0.0, 0.5);

@@ -1,4 +1,4 @@
-//! What lies on both sides of a surface, for paths that are in bodies ([`Bodies`]).
+//! The media on both sides of a surface, for paths that are in bodies ([`Bodies`]).
 
 use super::emitter;
 use super::principled::parameters::Outside;
@@ -6,35 +6,35 @@ use crate::scene::bodies::NOWHERE;
 use crate::scene::{Bodies, Material};
 use crate::simd::{Float, Int, Mask, Outlined};
 
-/// A surface between two places, each in bodies of its own.
+/// A surface with the stack of bodies on either side.
 pub struct Boundary<F: Float> {
-    /// The bodies on the viewer's side.
+    /// The stack of bodies on the viewer's side.
     near: F::Int,
-    /// Those on the other side.
+    /// The stack of bodies on the other side.
     far: F::Int,
-    /// What fills the side that lies outside of what the surface encloses.
+    /// The medium outside of the body that the surface encloses.
     pub outside: Outside<F>,
-    /// Where another body fills both sides: there is no boundary, whatever the surface is like.
+    /// Set if another body fills both sides: there is no boundary, whatever the surface is like.
     pub gone: F::Mask,
 }
 
-/// The numbers of the bodies that a surface lies between, or 0.
+/// The numbers of the bodies on both sides of a surface, or 0.
 #[derive(Clone, Copy)]
 pub struct BodyPair<F: Float> {
-    /// Of the one that it encloses.
+    /// The number of the body that the surface encloses.
     pub number: F::Int,
-    /// Of the one that its front touches.
+    /// The number of the body that touches its front.
     pub beside: F::Int,
 }
 
 impl<F: Float> BodyPair<F> {
-    /// For surfaces of one material.
+    /// The bodies at surfaces of one material.
     #[inline(always)]
     pub fn of(material: &Material) -> Self {
         Self { number: F::Int::splat(material.body), beside: F::Int::splat(material.beside) }
     }
 
-    /// One or the other, lane by lane.
+    /// `yes` where `mask` is set, `no` elsewhere.
     #[inline(always)]
     pub fn select(mask: F::Mask, yes: Self, no: Self) -> Self {
         Self {
@@ -43,7 +43,7 @@ impl<F: Float> BodyPair<F> {
         }
     }
 
-    /// For surfaces that enclose nothing.
+    /// The bodies at surfaces that enclose nothing.
     #[inline(always)]
     pub fn nothing() -> Self {
         Self { number: F::Int::splat(0), beside: F::Int::splat(0) }
@@ -51,7 +51,8 @@ impl<F: Float> BodyPair<F> {
 }
 
 impl<F: Float> Boundary<F> {
-    /// A surface between two bodies, which is met by paths that are in some, from within the first or not.
+    /// The boundary of surfaces between two bodies, for paths with the stacks `near` that come from within the first
+    /// body (`inside`) or not.
     #[inline(always)]
     pub fn new(bodies: &Bodies, near: F::Int, between: &BodyPair<F>, inside: F::Mask, mask: F::Mask) -> Self {
         let BodyPair { number, beside } = *between;
@@ -59,7 +60,7 @@ impl<F: Float> Boundary<F> {
         let encloses = !number.eq(nowhere);
         let far = F::Int::select(encloses, F::Int::select(inside, nowhere, number), near);
         let plain = Self { near, far, outside: Outside::air(), gone: F::Mask::from_bits(0) };
-        // In most places there is but one body.
+        // Most places are in one body at most.
         let alone = (near.eq(nowhere) | (inside & encloses & near.eq(number))) & beside.eq(nowhere);
         let mut nested = mask & !alone;
         if !bodies.bend() {
@@ -71,14 +72,14 @@ impl<F: Float> Boundary<F> {
         F::outlined(Nested { bodies, between, inside, plain, nested })
     }
 
-    /// The bodies that light is in next, depending on whether it passed through the surface.
+    /// The stack of bodies after passing `through` the surface or not.
     #[inline(always)]
     pub fn beyond(&self, through: F::Mask) -> F::Int {
         F::Int::select(through, self.far, self.near)
     }
 
-    /// Where it does not bend light, if the material says that it does not in air: thin sheets, and what refracts like
-    /// its surroundings.
+    /// Set if the boundary does not bend light, for a material that does not bend it in air: thin sheets, and bodies
+    /// with the index of their surroundings.
     #[inline(always)]
     pub fn is_straight(&self, material: &Material) -> F::Mask {
         let all = F::Mask::from_bits(u32::MAX);
@@ -86,12 +87,12 @@ impl<F: Float> Boundary<F> {
     }
 }
 
-/// Surfaces within bodies.
+/// Computes the boundaries of surfaces within bodies.
 struct Nested<'a, F: Float> {
     bodies: &'a Bodies,
     between: &'a BodyPair<F>,
     inside: F::Mask,
-    /// As if there were but one.
+    /// The boundary for at most one body.
     plain: Boundary<F>,
     nested: F::Mask,
 }
@@ -127,8 +128,8 @@ impl<F: Float> Outlined for Nested<'_, F> {
     }
 }
 
-/// The lanes, among some that are within bodies, to which rays from lights come straight: out of bodies that bend no
-/// light, and into air.
+/// The lanes, among some within bodies, that straight rays from lights reach: out of bodies that do not bend light,
+/// into air.
 #[inline(always)]
 pub fn is_lit<I: Int>(bodies: &Bodies, around: I, mask: I::Mask) -> I::Mask {
     let (mut lit, mut todo) = (0, mask);

@@ -1,5 +1,5 @@
-//! Heights above a surface: their slopes along it bend its shading normal (Blinn 1978; without a frame of texture
-//! coordinates by Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010).
+//! Bump mapping: the slopes of heights above a surface perturb its shading normal (Blinn 1978; without a frame of
+//! texture coordinates by Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010).
 
 use super::ShadingPoint;
 use super::surface::normalize_or;
@@ -10,7 +10,7 @@ use crate::scene::material::BumpParam;
 use crate::simd::Float;
 
 impl<F: Float> ShadingPoint<'_, F> {
-    /// A normal of a surface of which that is the relief.
+    /// The normal perturbed by a bump map.
     #[inline(always)]
     pub(super) fn risen(&self, normal: Vector<F>, bump: &BumpParam) -> Vector<F> {
         let sampled = &self.tables.textures.sampled[bump.heights.texture as usize];
@@ -19,7 +19,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         let levels = &self.tables.textures.levels;
         let first = sampled.first_level as usize;
         let size = [levels.width[first], levels.height[first]];
-        // From texel to texel, or across the ray's footprint if that is larger.
+        // The step is one texel, or half of the ray's footprint if that is larger.
         let [a, b] = self.at.footprint[set].axes;
         let half = F::splat(0.5);
         let du = (a.0.abs().max(b.0.abs()) * half).max(F::splat(texel(sampled.matrix, 0, size)));
@@ -28,11 +28,11 @@ impl<F: Float> ShadingPoint<'_, F> {
         let along_u = self.slope(bump, set, (du, zero)) / du;
         let along_v = self.slope(bump, set, (zero, dv)) / dv;
         let gradient = u * along_u + v * along_v;
-        // Seen from behind as from the front, as normal maps are.
+        // The relief looks the same from behind, as with normal maps.
         normalize_or(normal - gradient * F::splat(bump.metres), normal)
     }
 
-    /// Half the difference of heights to either side.
+    /// Half the difference of the heights on both sides.
     #[inline(always)]
     fn slope(&self, bump: &BumpParam, set: usize, step: (F, F)) -> F {
         let (u, v) = self.at.uv[set];
@@ -48,7 +48,7 @@ impl<F: Float> ShadingPoint<'_, F> {
     }
 }
 
-/// How far it is along u (0) or v (1) from one texel to the next.
+/// The distance between neighbouring texels along u (0) or v (1), in texture coordinates.
 fn texel(matrix: [[f32; 3]; 2], axis: usize, size: [f32; 2]) -> f32 {
     let [x, y] = matrix;
     1.0 / (x[axis] * size[0]).abs().max((y[axis] * size[1]).abs()).max(1e-6)

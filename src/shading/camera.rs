@@ -1,12 +1,12 @@
-//! Image points to rays.
+//! Camera rays from image points.
 
 use crate::math::{Ray, Vector};
 use crate::sampling::warp;
 use crate::scene::{Aperture, Camera, Projection};
 use crate::simd::{Float, Mask};
 
-/// How wide a pixel's ray is at the camera, in metres, and how much wider it becomes with every
-/// metre; `height` is that of the image in pixels.
+/// The width of a pixel's ray at the camera, in metres, and its growth per metre; `height` is that of the image in
+/// pixels.
 pub fn pixel_width(camera: &Camera, height: f32) -> (f32, f32) {
     match camera.projection {
         Projection::Pinhole { tan_half_fov } => (0.0, 2.0 * tan_half_fov / height),
@@ -15,7 +15,7 @@ pub fn pixel_width(camera: &Camera, height: f32) -> (f32, f32) {
     }
 }
 
-/// The point of a lens of radius 1 for a point of the unit square.
+/// Maps a point of the unit square to a point of a lens of radius 1.
 #[inline(always)]
 pub fn on_lens<F: Float>(aperture: Option<&Aperture>, u: (F, F)) -> (F, F) {
     let Some(Aperture { table, scale: [across, down] }) = aperture else {
@@ -26,8 +26,8 @@ pub fn on_lens<F: Float>(aperture: Option<&Aperture>, u: (F, F)) -> (F, F) {
     ((s * two - one) * F::splat(*across), (one - t * two) * F::splat(*down))
 }
 
-/// The ray through (x, y), which go from −1 to 1 over the image's height, x to the right
-/// and y up (PBRT 4th ed., 5.2), through a point of the lens, whose radius is 1 there.
+/// The ray through (x, y), which range from −1 to 1 over the image's height, x to the right and y up (PBRT 4th ed.,
+/// 5.2), and through a point of the lens, whose radius is 1 in these coordinates.
 #[inline(always)]
 pub fn ray<F: Float>(camera: &Camera, x: F, y: F, lens: (F, F)) -> Ray<F> {
     let origin = Vector::splat(camera.origin);

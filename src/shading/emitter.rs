@@ -1,5 +1,4 @@
-//! Emitters seen from a point: directions to them, what they send, and with what density they
-//! are sampled.
+//! Light sampling: samples points of emitters as seen from a point, and computes their radiance and sampling density.
 
 use super::photometric::profile_towards;
 use super::point::{Tables, coverage};
@@ -19,23 +18,23 @@ use crate::simd::{Float, Int, Mask};
 /// A point of an emitter as seen from another point.
 #[derive(Clone, Copy)]
 pub struct EmitterSample<F: Float> {
-    /// Unit vector to it.
+    /// Unit vector towards the point.
     pub direction: Vector<F>,
-    /// How far it is.
+    /// Distance to the point.
     pub distance: F,
-    /// Its radiance; irradiance where it has no extent.
+    /// Radiance of the point; irradiance for an emitter without extent.
     pub radiance: Color<F>,
-    /// Density per steradian; 1 where it has no extent.
+    /// Density per steradian; 1 for an emitter without extent.
     pub pdf: F,
-    /// Where rays can also hit it by themselves.
+    /// Set if rays can also hit the emitter, so that MIS applies.
     pub shared: F::Mask,
 }
 
-/// Shadow rays end at this fraction of the way to their light, so that a surface in which the light lies does not block
-/// them. (The light's own surface never does: see `integrator::presence`.)
+/// Shadow rays end at this fraction of the distance to their light, so that a surface in which the light lies does not
+/// block them. (The light's own surface never does: see `integrator::any_hit`.)
 pub const SHADOW_END: f32 = 1.0 - 1.0 / 131_072.0;
 
-/// A point of an emitter from a point of the unit square.
+/// Samples a point of an emitter.
 #[inline(always)]
 pub fn sample<F: Float>(
     scene: &CompiledScene,
@@ -122,8 +121,8 @@ pub fn sample<F: Float>(
     out
 }
 
-/// A point of one of the lights that are entities, the same light in all lanes. Point patterns lie on the light
-/// itself.
+/// Samples a point of a light entity, the same light in all lanes. The points of a pattern are uniform by area on the
+/// light itself.
 #[inline(always)]
 pub fn sample_light<F: Float>(
     scene: &CompiledScene,
@@ -156,14 +155,14 @@ pub fn sample_light<F: Float>(
     }
 }
 
-/// The emitter whose surface has been hit, or [`NONE`].
+/// The emitter whose surface was hit, or [`NONE`].
 #[inline(always)]
 pub fn of_hit<F: Float>(scene: &CompiledScene, hit: &HitLanes<F>, mask: F::Mask) -> F::Int {
     let (table, none) = (&scene.emitters, F::Int::splat(NONE));
     if table.of_primitive.is_empty() {
         return none;
     }
-    // Spheres come after the triangles.
+    // Spheres follow the triangles.
     let sphere = F::Int::splat(SPHERE);
     let is_sphere = !(hit.primitive & sphere).eq(F::Int::splat(0));
     let behind = (hit.primitive ^ sphere) + F::Int::splat(scene.geometry.world_triangles);
@@ -183,8 +182,8 @@ pub fn of_hit<F: Float>(scene: &CompiledScene, hit: &HitLanes<F>, mask: F::Mask)
     F::Int::select(known & !entry.eq(none), entry + first, none)
 }
 
-/// Density with which [`sample`] would have found the point of an emitter that a ray along
-/// `direction` has hit at distance `t`; 0 for what it never finds.
+/// The density per steradian with which [`sample`] draws the point of an emitter that a ray along `direction` hits at
+/// distance `t`; 0 for points that it never draws.
 #[inline(always)]
 pub fn pdf<F: Float>(
     scene: &CompiledScene,
@@ -203,7 +202,7 @@ pub fn pdf<F: Float>(
     let disc = has(F::Int::gather(&table.flags, emitter, mask), flag::ROUND);
     let part = part_of(triangle, disc);
     let mut pdf = planar_pdf(e1.cross(e2), part, direction, t);
-    // The corner, or a sphere's centre.
+    // The vector to the corner, or to a sphere's centre.
     let first = row.vector(0) - position;
     let near = is_near(first, e1, e2) & mask & !sphere & !disc;
     if near.any() {
@@ -213,7 +212,7 @@ pub fn pdf<F: Float>(
     if sphere.any() {
         let radius = row.number(9);
         let per_steradian = F::splat(0.5 / std::f32::consts::PI) / cone(first, radius);
-        // From outside, only the near side is sampled.
+        // From outside, only the near side of a sphere is sampled.
         let outside = first.dot(first).gt(radius * radius);
         let far_side = outside & t.gt(direction.dot(first));
         pdf = F::select(sphere, F::select(far_side, F::zero(), per_steradian), pdf);
@@ -234,7 +233,7 @@ impl<F: Float> EmitterSample<F> {
     }
 }
 
-/// Emitters' rows (see [`kind`]).
+/// Access to rows of emitters (see [`kind`]).
 trait EmitterRows<F: Float> {
     fn number(&self, at: u32) -> F;
 
@@ -250,7 +249,7 @@ trait EmitterRows<F: Float> {
     }
 }
 
-/// A row for each lane.
+/// A different row in each lane.
 struct RowLanes<'a, F: Float> {
     table: &'a [f32],
     first: F::Int,
@@ -279,46 +278,48 @@ impl<F: Float> EmitterRows<F> for SharedRow<'_> {
     }
 }
 
-/// Lanes whose flags have a bit set.
+/// The lanes whose flags contain a bit.
 #[inline(always)]
 fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
     !(flags & I::splat(bit)).eq(I::splat(0))
 }
 
-/// The part of a parallelogram that is covered by its triangle, or by its disc.
+/// The fraction of a parallelogram's area that its triangle or its disc covers.
 #[inline(always)]
 fn part_of<F: Float>(triangle: F::Mask, disc: F::Mask) -> F {
     let rest = F::select(disc, F::splat(std::f32::consts::FRAC_PI_4), F::one());
     F::select(triangle, F::splat(0.5), rest)
 }
 
-/// d² / (A |cos|), with A = `part` |e₁ × e₂|.
+/// The density per steradian of area sampling: d² / (A |cos|), with A = `part` |e₁ × e₂|.
 #[inline(always)]
 fn planar_pdf<F: Float>(cross: Vector<F>, part: F, direction: Vector<F>, distance: F) -> F {
     let seen = cross.dot(direction).abs() * part;
     distance * distance / seen.max(F::splat(1e-30))
 }
 
-/// Whether a triangle or a parallelogram, seen from the other end of `corner`, is sampled by solid angle: its edges
-/// are at least a fifth as long as the distance to it. Farther ones look nearly uniform, and are cheaper by area.
+/// Tests if a triangle or a parallelogram, with a `corner` relative to the viewer, is sampled by solid angle: its edges
+/// are at least a fifth as long as its distance. Farther ones have a nearly uniform density, and area sampling is
+/// cheaper.
 #[inline(always)]
 fn is_near<F: Float>(corner: Vector<F>, e1: Vector<F>, e2: Vector<F>) -> F::Mask {
     let middle = corner + (e1 + e2) * F::splat(0.5);
     (e1.dot(e1) + e2.dot(e2)).gt(middle.dot(middle) * F::splat(0.04))
 }
 
-/// The measure in which points are uniform.
+/// The measure in which sampled points are uniform.
 #[derive(Clone, Copy)]
 enum PointMeasure {
     Area,
-    /// For those that are near.
+    /// Only for emitters that are near; others are sampled by area.
     SolidAngle,
 }
 
-/// Which part of each edge a point of a triangle, a parallelogram or a disc is from the corner: uniform by area.
+/// The coordinates along both edges, as fractions from the corner, of a point of a triangle, a parallelogram or a disc:
+/// uniform by area.
 #[inline(always)]
 pub(super) fn planar_place<F: Float>(triangle: F::Mask, disc: F::Mask, u: (F, F)) -> (F, F) {
-    // Heitz 2019: the square onto the triangle with little distortion.
+    // Low-distortion map from the square to the triangle (Heitz 2019).
     let half = F::splat(0.5);
     let upper = u.1.gt(u.0);
     let a = F::select(upper, u.0 * half, u.0 - u.1 * half);
@@ -331,7 +332,7 @@ pub(super) fn planar_place<F: Float>(triangle: F::Mask, disc: F::Mask, u: (F, F)
     (a, b)
 }
 
-/// Uniform over a triangle, a parallelogram or a disc; and which part of each edge it is from the corner.
+/// Samples a triangle, a parallelogram or a disc; also returns the point's coordinates along the edges.
 #[inline(always)]
 fn planar_sample<F: Float>(
     row: &impl EmitterRows<F>,
@@ -375,8 +376,8 @@ fn planar_sample<F: Float>(
     (sample, (a, b))
 }
 
-/// Radiance of points of surfaces whose emission or coverage is a texture, material by material.
-/// `uv` is what spheres have.
+/// The radiance at points of surfaces whose emission or coverage has a texture, one material at a time. `uv` are the
+/// coordinates of spheres.
 #[inline(always)]
 pub(super) fn patterned_light<F: Float>(
     scene: &CompiledScene,
@@ -401,7 +402,7 @@ pub(super) fn patterned_light<F: Float>(
     light
 }
 
-/// The value of the first lane of a mask.
+/// The value of a mask's first lane.
 #[inline(always)]
 pub fn lane<I: Int>(values: I, mask: I::Mask) -> u32 {
     let mut lanes = [0; 16];
@@ -409,23 +410,23 @@ pub fn lane<I: Int>(values: I, mask: I::Mask) -> u32 {
     lanes[(mask.bits().trailing_zeros() & 15) as usize]
 }
 
-/// 1 − cosine of the angle that a sphere subtends; from within it is all around.
+/// 1 − cosine of the half angle that a sphere subtends; 2 (all directions) from inside.
 #[inline(always)]
 fn cone<F: Float>(way: Vector<F>, radius: F) -> F {
     let square = way.dot(way);
     let ratio = radius / square.sqrt().max(F::splat(1e-30));
     let sin2 = (ratio * ratio).min(F::one());
     let cos = (F::one() - sin2).max(F::zero()).sqrt();
-    // 1 − √(1 − s) loses all digits for small s.
+    // 1 − √(1 − s) would lose all digits for small s.
     let part = sin2 / (F::one() + cos);
     let within = square.le(radius * radius);
     F::select(within, F::splat(2.0), part).max(F::splat(1e-30))
 }
 
-/// Uniform over the cone that a sphere takes up (PBRT 4th ed., 6.2.4), and the sphere's normal there.
+/// Samples a sphere uniformly over the cone that it subtends (PBRT 4th ed., 6.2.4); also returns the sphere's normal.
 ///
-/// Everything is computed in the frame about the way to the centre, where a sphere's size is not lost beside its
-/// distance: seen from the centre, the point of the ray nearest to it is d sin θ (cos θ cos φ, cos θ sin φ, −sin θ).
+/// All computations are in the frame about the direction to the centre, where a sphere's size is not lost beside its
+/// distance: relative to the centre, the point of the ray nearest to it is d sin θ (cos θ cos φ, cos θ sin φ, −sin θ).
 #[inline(always)]
 fn sphere_sample<F: Float>(
     row: &impl EmitterRows<F>,
@@ -461,7 +462,7 @@ fn sphere_sample<F: Float>(
     (sample, normalize_or(frame.world(nearest + local * half), up))
 }
 
-/// From a point, perhaps within a cone.
+/// Light from a point, restricted to a cone for spotlights.
 #[inline(always)]
 fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
     let way = row.vector(0) - position;
@@ -478,7 +479,7 @@ fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Ve
     EmitterSample { direction, distance, radiance: light, pdf: F::one(), shared: F::Mask::from_bits(0) }
 }
 
-/// Parallel light, or from a disk in the sky.
+/// Parallel light, or light from a disk in the sky.
 #[inline(always)]
 fn parallel_sample<F: Float>(row: &impl EmitterRows<F>, u: (F, F)) -> EmitterSample<F> {
     let axis = row.vector(0);

@@ -1,4 +1,4 @@
-//! Rays that leave emitters: what photons begin with. One ray at a time.
+//! Rays from emitters, as starts of photon paths. One ray at a time.
 
 use std::num::Wrapping;
 
@@ -9,22 +9,22 @@ use crate::math::{Color, NONE, Vector};
 use crate::scene::CompiledScene;
 use crate::scene::emitters::{flag, kind};
 
-/// A place on an emitter of some area.
+/// A point on an emitter with area.
 pub struct EmitterPoint {
-    /// In world space.
+    /// The point in world space.
     pub position: Vector<f32>,
-    /// Unit normal of its front.
+    /// Unit normal of the emitter's front.
     pub normal: Vector<f32>,
-    /// Which part of each edge it is from the corner.
+    /// The coordinates along both edges, as fractions from the corner.
     uv: (f32, f32),
 }
 
-/// A vector of an emitter's row.
+/// Reads a vector from an emitter's row.
 fn vector(row: &[f32; 13], at: usize) -> Vector<f32> {
     Vector::new(row[at], row[at + 1], row[at + 2])
 }
 
-/// The area of a triangle, a parallelogram, a disc; 0 of all else.
+/// The area of a triangle, a parallelogram or a disc; 0 for all other emitters.
 pub fn area(scene: &CompiledScene, emitter: u32) -> f32 {
     let (what, row) = scene.emitters.row(emitter);
     let part = match what {
@@ -38,7 +38,7 @@ pub fn area(scene: &CompiledScene, emitter: u32) -> f32 {
     vector(row, 3).cross(vector(row, 6)).length() * part
 }
 
-/// A point of a flat emitter, uniform by area.
+/// Samples a point of a flat emitter, uniformly by area.
 pub fn point_of(scene: &CompiledScene, emitter: u32, u: (f32, f32)) -> EmitterPoint {
     let (what, row) = scene.emitters.row(emitter);
     let flags = scene.emitters.flags[emitter as usize];
@@ -52,7 +52,7 @@ pub fn point_of(scene: &CompiledScene, emitter: u32, u: (f32, f32)) -> EmitterPo
     }
 }
 
-/// The radiance that a point of a flat emitter sends along a direction.
+/// The radiance that a point of a flat emitter emits in a direction.
 pub fn radiance_of(
     scene: &CompiledScene,
     emitter: u32,
@@ -67,7 +67,7 @@ pub fn radiance_of(
     radiance_at(scene, emitter, primitive, point.uv)
 }
 
-/// The radiance of the outside of an emitting sphere at a unit normal.
+/// The radiance of an emitting sphere's outside at the point with a unit normal.
 pub fn radiance_of_sphere(scene: &CompiledScene, emitter: u32, normal: Vector<f32>) -> Color<f32> {
     let primitive = scene.emitters.primitive[emitter as usize];
     let uv = sphere_uv(&scene.geometry, Wrapping(primitive ^ SPHERE), normal, true);
@@ -84,7 +84,8 @@ fn radiance_at(scene: &CompiledScene, emitter: u32, primitive: u32, uv: (f32, f3
     patterned_light(scene, Wrapping(emitter), &hit, uv, true)
 }
 
-/// The intensity of a point, a spot or a lamp with a profile along a direction: what a light sample a metre away finds.
+/// The intensity of a point light, a spotlight or a photometric light in a direction: that of a light sample a metre
+/// away.
 pub fn intensity(scene: &CompiledScene, emitter: u32, direction: Vector<f32>) -> Color<f32> {
     let place = vector(scene.emitters.row(emitter).1, 0);
     emitter::sample_light(scene, emitter, place + direction, (0.0, 0.0)).radiance

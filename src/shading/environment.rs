@@ -1,4 +1,4 @@
-//! What rays see that hit nothing.
+//! The radiance of rays that hit nothing.
 
 use crate::math::elementary::{acos_turns, atan2_turns, sin_cos_turns};
 use crate::math::{Color, Vector};
@@ -6,7 +6,7 @@ use crate::scene::environment::{Environment, Panorama};
 use crate::simd::{Float, Int};
 use crate::world::Background;
 
-/// Radiance from a unit direction.
+/// The radiance from a unit direction.
 #[inline(always)]
 pub fn radiance<F: Float>(environment: &Environment, direction: Vector<F>, mask: F::Mask) -> Color<F> {
     if let Some(panorama) = &environment.panorama {
@@ -21,7 +21,7 @@ pub fn radiance<F: Float>(environment: &Environment, direction: Vector<F>, mask:
     }
 }
 
-/// Place in the picture's unit square.
+/// The position of a direction in the panorama's unit square.
 #[inline(always)]
 fn place<F: Float>(panorama: &Panorama, direction: Vector<F>) -> (F, F) {
     let [x, y, z] = panorama.to_local;
@@ -57,14 +57,14 @@ fn panorama_radiance<F: Float>(panorama: &Panorama, direction: Vector<F>, mask: 
     upper.mix(lower, wy) * Color::splat(panorama.factor)
 }
 
-/// Wraps a column into the picture.
+/// Wraps a column into the panorama.
 #[inline(always)]
 fn around<F: Float>(column: F, width: F) -> F {
     let folded = column - (column / width).floor() * width;
     folded.max(F::zero()).min(width - F::one())
 }
 
-/// A direction by importance, and its density per steradian.
+/// Samples a direction by importance; returns it and its density per steradian.
 #[inline(always)]
 pub fn sample<F: Float>(environment: &Environment, u: (F, F), mask: F::Mask) -> (Vector<F>, F) {
     if let Some(panorama) = &environment.panorama {
@@ -83,14 +83,14 @@ pub fn sample<F: Float>(environment: &Environment, u: (F, F), mask: F::Mask) -> 
     (Vector::new(radius * cos, y, radius * sin), F::splat(0.25 / std::f32::consts::PI))
 }
 
-/// A density over the picture's unit square, over 2π² sin θ (PBRT 4th ed., 12.5.2).
+/// Converts a density over the panorama's unit square: divides it by 2π² sin θ (PBRT 4th ed., 12.5.2).
 #[inline(always)]
 fn per_steradian<F: Float>(density: F, sin_polar: F) -> F {
     let whole = std::f32::consts::PI * std::f32::consts::PI * 2.0;
     density / (sin_polar.max(F::splat(1e-6)) * F::splat(whole))
 }
 
-/// The density with which [`sample`] finds a direction.
+/// The density per steradian with which [`sample`] draws a direction.
 #[inline(always)]
 pub fn pdf<F: Float>(environment: &Environment, direction: Vector<F>, mask: F::Mask) -> F {
     if let Some(panorama) = &environment.panorama {

@@ -1,27 +1,27 @@
-//! The way that a surface faces when a light is chosen for it: its normal in one word. A path carries it along to
-//! tell later with what probability a light that it has found would have been chosen.
+//! The orientation of a surface for light selection: its normal in one word. A path carries it to compute the
+//! probability with which a light that it hits would have been chosen.
 
 use super::light_tree::Angle;
 use crate::math::{NONE, Vector};
 use crate::simd::{Float, Int};
 
-/// Steps of the square's first coordinate: 16 bits, of which the last value is for [`NONE`].
+/// Steps of the square's first coordinate: 16 bits, whose last value is reserved for [`NONE`].
 const STEPS_X: f32 = 65_534.0;
-/// Steps of its second one: 15 bits.
+/// Steps of the square's second coordinate: 15 bits.
 const STEPS_Y: f32 = 32_767.0;
-/// The bit for surfaces that let light through.
+/// The bit of surfaces that transmit light.
 const BOTH: u32 = 1 << 31;
 
-/// A normal, decoded.
+/// A decoded orientation.
 pub(super) struct Facing<F: Float> {
     normal: Vector<F>,
-    /// Lit from both sides.
+    /// The surface is lit from both sides.
     both: F::Mask,
     /// There is no surface.
     none: F::Mask,
 }
 
-/// A unit vector on an octahedron unfolded to the square from −1 to 1 (Cigolle and others, "A survey of efficient
+/// Maps a unit vector to the square from −1 to 1 by unfolding an octahedron (Cigolle and others, "A survey of efficient
 /// representations for independent unit vectors", 2014).
 #[inline(always)]
 pub fn to_square<F: Float>(v: Vector<F>) -> (F, F) {
@@ -43,7 +43,7 @@ pub fn from_square<F: Float>(x: F, y: F) -> Vector<F> {
     v * (F::one() / v.dot(v).sqrt())
 }
 
-/// A unit normal in one word. `both`: light from behind counts, too.
+/// Encodes a unit normal in one word. If `both` is set, light from behind counts too.
 #[inline(always)]
 pub fn facing<F: Float>(normal: Vector<F>, both: bool) -> F::Int {
     let half = F::splat(0.5);
@@ -60,7 +60,7 @@ fn signed<F: Float>(size: F, of: F) -> F {
 }
 
 impl<F: Float> Facing<F> {
-    /// The inverse of [`facing`]; [`NONE`] is no surface.
+    /// Decodes a word of [`facing`]; [`NONE`] is no surface.
     #[inline(always)]
     pub fn new(word: F::Int) -> Self {
         let one = F::one();
@@ -70,8 +70,8 @@ impl<F: Float> Facing<F> {
         Self { normal: from_square(x, y), both, none: word.eq(F::Int::splat(NONE)) }
     }
 
-    /// How far a box reaches before the surface, in metres, of which the way to the centre and half the size are
-    /// known; infinite where light from all sides counts.
+    /// The largest signed distance of a box in front of the surface, in metres, from the vector to its centre and half
+    /// its size; infinite if light from all sides counts.
     #[inline(always)]
     pub fn reach(&self, way: Vector<F>, half: Vector<F>) -> F {
         let n = self.normal;
@@ -79,8 +79,8 @@ impl<F: Float> Facing<F> {
         F::select(self.none | self.both, F::splat(f32::INFINITY), reach)
     }
 
-    /// The cosine of the angle between the normal and the nearest direction to a light whose directions are
-    /// within an angle of `to_light`. 1 where there is no surface.
+    /// The cosine of the angle between the normal and the nearest direction to a light, whose directions are within the
+    /// angle `seen` of `to_light`. 1 if there is no surface.
     #[inline(always)]
     pub fn cos(&self, to_light: Vector<F>, seen: &Angle<F>) -> F {
         let cos = to_light.dot(self.normal);
@@ -97,7 +97,7 @@ mod tests {
     use rand::RngExt;
 
     #[test]
-    fn normals_come_back() {
+    fn normals_survive_encoding_and_decoding() {
         let mut stream = Stream::new(2);
         let mut axes = vec![Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
         axes.extend((0..20_000).map(|_| Vec3::from_array([0; 3].map(|_| stream.random_range(-1.0..1.0)))));

@@ -1,4 +1,4 @@
-//! How large a ray's cone is where it meets a surface, and which part of a texture lies within.
+//! The footprint of a ray's cone on a surface, and the part of a texture within it.
 
 use super::principled::shading_frame::ShadingFrame;
 use super::surface::normalize_or;
@@ -6,29 +6,29 @@ use crate::math::Vector;
 use crate::math::elementary::log2;
 use crate::simd::Float;
 
-/// The most lookups along the longer axis; a longer footprint is made wider instead.
+/// The largest number of lookups along the longer axis; a longer footprint is widened instead.
 const MOST_TAPS: f32 = 16.0;
-/// At angles flatter than this cosine, footprints stop growing.
+/// The least cosine of the angle of incidence; at flatter angles footprints stop growing.
 const FLATTEST: f32 = 0.01;
-/// Cones with a larger angle are those of blurred light. What they see needs no second axis, which would take
-/// a sixth of the time of some scenes.
+/// The largest cone angle with an elliptical footprint. Wider cones belong to blurred light; a second axis for them
+/// would take a sixth of the time of some scenes.
 const WIDEST: f32 = 1.0 / 16.0;
 
-/// An ellipse in texture coordinates: two conjugate diameters.
+/// An ellipse in texture coordinates.
 #[derive(Clone, Copy)]
 pub struct Footprint<F: Float> {
-    /// In units of the coordinates.
+    /// Two conjugate diameters, in units of the coordinates.
     pub axes: [(F, F); 2],
 }
 
 impl<F: Float> Footprint<F> {
-    /// A point.
+    /// The footprint of a point.
     #[inline(always)]
     pub fn point() -> Self {
         Self { axes: [(F::zero(), F::zero()); 2] }
     }
 
-    /// For diameters on a surface along which texture coordinates change by `u` and `v` per metre.
+    /// The footprint of diameters on a surface along which texture coordinates change by `u` and `v` per metre.
     #[inline(always)]
     pub fn new(diameters: &[Vector<F>; 2], u: Vector<F>, v: Vector<F>) -> Self {
         let [a, b] = diameters;
@@ -48,8 +48,8 @@ impl<F: Float> Footprint<F> {
     }
 }
 
-/// Where a cone that is `width` wide after `t` metres cuts a surface: the diameter across its direction, and that
-/// along it, which is as much longer as the surface is seen at a slant. Wide cones cover a circle of that area.
+/// The intersection of a surface with a cone that is `width` wide after `t` metres: the diameter across its direction,
+/// and the one along it, longer by the inverse of the cosine. Wide cones cover a circle of that area.
 #[inline(always)]
 pub fn on_surface<F: Float>(normal: Vector<F>, direction: Vector<F>, width: F, t: F) -> [Vector<F>; 2] {
     let cos = normal.dot(direction);
@@ -61,28 +61,28 @@ pub fn on_surface<F: Float>(normal: Vector<F>, direction: Vector<F>, width: F, t
     [normal.cross(along) * across, along * (width / slant)]
 }
 
-/// Whether an ellipse with these conjugate diameters in texels may be longer than one.
+/// Tests if an ellipse with these conjugate diameters in texels may be longer than one texel.
 #[inline(always)]
 pub fn may_exceed_a_texel<F: Float>([a, b]: [(F, F); 2]) -> F::Mask {
     (a.0 * a.0 + b.0 * b.0 + a.1 * a.1 + b.1 * b.1).gt(F::one())
 }
 
-/// Round lookups in a row that together cover a footprint (Barkans, "High Quality Rendering Using the Talisman
+/// Isotropic lookups in a row that together cover a footprint (Barkans, "High Quality Rendering Using the Talisman
 /// Architecture", 1997; McCormack and others, "Feline", SIGGRAPH 1999).
 pub struct Taps<F: Float> {
-    /// log₂ of the width of each, in texels of the finest level; 0 where that is the one to take.
+    /// log₂ of the width of each lookup, in texels of the finest level; 0 for the finest level.
     pub level: F,
-    /// How many, a whole number from 1.
+    /// The number of lookups, a whole number from 1.
     pub count: F,
-    /// From the middle to the first, in texels.
+    /// The offset from the centre to the first lookup, in texels.
     pub first: (F, F),
-    /// From each to the next.
+    /// The offset from a lookup to the next.
     pub step: (F, F),
 }
 
 impl<F: Float> Taps<F> {
-    /// For an ellipse with these conjugate diameters in texels. The first tap begins where the ellipse begins
-    /// and the last one ends where it ends, so that nothing jumps where another tap is added.
+    /// The lookups for an ellipse with these conjugate diameters in texels. The first one starts and the last one ends
+    /// at an end of the ellipse, so that the result is continuous when the number of lookups changes.
     #[inline(always)]
     pub fn new([a, b]: [(F, F); 2]) -> Self {
         let (one, half) = (F::one(), F::splat(0.5));
@@ -94,7 +94,7 @@ impl<F: Float> Taps<F> {
         let greater = mean + (apart * apart + xy * xy).sqrt();
         let long = greater.max(F::splat(1e-20)).sqrt();
         let short = (a.0 * b.1 - a.1 * b.0).abs() / long;
-        // What is within a texel is blended anyway.
+        // Texels are interpolated, so a lookup is at least one texel wide.
         let width = short.max(long * F::splat(1.0 / MOST_TAPS)).max(one);
         let count = F::zero() - (F::zero() - long / width).floor();
         let count = count.clamp(1.0, MOST_TAPS);
@@ -113,7 +113,7 @@ impl<F: Float> Taps<F> {
         }
     }
 
-    /// Lanes that have an `index`-th one, counted from 0.
+    /// The lanes that have lookup number `index`, counted from 0.
     #[inline(always)]
     pub fn goes_on(&self, index: F, mask: F::Mask) -> F::Mask {
         mask & index.lt(self.count)
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn cones_are_cut_at_a_slant() {
+    fn on_surface_cuts_a_cone_at_a_slant() {
         let normal = Vector::new(0.0, 0.0, 1.0);
         for sin in [0.0f32, 0.5, 0.8, 0.99] {
             let cos = (1.0 - sin * sin).sqrt();
@@ -149,14 +149,14 @@ mod tests {
         }
     }
 
-    /// Long and short axis, and the angle of the long one.
+    /// An ellipse of diameters `long` and `short`, with the long one at `angle`.
     fn ellipse(long: f32, short: f32, angle: f32) -> [(f32, f32); 2] {
         let (sin, cos) = angle.sin_cos();
         [(long * cos, long * sin), (-short * sin, short * cos)]
     }
 
     #[test]
-    fn taps_cover_the_ellipse() {
+    fn taps_span_the_ellipse_without_gaps() {
         for (long, short) in [(8.0, 2.0), (30.0, 2.5), (5.0, 0.3), (40.0, 1.0), (1000.0, 2.0), (3.0, 3.0)] {
             for angle in [0.0, 0.4, 1.5, 2.0, 3.0] {
                 let taps = Taps::new(ellipse(long, short, angle));
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn any_two_conjugate_diameters_tell_of_the_same_ellipse() {
+    fn taps_depend_on_the_ellipse_and_not_on_its_diameters() {
         let [a, b] = ellipse(12.0, 3.0, 0.7);
         for turn in [0.0f32, 0.3, 1.0, 2.0] {
             let (sin, cos) = turn.sin_cos();
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_within_a_texel_is_looked_up_once() {
+    fn footprint_within_a_texel_takes_one_tap() {
         for axes in [[(0.0, 0.0); 2], ellipse(0.9, 0.1, 1.0), ellipse(1.0, 1.0, 0.0)] {
             assert!(!may_exceed_a_texel(axes) || axes[0].0 == 1.0);
             let taps: Taps<f32> = Taps::new(axes);

@@ -1,33 +1,32 @@
-//! Mirror and refracted directions, and how light divides between them.
+//! Reflection and refraction at smooth boundaries.
 
 use crate::math::Vector;
 use crate::simd::{Float, Mask};
 
-/// Mirror direction: d − 2 (d·n) n.
+/// The mirror direction: d − 2 (d·n) n.
 #[inline(always)]
 pub fn reflect<F: Float>(direction: Vector<F>, normal: Vector<F>) -> Vector<F> {
     direction - normal * (F::splat(2.0) * direction.dot(normal))
 }
 
-/// What a smooth boundary between two dielectrics does to a ray.
+/// The reflectance of a smooth boundary between two dielectrics, and the direction of the refracted ray.
 #[derive(Clone, Copy)]
 pub struct SmoothBoundary<F> {
-    /// Part of the light that is reflected, 0 to 1; 1 under total internal reflection.
+    /// The part of the light that is reflected, 0 to 1; 1 under total internal reflection.
     pub reflectance: F,
-    /// Unit direction of the transmitted light; meaningless if there is none.
+    /// The unit direction of the transmitted light; meaningless if there is none.
     pub refracted: Vector<F>,
 }
 
-/// Snell's law and Fresnel's equations for unpolarised light (PBRT 4th ed., 9.3 and 9.5).
-/// `normal` is on the side that the ray comes from; `eta` is the index there over the
-/// index beyond.
+/// Snell's law and Fresnel's equations for unpolarised light (PBRT 4th ed., 9.3 and 9.5). `normal` is on the side that
+/// the ray comes from; `eta` is the index there divided by the index beyond.
 #[inline(always)]
 pub fn boundary<F: Float>(direction: Vector<F>, normal: Vector<F>, eta: F) -> SmoothBoundary<F> {
     let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
     let sin2_t = eta * eta * (F::one() - cos_i * cos_i);
     let total = sin2_t.ge(F::one());
     let cos_t = (F::one() - sin2_t).max(F::zero()).sqrt();
-    // For light polarised across and along the plane of incidence.
+    // Amplitudes for light polarised perpendicular and parallel to the plane of incidence.
     let across = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
     let along = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
     let reflectance = (across * across + along * along) * F::splat(0.5);
@@ -39,8 +38,8 @@ pub fn boundary<F: Float>(direction: Vector<F>, normal: Vector<F>, eta: F) -> Sm
     }
 }
 
-/// Part of unpolarised light that a smooth boundary reflects, 1 beyond the critical angle. `cos`
-/// to the normal on the side that light comes from; `eta` as in [`boundary`].
+/// The part of unpolarised light that a smooth boundary reflects; 1 beyond the critical angle. `cos` is that of the
+/// angle to the normal on the side that light comes from; `eta` as in [`boundary`].
 #[inline(always)]
 pub fn reflectance<F: Float>(cos: F, eta: F) -> F {
     let cos_i = cos.clamp(0.0, 1.0);
@@ -63,15 +62,15 @@ mod tests {
     }
 
     #[test]
-    fn at_normal_incidence_glass_reflects_four_percent() {
+    fn glass_reflects_four_percent_at_normal_incidence() {
         let b = boundary(vector(0.0, -1.0, 0.0), vector(0.0, 1.0, 0.0), 1.0 / 1.5);
         assert!((b.reflectance - 0.04).abs() < 1e-6);
         assert!((b.refracted.y + 1.0).abs() < 1e-6);
     }
 
     #[test]
-    fn at_brewsters_angle_half_of_the_light_is_all_polarised() {
-        // tan θ = 1.5: nothing of the light along the plane is reflected, ((n²−1)/(n²+1))² of the other half.
+    fn boundary_reflects_no_parallel_light_at_brewsters_angle() {
+        // tan θ = 1.5: of the parallel half nothing is reflected, of the perpendicular half ((n²−1)/(n²+1))².
         let cos = 1.0 / (1.0f32 + 2.25).sqrt();
         let b = boundary(vector(1.5 * cos, -cos, 0.0), vector(0.0, 1.0, 0.0), 1.0 / 1.5);
         let across = (1.25f32 / 3.25).powi(2);
@@ -79,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_critical_angle_everything_is_reflected() {
+    fn boundary_reflects_everything_beyond_the_critical_angle() {
         // sin θ = 0.7 > 1 / 1.5.
         let d = vector(0.7, -(1.0f32 - 0.49).sqrt(), 0.0);
         assert_eq!(boundary(d, vector(0.0, 1.0, 0.0), 1.5).reflectance, 1.0);
@@ -88,14 +87,14 @@ mod tests {
     }
 
     #[test]
-    fn a_mirror_keeps_the_angle() {
+    fn reflect_keeps_the_angle() {
         let r = reflect(vector(0.6, -0.8, 0.0), vector(0.0, 1.0, 0.0));
         assert_eq!((r.x, r.y, r.z), (0.6, 0.8, 0.0));
     }
 
     proptest! {
         #[test]
-        fn snells_law_holds_and_the_way_back_is_the_same(
+        fn boundary_obeys_snells_law_and_is_reversible(
             x in -0.99f32..0.99, z in -0.1f32..0.1, ior in 1.01f32..2.5
         ) {
             let d = Vec3::new(x, -1.0, z).normalize();

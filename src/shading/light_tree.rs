@@ -1,36 +1,34 @@
-//! Choosing one of many lights by what each may bring to a point, from the root of the light
-//! tree to a leaf (PBRT 4th ed., 12.6.3, without its inverse cosines).
+//! Importance sampling of many lights: descends the light tree from the root to a leaf by estimated contribution (PBRT
+//! 4th ed., 12.6.3, without its inverse cosines).
 //!
-//! A light that can bring anything has a probability above zero: cones are given a margin for
-//! rounding, and small factors are cut off below. Lights behind a surface that lets nothing through bring
-//! nothing.
+//! Every light that can contribute has a positive probability: cones have a margin for rounding, and small factors are
+//! clamped from below. Lights behind a surface that transmits no light do not contribute.
 //!
-//! Distant lights are chosen among each other by the irradiance that they bring. The choice between them and the
-//! local lights goes by the square roots of both irradiances: one of them may well be hidden, as the sun is from most
-//! of a room.
+//! Distant lights are chosen among each other by their irradiance. The choice between distant and local lights is by
+//! the square roots of both irradiances, because one of them may well be occluded, as the sun is from most of a room.
 
 use super::facing::Facing;
 use crate::math::Vector;
 use crate::scene::light_tree::{LEAF, LightTree, NODE, field};
 use crate::simd::{Float, Int, Mask};
 
-/// Cosines may be off by this: their sines come from a root, which is steep at zero.
+/// The margin of cosines for rounding: their sines come from a square root, which is steep at zero.
 const MARGIN: f32 = 1.0 / 1024.0;
-/// Cosines count as this at least, and no child with lights to offer is chosen less often than
-/// [`RAREST`]: an estimate that was too low costs noise, not fireflies.
+/// The least value of a cosine factor. It and [`RAREST`], the least probability of a child that can contribute, limit
+/// underestimates, which then cause noise instead of fireflies.
 const LEAST_COSINE: f32 = 1.0 / 64.0;
 /// See [`LEAST_COSINE`].
 const RAREST: f32 = 1.0 / 1024.0;
-/// Below the square of any distance that matters.
+/// Less than the square of any distance that matters.
 const NEAREST: f32 = 1e-24;
 /// The largest float below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// A light for a point of a surface, its probability, and the rest of the random number `u`, again in [0, 1). A
-/// probability of zero means no light: `mask` is not set, or no light in the part of the tree that `u` led to can
-/// reach the point.
+/// Samples a light for a point of a surface. Returns the light, its probability, and the rest of the random number `u`,
+/// again in [0, 1). A probability of zero means no light: `mask` is not set, or no light in the part of the tree
+/// selected by `u` can reach the point.
 ///
-/// Each level of the tree uses up bits of `u`. Of 24 a light of probability p gets p · 2²⁴ values.
+/// Each level of the tree uses up bits of `u`: of its 2²⁴ values, p · 2²⁴ are left for a light of probability p.
 #[inline(always)]
 pub fn sample<F: Float>(
     tree: &LightTree,
@@ -63,8 +61,8 @@ pub fn sample<F: Float>(
     (light, pmf, rest)
 }
 
-/// The probability with which [`sample`] gives a light, to the bit; zero where `mask` is not set
-/// and for what is not in the tree.
+/// The probability with which [`sample`] chooses a light, to the bit; zero if `mask` is not set or the light is not in
+/// the tree.
 #[inline(always)]
 pub fn pmf<F: Float>(
     tree: &LightTree,
@@ -92,7 +90,7 @@ pub fn pmf<F: Float>(
     walk.pmf
 }
 
-/// The point to be lit.
+/// A point to be lit.
 struct LitPoint<F: Float> {
     position: Vector<F>,
     facing: Facing<F>,
@@ -105,24 +103,24 @@ impl<F: Float> LitPoint<F> {
     }
 }
 
-/// On the way from the root to a light.
+/// A descent from the root to a light.
 struct Descent<F: Float> {
-    /// The probability of having come here.
+    /// The probability of reaching the current node.
     pmf: F,
-    /// The `next` of the node where it is; see [`crate::scene::light_tree::LightNode::next`].
+    /// The `next` of the current node; see [`crate::scene::light_tree::LightNode::next`].
     next: F::Int,
-    /// What the node's lights would bring, looked into ([`looked_into`]); zero where that says no more than the
-    /// node.
+    /// The contribution of the node's lights as estimated by [`looked_into`]; zero if that is no better than the
+    /// estimate of the node.
     known: F,
-    /// Its children are the local lights and the distant ones.
+    /// True if the node's children are the local and the distant lights.
     mixed: bool,
 }
 
-/// Where a [`Descent`] can go on.
+/// The children at which a [`Descent`] can continue.
 struct Children<F> {
-    /// The probabilities of both: they add up to one, or are both zero if neither has light for the point.
+    /// The probabilities of both children: their sum is one, or both are zero if neither has light for the point.
     chances: (F, F),
-    /// As [`Descent::known`].
+    /// [`Descent::known`] of both children.
     known: (F, F),
 }
 
@@ -132,7 +130,7 @@ impl<F: Float> Descent<F> {
         let (nodes, root) = (tree.nodes.as_flattened(), F::Int::splat(0));
         let next = next_of::<F>(nodes, root, mask);
         let (mut some, mut known) = (mask, F::zero());
-        // If there are two, the children say all that there is to know.
+        // If there are just two lights, the children are all that there is to estimate.
         if !tree.mixed && tree.len() != 2 {
             let all = Brought::new(nodes, root, point, mask);
             some = mask & all.light.gt(F::zero());
@@ -141,7 +139,7 @@ impl<F: Float> Descent<F> {
         Self { pmf: F::select(some, F::one(), F::zero()), next, known, mixed: tree.mixed }
     }
 
-    /// Where it can go further down.
+    /// The lanes whose descent has not reached a leaf.
     #[inline(always)]
     fn inner(&self, mask: F::Mask) -> F::Mask {
         mask & self.pmf.gt(F::zero()) & self.next.lt(F::Int::splat(LEAF))
@@ -160,7 +158,7 @@ impl<F: Float> Descent<F> {
                 known: (known, zero),
             };
         }
-        // The child that has been looked into has what the other one has not.
+        // The child that [`looked_into`] descended into gets the rest of its estimate.
         let on = self.known.gt(zero);
         let is_second = second.is_nearer(&first);
         let into = Brought::select(is_second, &second, &first);
@@ -171,12 +169,12 @@ impl<F: Float> Descent<F> {
             (F::select(on & !is_second, rest, first.light), F::select(on & is_second, rest, second.light));
         let known = F::select(on & into.is_near(), rest, zero);
         let known = (F::select(is_second, zero, known), F::select(is_second, known, zero));
-        // How much distant lights bring is not a guess.
+        // The irradiance of distant lights is not an estimate.
         let rarest = F::select(second.is_far(), zero, F::splat(RAREST));
         Children { chances: shares(light.0, light.1, rarest), known }
     }
 
-    /// Goes on to a child.
+    /// Moves to a child.
     #[inline(always)]
     fn turn(&mut self, nodes: &[f32], children: &Children<F>, is_first: F::Mask, mask: F::Mask) {
         let (chances, known) = (&children.chances, &children.known);
@@ -188,7 +186,7 @@ impl<F: Float> Descent<F> {
     }
 }
 
-/// What two nodes have of one, neither less than `rarest` if it has anything.
+/// The probabilities of two nodes of these contributions; at least `rarest` if the contribution is not zero.
 #[inline(always)]
 fn shares<F: Float>(first: F, second: F, rarest: F) -> (F, F) {
     let (some_first, some_second) = (first.gt(F::zero()), second.gt(F::zero()));
@@ -199,16 +197,16 @@ fn shares<F: Float>(first: F, second: F, rarest: F) -> (F, F) {
     (F::select(some, share, F::zero()), F::select(some, F::one() - share, F::zero()))
 }
 
-/// Where a node's children are, or its light.
+/// The index of a node's first child, or its light.
 #[inline(always)]
 fn next_of<F: Float>(nodes: &[f32], node: F::Int, mask: F::Mask) -> F::Int {
     let place = node * F::Int::splat(NODE as u32) + F::Int::splat(field::NEXT);
-    // Only bits are moved: what they mean as a float does not matter.
+    // Only bits are moved; their value as a float does not matter.
     F::gather(nodes, place, mask).to_bits()
 }
 
-/// As [`Brought::light`], by a node's parts as long as the point is near their lights: there the nearest say more
-/// than all together. Zero where it is not near.
+/// An estimate like [`Brought::light`], computed from a node's descendants as long as the point is near their lights:
+/// there the nearest lights matter more than the sum of all. Zero if the point is not near the node.
 #[inline(always)]
 fn looked_into<F: Float>(
     nodes: &[f32],
@@ -235,19 +233,19 @@ fn looked_into<F: Float>(
     }
 }
 
-/// What the lights of a node mean to a point.
+/// The estimated contribution of a node's lights at a point.
 #[derive(Clone, Copy)]
 struct Brought<F> {
-    /// About what they would bring; zero only if they can bring nothing.
+    /// The estimate; zero only if the lights cannot contribute.
     light: F,
-    /// The square of the distance to the box around them.
+    /// The square of the distance to their bounding box.
     away: F,
     /// See [`crate::scene::light_tree::LightNode::radius_square`].
     radius_square: F,
 }
 
 impl<F: Float> Brought<F> {
-    /// Whether the point is among the lights or not farther from them than they from each other.
+    /// True if the point is among the lights, or not farther from them than they are from each other.
     #[inline(always)]
     fn is_near(&self) -> F::Mask {
         self.away.lt(self.radius_square)
@@ -258,7 +256,7 @@ impl<F: Float> Brought<F> {
         self.radius_square.lt(F::zero())
     }
 
-    /// Of two nodes that have lights to offer, whether this is the one whose box holds the point, or nearly so.
+    /// True if this node can contribute, and `other` either cannot or its box is not nearer to the point.
     #[inline(always)]
     fn is_nearer(&self, other: &Self) -> F::Mask {
         let lit = self.light.gt(F::zero());
@@ -293,7 +291,7 @@ impl<F: Float> Brought<F> {
         let square = way.dot(way).max(F::splat(NEAREST));
         let far = radius_square.lt(F::zero());
         let direction = Vector::select(far, -axis, way * (F::one() / square.sqrt()));
-        // The directions to the sphere around the lights; all of them from inside.
+        // The directions to the bounding sphere of the lights; all directions from inside.
         let inside = square.le(radius_square);
         let part = (radius_square / square).max(F::zero()).min(F::one());
         let seen = Angle {
@@ -301,20 +299,20 @@ impl<F: Float> Brought<F> {
             sin: F::select(far, spread.sin, part.sqrt()),
         };
 
-        // The angle between the direction to the point and the nearest that a light's normal may
-        // have, at the nearest place that the light may be.
+        // The smallest possible angle between the direction to the point and the normal of a light, over all positions
+        // and normals of the lights.
         let cos = direction.dot(axis);
         let off_axis = Angle::of(F::select(two_sided, cos.abs(), cos));
         let off_normal = off_axis.less(&spread).less(&seen);
         let cos_light = F::select(inside | far, F::one(), off_normal.cos);
         let lit = (cos_light + F::splat(MARGIN)).gt(cos_emission);
-        // What there is outside is a mean over all directions.
+        // The intensity outside is a mean over all directions.
         let power = F::select(lit, power, power * (-sides).max(F::zero()));
         let cos_light = F::select(lit, cos_light, F::one());
         let reached = mask & power.gt(F::zero());
 
         let cos_surface = F::select(inside, F::one(), point.facing.cos(-direction, &seen));
-        // A box says better than a sphere what is behind a surface.
+        // The box bounds the side of a surface better than the sphere.
         let half = Vector::gather_flat(nodes, base + F::Int::splat(field::HALF), mask);
         let margin = (square.sqrt() + half.x + half.y + half.z) * F::splat(MARGIN);
         let before = F::select(far, cos_surface + F::splat(MARGIN), point.facing.reach(-way, half) + margin);
@@ -335,27 +333,27 @@ impl<F: Float> Brought<F> {
     }
 }
 
-/// One field of the node whose floats begin at `base`.
+/// A field of the node whose floats begin at `base`.
 #[inline(always)]
 fn read<F: Float>(nodes: &[f32], base: F::Int, field: u32, mask: F::Mask) -> F {
     F::gather(nodes, base + F::Int::splat(field), mask)
 }
 
-/// An angle between 0 and π, by cosine and sine.
+/// An angle between 0 and π, as cosine and sine.
 pub(super) struct Angle<F> {
     pub cos: F,
     pub sin: F,
 }
 
 impl<F: Float> Angle<F> {
-    /// By its cosine.
+    /// The angle of a given cosine.
     #[inline(always)]
     pub fn of(cos: F) -> Self {
         let cos = cos.clamp(-1.0, 1.0);
         Self { cos, sin: (F::one() - cos * cos).sqrt() }
     }
 
-    /// Less by another; zero if that is larger.
+    /// The difference from a smaller angle; zero if `other` is larger.
     #[inline(always)]
     pub fn less(&self, other: &Self) -> Self {
         let zero = self.cos.gt(other.cos);

@@ -1,5 +1,5 @@
-//! Physics at one vertex: pure functions over lanes, from compiled columns to numbers.
-//! Nothing in here traces a ray or knows of queues.
+//! The physics of one vertex: pure functions over lanes that read the compiled columns. They trace no rays and do not
+//! depend on queues.
 
 pub mod blinn_phong;
 pub mod boundary;

@@ -1,35 +1,35 @@
-//! Shading normals: seen through a normal map, and turned where a viewer or a mirror could not use them.
+//! Shading normals: perturbed by normal maps, and corrected if they face away from the viewer or reflect below the
+//! surface.
 
 use super::principled::shading_frame::ShadingFrame;
 use super::surface::normalize_or;
 use crate::math::Vector;
 use crate::simd::Float;
 
-/// Normals are turned until they have this cosine to the viewer.
+/// Normals are turned until their cosine to the viewer is at least this.
 const LEAST_COSINE: f32 = 0.01;
 
-/// A tangent-space normal in the world.
+/// Transforms a tangent-space normal to world space.
 #[inline(always)]
 pub fn normal_in<F: Float>(frame: &ShadingFrame<F>, n: Vector<F>) -> Vector<F> {
     normalize_or(frame.x * n.x + frame.y * n.y + frame.z * n.z, frame.z)
 }
 
-/// What the mirror image of the viewer must rise above the surface, as the cosine of both: little, and less than
-/// the viewer.
+/// The least cosine of the reflected view direction to the geometric normal: small, and less than the viewer's.
 #[inline(always)]
 fn least_rise<F: Float>(viewer: F) -> F {
     (viewer * F::splat(0.9)).min(F::splat(LEAST_COSINE))
 }
 
-/// Where a shading normal is turned before a mirror uses it: it looks away from the viewer, or mirrors what lies
-/// below the surface.
+/// Set if a shading normal is turned before it is used for a mirror: it faces away from the viewer, or reflects the
+/// view direction below the surface.
 #[inline(always)]
 pub fn is_turned<F: Float>(normal: Vector<F>, geometric_normal: Vector<F>, to_viewer: Vector<F>) -> F::Mask {
     let cos = normal.dot(to_viewer);
     cos.lt(F::splat(LEAST_COSINE)) | mirrors_what_is_below(normal, geometric_normal, to_viewer)
 }
 
-/// Where the image of the viewer in a normal is below the surface, or hardly above it.
+/// Set if the reflected view direction is below the surface, or hardly above it.
 #[inline(always)]
 pub fn mirrors_what_is_below<F: Float>(
     normal: Vector<F>,
@@ -41,11 +41,11 @@ pub fn mirrors_what_is_below<F: Float>(
     image.lt(least_rise(viewer))
 }
 
-/// A normal that mirrors what is above the surface: turned to the geometric normal, in the plane of both, as far
-/// as needed. Else the mirror would be black there.
+/// A normal that reflects the view direction above the surface: turned towards the geometric normal, in the plane of
+/// both, as far as needed. Otherwise the mirror would be black there.
 ///
-/// The image of a viewer (x, z) in a normal at an angle φ to z rises to x sin 2φ + z cos 2φ; that is solved for
-/// the largest φ at which it is what it must be.
+/// The mirror image of a viewer (x, z) at a normal at an angle φ to z has the height x sin 2φ + z cos 2φ. This is
+/// solved for the largest φ that reaches the least height.
 #[inline(always)]
 fn raised<F: Float>(normal: Vector<F>, geometric_normal: Vector<F>, to_viewer: Vector<F>) -> Vector<F> {
     let (zero, one, half) = (F::zero(), F::one(), F::splat(0.5));
@@ -61,8 +61,8 @@ fn raised<F: Float>(normal: Vector<F>, geometric_normal: Vector<F>, to_viewer: V
     side * sin + geometric_normal * cos
 }
 
-/// A shading normal of a surface that is a mirror to a certain part, from 0 to 1: that part of the normal is turned
-/// in lanes in which it mirrors what is below the surface.
+/// The shading normal of a surface with a mirror of weight `part`, 0 to 1: that part of the normal is turned in lanes
+/// where it reflects `below` the surface.
 #[inline(always)]
 pub fn for_mirrors<F: Float>(
     normal: Vector<F>,
@@ -75,7 +75,7 @@ pub fn for_mirrors<F: Float>(
     Vector::select(below, normalize_or(turned, geometric_normal), normal)
 }
 
-/// A frame whose z becomes a shading normal, turned to the viewer where it looks away.
+/// A frame about a shading normal, which is turned towards the viewer if it faces away.
 #[inline(always)]
 pub fn bend<F: Float>(
     frame: &ShadingFrame<F>,
@@ -89,7 +89,7 @@ pub fn bend<F: Float>(
     let bent =
         Vector::select(away, normalize_or(normal + to_viewer * (least - cos), geometric_normal), normal);
     let x = normalize_or(frame.x - bent * bent.dot(frame.x), ShadingFrame::about(bent).x);
-    // It stays left-handed if it was.
+    // A left-handed frame stays left-handed.
     let sign = F::select(frame.x.cross(frame.y).dot(frame.z).lt(F::zero()), -F::one(), F::one());
     ShadingFrame { x, y: bent.cross(x) * sign, z: bent }
 }
@@ -118,43 +118,43 @@ mod tests {
         assert!(close, "{found:?} instead of {expected:?}");
     }
 
-    /// A frame seen through a normal map's texel.
+    /// Perturbs a frame by a normal map's texel.
     fn through(frame: &ShadingFrame<f32>, n: Vector<f32>, viewer: Vector<f32>) -> ShadingFrame<f32> {
         bend(frame, up(), normal_in(frame, n), viewer)
     }
 
     #[test]
-    fn normal_maps_bend_along_the_frame() {
+    fn normal_maps_tilt_the_normal_along_the_frame() {
         let upside_down = ShadingFrame { x: vector(1.0, 0.0, 0.0), y: vector(0.0, -1.0, 0.0), z: up() };
         let viewer = vector(0.0, 0.0, 1.0);
         near(through(&upside_down, vector(0.0, 0.0, 1.0), viewer).z, [0.0, 0.0, 1.0]);
-        // Its length does not count. Green tilts to the picture's top, which is at −Y here.
+        // The length of the normal is ignored. Green tilts to the top of the image, which is at −Y here.
         near(through(&upside_down, vector(1.2, 0.0, 1.6), viewer).z, [0.6, 0.0, 0.8]);
         let bent = through(&upside_down, vector(0.0, 0.6, 0.8), viewer);
         near(bent.z, [0.0, -0.6, 0.8]);
         near(bent.x, [1.0, 0.0, 0.0]);
-        // As left-handed as the picture.
+        // As left-handed as the image.
         near(bent.x.cross(bent.y), [0.0, 0.6, -0.8]);
         let bent = through(&upside_down, vector(0.6, 0.0, 0.8), viewer);
         near(bent.x, [0.8, 0.0, -0.6]);
-        // No direction at all.
+        // A zero normal.
         near(through(&upside_down, Vector::zero(), viewer).z, [0.0, 0.0, 1.0]);
     }
 
     #[test]
-    fn bent_normals_never_look_away() {
+    fn bend_turns_normals_that_face_away_towards_the_viewer() {
         let frame = upright();
-        // The viewer is far to the left, the normal is bent to the right.
+        // The viewer is far to the left, and the normal is bent to the right.
         let viewer = Vector::splat(Vec3::new(-0.8, 0.0, 0.6));
         let bent = through(&frame, vector(0.8, 0.0, 0.6), viewer).z;
-        // In the plane of both, turned until its dot product with the viewer is 0.01 before it has length 1.
+        // In the plane of both, turned until its dot product with the viewer is 0.01 before normalization.
         let cos = bent.dot(viewer);
         assert!((cos - 0.01 / (1.0f32 - 0.28 * 0.28 + 1e-4).sqrt()).abs() < 1e-5, "{cos}");
         assert!(bent.y == 0.0 && bent.x > 0.0 && (bent.dot(bent) - 1.0).abs() < 1e-6);
     }
 
     #[test]
-    fn mirrors_never_show_what_is_below() {
+    fn mirror_normals_never_reflect_below_the_surface() {
         let frame = upright();
         let up = up();
         let mut turned = 0;
@@ -184,7 +184,7 @@ mod tests {
             }
         }
         assert!(turned > 8, "{turned}");
-        // What is no mirror keeps its normal.
+        // A surface without mirror keeps its normal.
         let n = vector(0.8, -0.6, 0.0);
         near(for_mirrors(n, up, up, 0.0, true), [0.8, -0.6, 0.0]);
     }

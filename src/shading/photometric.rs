@@ -1,4 +1,4 @@
-//! Photometric profiles, by direction.
+//! Photometric profiles by direction.
 
 use super::emitter::lane;
 use super::footprint::Footprint;
@@ -8,7 +8,7 @@ use crate::math::{Color, Vector};
 use crate::scene::Textures;
 use crate::simd::{Float, Int, Mask};
 
-/// A lamp's profile in the direction away from it, relative to its mean; profile by profile.
+/// The profile of a light in the direction away from it, relative to its mean; one profile at a time.
 #[inline(always)]
 pub fn profile_towards<F: Float>(
     textures: &Textures,
@@ -28,7 +28,7 @@ pub fn profile_towards<F: Float>(
         let first = lane(profile, todo);
         let same = profile.eq(F::Int::splat(first)) & todo;
         let sampled = &textures.sampled[first as usize];
-        // The first column lies at the angle of 0, the first row straight ahead and the last one straight back.
+        // The first column lies at azimuth 0, the first row straight ahead and the last one straight back.
         let (columns, rows) = textures.size(sampled);
         let u = around + F::splat(0.5 / columns);
         let v = (down * F::splat(rows - 1.0) + F::splat(0.5)) * F::splat(1.0 / rows);

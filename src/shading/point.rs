@@ -1,4 +1,4 @@
-//! One material at many hits: what its record says there, the same for both transports.
+//! One material at many hits: its parameters there, for both transports.
 
 use super::footprint::Footprint;
 use super::normals::{bend, for_mirrors, is_turned, mirrors_what_is_below, normal_in};
@@ -11,16 +11,16 @@ use crate::scene::material::{ColorParam, Coverage, Material, NormalParam};
 use crate::scene::{CompiledScene, Geometry, Textures};
 use crate::simd::{Float, Mask};
 
-/// What materials are looked up in.
+/// The tables from which material parameters are looked up.
 #[derive(Clone, Copy)]
 pub struct Tables<'a> {
-    /// By primitive id.
+    /// Geometry, by primitive id.
     pub geometry: &'a Geometry,
-    /// By texture id.
+    /// Textures, by texture id.
     pub textures: &'a Textures,
 }
 
-/// What a normal is asked for.
+/// The layer that a normal is for.
 #[derive(Clone, Copy, PartialEq)]
 enum NormalLayer {
     Base,
@@ -29,24 +29,24 @@ enum NormalLayer {
 
 /// One material at many hits.
 pub struct ShadingPoint<'a, F: Float> {
-    /// Where to look things up.
+    /// The tables for lookups.
     pub tables: Tables<'a>,
-    /// How it reflects light.
+    /// The material.
     pub material: &'a Material,
-    /// What was hit.
+    /// The hits.
     pub hit: &'a HitLanes<F>,
-    /// The same as points.
+    /// The surfaces at the hits.
     pub surface: &'a Surface<F>,
-    /// Where textures are looked up.
+    /// Coordinates and footprints for texture lookups.
     pub at: Coordinates<F>,
-    /// The direction that the ray came from.
+    /// The unit vector to the ray's origin.
     pub to_viewer: Vector<F>,
-    /// Lanes that count.
+    /// The active lanes.
     pub mask: F::Mask,
 }
 
 impl<'a, F: Float> ShadingPoint<'a, F> {
-    /// Where rays along `direction` that are `width` metres wide there have hit a material.
+    /// The points at which rays along `direction`, `width` metres wide there, hit a material.
     #[inline(always)]
     pub fn new(
         scene: &'a CompiledScene,
@@ -72,13 +72,13 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         }
     }
 
-    /// One of the material's colours.
+    /// Looks up a colour parameter of the material.
     #[inline(always)]
     pub(super) fn color(&self, param: &ColorParam) -> Color<F> {
         color(param, self.tables.textures, &self.at, self.mask)
     }
 
-    /// The radiance that it emits.
+    /// The emitted radiance.
     #[inline(always)]
     pub fn emission(&self) -> Color<F> {
         let m = self.material;
@@ -89,19 +89,19 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         light
     }
 
-    /// Base colour with that of the vertices.
+    /// Base colour times vertex colour.
     #[inline(always)]
     pub fn base_color(&self) -> Color<F> {
         self.color(&self.material.base_color) * vertex_color(self.surface)
     }
 
-    /// Unit normal for shading, on the viewer's side.
+    /// Unit shading normal of the base layer, on the viewer's side.
     #[inline(always)]
     pub fn normal(&self) -> Vector<F> {
         self.frames().0.z
     }
 
-    /// The frame for the base, and that for what lies above it.
+    /// The shading frames of the base and of the layers above it.
     #[inline(always)]
     pub(super) fn frames(&self) -> (ShadingFrame<F>, ShadingFrame<F>) {
         let m = self.material;
@@ -118,7 +118,7 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         (base, above)
     }
 
-    /// Where the base's normal is turned, or would be if it were that of a mirror.
+    /// Set if the base's normal is turned, or would be if the base were a mirror.
     #[inline(always)]
     pub fn is_turned(&self) -> F::Mask {
         let m = self.material;
@@ -131,7 +131,7 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         is_turned(normal, self.surface.geometric_normal, self.to_viewer)
     }
 
-    /// A layer's normal, with the effect of maps.
+    /// A layer's normal after normal and bump maps.
     #[inline(always)]
     fn seen_in(&self, frame: &ShadingFrame<F>, map: Option<NormalParam>, layer: NormalLayer) -> Vector<F> {
         let normal = normal_in(frame, self.mapped(map));
@@ -154,8 +154,8 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         bend(frame, geometric, normal, self.to_viewer)
     }
 
-    /// How much of a layer is metal, or lets light through: where it has a mirror's image or nothing. Below the
-    /// weak mirrors of all else there is diffuse light, which keeps the relief that normal maps give it.
+    /// The fraction of a layer that is metal or transmits light, where nothing but a mirror image is visible. Other
+    /// surfaces have diffuse light below a weak mirror, which keeps the relief of normal maps.
     #[inline(always)]
     fn mirror_part(&self, layer: NormalLayer) -> F {
         if layer == NormalLayer::Coat {
@@ -167,7 +167,7 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
         metallic + clear * (F::one() - metallic)
     }
 
-    /// The normal in tangent space.
+    /// The normal of a normal map, in tangent space.
     #[inline(always)]
     fn mapped(&self, map: Option<NormalParam>) -> Vector<F> {
         let Some(map) = map else {
@@ -180,8 +180,8 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
     }
 }
 
-/// The coverage of a material, 0 to 1, at the points of hits. Nothing else matters here, because sides are told apart
-/// before this is asked ([`Material::sidedness`]).
+/// The coverage of a material at hits, 0 to 1. The side is ignored, because sides are checked before
+/// ([`Material::sidedness`]).
 #[inline(always)]
 pub fn coverage<F: Float>(
     material: &Material,

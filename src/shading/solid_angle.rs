@@ -1,35 +1,35 @@
-//! Points of triangles and parallelograms, uniform by the solid angle that they take up.
+//! Samples triangles and parallelograms uniformly by solid angle.
 //!
 //! Arvo, "Stratified Sampling of Spherical Triangles" (SIGGRAPH 1995), in the form of half angles (Peters, "BRDF
-//! Importance Sampling for Polygonal Lights", SIGGRAPH 2021), which keeps its digits for small ones. Points come as
-//! parts of the edges, not as directions, for the same reason.
+//! Importance Sampling for Polygonal Lights", SIGGRAPH 2021), which is accurate for small ones. For the same reason,
+//! samples are coordinates along the edges, not directions.
 
 use crate::math::Vector;
 use crate::math::elementary::{atan2_turns, sin_cos_turns};
 use crate::simd::Float;
 
-/// A triangle or a parallelogram seen from a point: one or two triangles around its first corner, the apex.
+/// A triangle or a parallelogram seen from a point, the eye: one or two triangles around its first corner, the apex.
 pub struct SphericalPolygon<F: Float> {
     apex: Corner<F>,
-    /// The corners around, in turn. The last two are the same for a triangle.
+    /// The other corners, in order. The last two are equal for a triangle.
     around: [Corner<F>; 3],
     /// |apex · (e₁ × e₂)|: six times the volume between the eye and either triangle.
     volume: F,
-    /// Steradians of both triangles, of which the second is 0 for a triangle.
+    /// The solid angles of both triangles in steradians; the second is 0 for a triangle.
     solid_angles: [F; 2],
 }
 
-/// A corner, from the eye.
+/// A corner relative to the eye.
 #[derive(Clone, Copy)]
 struct Corner<F: Float> {
     way: Vector<F>,
     distance: F,
-    /// Parts of the two edges.
+    /// Coordinates along the two edges.
     at: (F, F),
 }
 
 impl<F: Float> SphericalPolygon<F> {
-    /// `corner` is as seen from the eye.
+    /// The polygon with a `corner` relative to the eye and two edges.
     #[inline(always)]
     pub fn new(corner: Vector<F>, e1: Vector<F>, e2: Vector<F>, triangle: F::Mask) -> Self {
         let (zero, one) = (F::zero(), F::one());
@@ -37,7 +37,7 @@ impl<F: Float> SphericalPolygon<F> {
         let last = Corner::new(corner + e2, (zero, one));
         let far = Corner::new(corner + e1 + e2, (one, one));
         let around = [Corner::new(corner + e1, (one, zero)), Corner::select(triangle, last, far), last];
-        // Seen edge-on it would be 0, and is divided by.
+        // Seen edge-on the volume would be 0, and it is a divisor.
         let size = apex.distance * around[0].distance * last.distance;
         let volume = corner.dot(e1.cross(e2)).abs().max(size * F::splat(1e-10) + F::splat(1e-30));
         let first = solid_angle(&apex, &around[0], &around[1], volume);
@@ -45,13 +45,13 @@ impl<F: Float> SphericalPolygon<F> {
         Self { apex, around, volume, solid_angles: [first, F::select(triangle, zero, second)] }
     }
 
-    /// In steradians.
+    /// The solid angle in steradians.
     #[inline(always)]
     pub fn solid_angle(&self) -> F {
         self.solid_angles[0] + self.solid_angles[1]
     }
 
-    /// The point that belongs to one of the unit square, as parts of the two edges.
+    /// Maps a point of the unit square to a point of the polygon, as coordinates along the two edges.
     #[inline(always)]
     pub fn sample(&self, u: (F, F)) -> (F, F) {
         let (zero, one, two) = (F::zero(), F::one(), F::splat(2.0));
@@ -61,8 +61,8 @@ impl<F: Float> SphericalPolygon<F> {
         let apex = self.apex;
         let from = Corner::select(beyond, self.around[1], self.around[0]);
         let to = Corner::select(beyond, self.around[2], self.around[1]);
-        // Where the far edge is cut so that the triangle up to there subtends that fraction: `from` reflected about a
-        // half vector h = k₀ from + k₂ to, all of length 1.
+        // The point of the far edge up to which the triangle subtends that fraction: `from` reflected about a half
+        // vector h = k₀ from + k₂ to, all of length 1.
         let across = from.way.dot(to.way);
         let (with_from, with_to) = (apex.way.dot(from.way), apex.way.dot(to.way));
         let (sin, cos) = sin_cos_turns(part * F::splat(0.25 / std::f32::consts::PI));
@@ -74,7 +74,7 @@ impl<F: Float> SphericalPolygon<F> {
         let scale = one / (k0 * k0 + k2 * (k2 + two * k0 * across)).max(F::splat(1e-30));
         let first = (k0 - k2) * (k0 + k2) * scale * of_from;
         let second = two * k2 * (k0 + k2 * across) * scale * of_to;
-        // Between the apex and there, uniform by 1 − cos.
+        // Between the apex and that point, uniform in 1 − cos.
         let sum = apex.way * of_apex + from.way * first + to.way * second;
         let rest = sum.dot(sum) * F::splat(0.5);
         let most = two - rest;
@@ -104,7 +104,7 @@ impl<F: Float> Corner<F> {
     }
 }
 
-/// Van Oosterom and Strackee 1983; `volume` is |a · (b × c)|.
+/// The solid angle of a triangle (Van Oosterom and Strackee 1983); `volume` is |a · (b × c)|.
 #[inline(always)]
 fn solid_angle<F: Float>(a: &Corner<F>, b: &Corner<F>, c: &Corner<F>, volume: F) -> F {
     let (ab, ac, bc) = (a.way.dot(b.way), a.way.dot(c.way), b.way.dot(c.way));
@@ -118,8 +118,8 @@ mod tests {
     use crate::math::Vec3;
 
     const AREAS: [([Vec3; 3], bool); 7] = [
-        // An octant; a square above; one at arm's length at a slant; a long strip beside; one far away; a sliver;
-        // one that is nearly all around.
+        // An octant; a square above; a slanted polygon at arm's length; a long strip to the side; a distant one; a
+        // sliver; one that surrounds the eye almost completely.
         ([Vec3::X, Vec3::new(-1.0, 1.0, 0.0), Vec3::new(-1.0, 0.0, 1.0)], true),
         ([Vec3::new(-1.0, 1.0, -1.0), Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 2.0)], false),
         ([Vec3::new(0.5, 0.2, 0.1), Vec3::new(0.9, 0.0, 0.1), Vec3::new(0.3, 1.0, 0.0)], false),
@@ -134,7 +134,7 @@ mod tests {
         SphericalPolygon::new(corner, e1, e2, triangle)
     }
 
-    /// Ω, and ∫ ω dΩ: Lambert's formula for polygons, Σ angle · normal of each edge / 2.
+    /// Ω and ∫ ω dΩ, by Lambert's formula for polygons: Σ angle · normal of each edge / 2.
     fn expected([corner, e1, e2]: [Vec3; 3], triangle: bool) -> (f64, glam::DVec3) {
         let corners: Vec<_> = if triangle {
             vec![corner, corner + e1, corner + e2]
@@ -152,22 +152,22 @@ mod tests {
             let volume = a.dot(b.cross(c)).abs();
             angle += 2.0 * libm::atan2(volume, 1.0 + a.dot(b) + a.dot(c) + b.dot(c));
         }
-        // Towards the polygon, whatever its orientation.
+        // Flipped towards the polygon, regardless of its orientation.
         let middle: glam::DVec3 = corners.iter().sum();
         (angle, if vector.dot(middle) < 0.0 { -vector } else { vector })
     }
 
     #[test]
-    fn octants_are_eighths_of_the_sphere() {
+    fn solid_angles_of_an_octant_and_of_a_cubes_side_are_exact() {
         let octant = fan(AREAS[0].0, AREAS[0].1).solid_angle();
         assert!((octant - std::f32::consts::FRAC_PI_2).abs() < 1e-6, "{octant}");
         let square = fan(AREAS[1].0, AREAS[1].1).solid_angle();
         assert!((square - 4.0 * std::f32::consts::PI / 6.0).abs() < 1e-5, "a side of a cube: {square}");
     }
 
-    /// From within the plane and from a corner: still points of it.
+    /// The eye is in the polygon's plane or at a corner: samples are still points of the polygon.
     #[test]
-    fn edge_on_nothing_is_lost() {
+    fn samples_of_a_polygon_seen_edge_on_lie_within_it() {
         for eye in [Vec3::new(0.3, 0.3, 0.0), Vec3::new(3.0, 0.2, 0.0), Vec3::ZERO, Vec3::new(0.5, 0.0, 0.0)]
         {
             for (scale, triangle) in [(1e-6, true), (1.0, false), (1.0, true), (1e6, false)] {
@@ -181,10 +181,10 @@ mod tests {
         }
     }
 
-    /// Uniform by solid angle: first and second moments of directions, the first by Lambert's formula, the second by
-    /// points that are uniform by area.
+    /// Compares first and second moments of directions: the first with Lambert's formula, the second with points that
+    /// are uniform by area.
     #[test]
-    fn points_are_uniform_by_solid_angle() {
+    fn samples_are_uniform_by_solid_angle() {
         const SIDE: usize = 512;
         for (area, triangle) in AREAS {
             let fan = fan(area, triangle);

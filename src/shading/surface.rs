@@ -1,4 +1,4 @@
-//! A hit to a point with normals, texture coordinates and a bound on its rounding error.
+//! Computes the surface at a hit: position, normals, texture coordinates and a bound on the rounding error.
 
 use std::num::Wrapping;
 
@@ -8,14 +8,14 @@ use crate::math::{Hit, NONE, Ray, Vector};
 use crate::scene::Geometry;
 use crate::simd::{Float, Int, Mask};
 
-/// [`crate::math::Hit`] in each lane.
+/// A [`crate::math::Hit`] in each lane.
 #[derive(Clone, Copy)]
 pub struct HitLanes<F: Float> {
-    /// Along the ray.
+    /// Distance along the ray.
     pub t: F,
-    /// Weight of a triangle's second corner.
+    /// Barycentric weight of a triangle's second corner.
     pub u: F,
-    /// Weight of its third corner.
+    /// Barycentric weight of a triangle's third corner.
     pub v: F,
     /// Primitive id.
     pub primitive: F::Int,
@@ -24,7 +24,7 @@ pub struct HitLanes<F: Float> {
 }
 
 impl HitLanes<f32> {
-    /// In one lane.
+    /// A hit in one lane.
     #[inline(always)]
     pub fn one(hit: &Hit) -> Self {
         let Hit { t, u, v, primitive, instance } = *hit;
@@ -32,22 +32,22 @@ impl HitLanes<f32> {
     }
 }
 
-/// What shading knows of a hit point.
+/// The surface at a hit point.
 #[derive(Clone, Copy)]
 pub struct Surface<F: Float> {
-    /// In world space.
+    /// The hit point in world space.
     pub position: Vector<F>,
-    /// How far along the geometric normal a ray must begin to be off the surface for sure.
+    /// The distance along the geometric normal by which a ray's origin must be moved to be certainly off the surface.
     pub offset: F,
-    /// Unit normal of the surface itself, on the viewer's side.
+    /// Unit geometric normal, on the viewer's side.
     pub geometric_normal: Vector<F>,
-    /// Unit normal for shading, on the viewer's side.
+    /// Unit shading normal, on the viewer's side.
     pub normal: Vector<F>,
-    /// Where the viewer is on the inner side, from which corners go around clockwise.
+    /// Set if the viewer is on the inner side, from which corners go around clockwise.
     pub inside: F::Mask,
     /// Texture coordinates.
     pub uv: (F, F),
-    /// Factor of the vertex colours.
+    /// Interpolated vertex colour, a factor on the material's colour.
     pub color: Vector<F>,
     /// Material id.
     pub material: F::Int,
@@ -59,7 +59,7 @@ const fn gamma(n: u32) -> f32 {
     (n as f32 * HALF_ULP) / (1.0 - n as f32 * HALF_ULP)
 }
 
-/// What triangles and spheres say about a hit, in their own space.
+/// A hit on a triangle or sphere, in the primitive's own space.
 struct LocalHit<F: Float> {
     position: Vector<F>,
     error: Vector<F>,
@@ -86,7 +86,7 @@ impl<F: Float> LocalHit<F> {
 }
 
 impl<F: Float> Surface<F> {
-    /// Looks a hit up. Lanes outside `mask` hold nothing of meaning.
+    /// The surface at a hit. Lanes outside `mask` are undefined.
     #[inline(always)]
     pub fn new(geometry: &Geometry, ray: &Ray<F>, hit: &HitLanes<F>, mask: F::Mask) -> Self {
         let is_sphere = !(hit.primitive & F::Int::splat(SPHERE)).eq(F::Int::splat(0)) & mask;
@@ -110,11 +110,11 @@ impl<F: Float> Surface<F> {
         Self::facing(world, ray, material)
     }
 
-    /// Turns the normals to the viewer.
+    /// Flips the normals to the viewer's side.
     #[inline(always)]
     fn facing(world: LocalHit<F>, ray: &Ray<F>, material: F::Int) -> Self {
         let zero = F::zero();
-        // The winding says which side is outside; vertex normals shade and no more.
+        // The winding order determines the outside; vertex normals are for shading only.
         let inside = world.geometric_normal.dot(ray.direction).gt(zero);
         let geometric = Vector::select(inside, -world.geometric_normal, world.geometric_normal);
         let agrees = world.normal.dot(geometric).ge(zero);
@@ -131,15 +131,14 @@ impl<F: Float> Surface<F> {
     }
 }
 
-/// The error of a point along the normal, and what adding it to the point rounds away
-/// (PBRT 4th ed., 6.8.6).
+/// The error of a point along the normal, plus the rounding error of adding it to the point (PBRT 4th ed., 6.8.6).
 #[inline(always)]
 fn off_surface<F: Float>(position: Vector<F>, error: Vector<F>, normal: Vector<F>) -> F {
     let rounding = position.abs() * F::splat(f32::EPSILON);
     normal.abs().dot(error + rounding)
 }
 
-/// A ray's origin just off a surface on the side of `direction`.
+/// A ray origin just off a surface, on the side of `direction`.
 #[inline(always)]
 pub fn offset_origin<F: Float>(
     position: Vector<F>,
@@ -172,7 +171,7 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
     let smooth = mask & !base.eq(none);
     let normal = if smooth.any() {
         let n = interpolate(&geometry.normals, vertices, base, weights, smooth);
-        // Opposite normals can cancel, and a zero normal stands for "flat here".
+        // Opposite normals can cancel, and a zero normal means flat shading.
         Vector::select(smooth, normalize_or(n, flat), flat)
     } else {
         flat
@@ -203,7 +202,7 @@ fn triangle<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> 
     LocalHit { position, error, geometric_normal: flat, normal, uv, color, part }
 }
 
-/// The parts of a mesh that lanes have hit: mostly the same one, and then one number is read for all.
+/// The parts that lanes have hit: usually the same part, whose values are then loaded only once.
 struct PartLanes<F: Float> {
     part: F::Int,
     mask: F::Mask,
@@ -220,7 +219,7 @@ impl<F: Float> PartLanes<F> {
         Self { part, mask, same: is_same.then_some(first as usize) }
     }
 
-    /// The parts' values in a column.
+    /// The values of the parts in a column.
     #[inline(always)]
     fn number(&self, column: &[f32]) -> F {
         match self.same {
@@ -229,7 +228,8 @@ impl<F: Float> PartLanes<F> {
         }
     }
 
-    /// Where their entries in another table begin, [`NONE`] where they have none, as all where it is empty.
+    /// The offsets of the parts' entries in another table; [`NONE`] for parts without entries, and for all if the table
+    /// is empty.
     #[inline(always)]
     fn base(&self, column: &[u32], is_empty: bool) -> F::Int {
         match self.same {
@@ -240,7 +240,7 @@ impl<F: Float> PartLanes<F> {
     }
 }
 
-/// An entry of a table for each vertex.
+/// Loads the entries of a table for three vertices.
 #[inline(always)]
 pub(super) fn corners<F: Float>(table: &[[f32; 3]], vertices: [F::Int; 3], mask: F::Mask) -> [Vector<F>; 3] {
     [
@@ -250,7 +250,7 @@ pub(super) fn corners<F: Float>(table: &[[f32; 3]], vertices: [F::Int; 3], mask:
     ]
 }
 
-/// The weighted sum of the vertices' entries, found `base` away from their numbers.
+/// The weighted sum of the vertices' entries, whose indices are offset by `base`.
 #[inline(always)]
 fn interpolate<F: Float>(
     table: &[[f32; 3]],
@@ -264,7 +264,7 @@ fn interpolate<F: Float>(
     a * weights[0] + b * weights[1] + c * weights[2]
 }
 
-/// v / |v|, or `other` where v is too short (or not a number).
+/// v / |v|, or `other` if v is too short or NaN.
 #[inline(always)]
 pub(super) fn normalize_or<F: Float>(v: Vector<F>, other: Vector<F>) -> Vector<F> {
     let square = v.dot(v);
@@ -290,7 +290,7 @@ fn sphere<F: Float>(
     if (mask & placed).any() {
         ray = to_local(geometry, &ray, hit.instance, mask & placed);
     }
-    // The point is put back onto the sphere along its normal: how far the ray went no longer matters.
+    // The point is projected onto the sphere along its normal, so the error of the ray's distance no longer matters.
     let rough = ray.origin + ray.direction * hit.t - center;
     let normal = normalize_or(rough, Vector::new(F::zero(), F::one(), F::zero()));
     let mut position = center + normal * radius;
@@ -298,7 +298,7 @@ fn sphere<F: Float>(
     let mut error = (center.abs() + radii) * F::splat(gamma(6));
     let vast = mask & is_vast(radius, &ray.origin, hit.t);
     if vast.any() {
-        // How far the ray went is known better than where the sphere ends.
+        // The ray's distance is more accurate than the position of the sphere's surface.
         let way = ray.direction * hit.t;
         position = Vector::select(vast, ray.origin + way, position);
         error = Vector::select(vast, (ray.origin.abs() + way.abs()) * F::splat(gamma(4)), error);
@@ -310,7 +310,7 @@ fn sphere<F: Float>(
     LocalHit { position, error, geometric_normal: normal, normal, uv, color: white, part }
 }
 
-/// Texture coordinates of a sphere by its normal.
+/// Texture coordinates of a sphere at a point with this normal.
 #[inline(always)]
 pub(super) fn sphere_uv<F: Float>(
     geometry: &Geometry,
@@ -325,8 +325,8 @@ pub(super) fn sphere_uv<F: Float>(
     (F::splat(0.5) + atan2_turns(-z, x), acos_turns(y.clamp(-1.0, 1.0)) * F::splat(2.0))
 }
 
-/// Three rows of an instance's matrices: from 0 those to world, whose offset is added to points that are turned; from 3
-/// those to local, whose offset is taken away from points before they are turned.
+/// Three rows of an instance's matrices: local to world if `first` is 0, with an offset that is added after the
+/// rotation; world to local if it is 3, with an offset that is subtracted before the rotation.
 #[inline(always)]
 pub(super) fn rows<F: Float>(
     geometry: &Geometry,
@@ -349,7 +349,7 @@ pub(super) fn rows<F: Float>(
     }
 }
 
-/// A matrix and an offset.
+/// The rows of a matrix, and an offset.
 pub(super) struct AffineRows<F> {
     x: Vector<F>,
     y: Vector<F>,
@@ -363,13 +363,13 @@ impl<F: Float> AffineRows<F> {
         Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 
-    /// A gradient as seen from the other space.
+    /// Multiplies by the transpose: transforms a gradient to the other space.
     #[inline(always)]
     pub(super) fn apply_transposed(&self, v: Vector<F>) -> Vector<F> {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 
-    /// With absolute values: transforms error bounds.
+    /// Multiplies by the absolute values: transforms error bounds.
     #[inline(always)]
     fn apply_abs(&self, v: Vector<F>) -> Vector<F> {
         Vector::new(self.x.abs().dot(v), self.y.abs().dot(v), self.z.abs().dot(v))
@@ -402,7 +402,7 @@ pub fn material_of<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Ma
     F::Int::select(met, material_of_part(geometry, hit, part, met), none)
 }
 
-/// A part's material, or what the instance gives to all of its subtree.
+/// The material of a part, or the one that overrides it in the instance.
 #[inline(always)]
 fn material_of_part<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, part: F::Int, mask: F::Mask) -> F::Int {
     let own = F::Int::gather(&geometry.parts.material, part, mask);
@@ -423,7 +423,7 @@ fn to_world<F: Float>(
 ) -> LocalHit<F> {
     let there = rows(geometry, hit.instance, 0, placed);
     let position = there.apply(local.position) + there.offset;
-    // The error of the local point, transformed, plus that of this transformation itself.
+    // The transformed error of the local point, plus the error of the transformation itself.
     let moved = there.apply_abs(local.position.abs()) + there.offset.abs();
     let error = there.apply_abs(local.error) * F::splat(1.0 + gamma(3)) + moved * F::splat(gamma(4));
     let back = rows(geometry, hit.instance, 3, placed);
@@ -438,7 +438,7 @@ fn to_world<F: Float>(
     }
 }
 
-/// Normals go by the transpose of the inverse: its columns are the rows of to-local.
+/// Transforms a normal by the inverse transpose, whose columns are the rows of `to_local`.
 #[inline(always)]
 pub(super) fn transform_normal<F: Float>(to_local: &AffineRows<F>, n: Vector<F>) -> Vector<F> {
     normalize_or(to_local.apply_transposed(n), n)

@@ -1,5 +1,5 @@
-//! What only some materials ask of a hit: a second set of texture coordinates, the footprint of
-//! the ray, vertex alpha, directions along the surface.
+//! Data of hits that only some materials need: a second set of texture coordinates, the ray's footprint, vertex alpha,
+//! tangents.
 
 use std::f32::consts::PI;
 
@@ -12,7 +12,7 @@ use crate::math::{Color, NONE, Vector};
 use crate::scene::Geometry;
 use crate::simd::{Float, Int, Mask};
 
-/// The triangles of a hit: their vertices, parts and the weights of the corners.
+/// The triangles of hits: vertices, parts and barycentric weights.
 struct HitCorners<F: Float> {
     vertices: [F::Int; 3],
     part: F::Int,
@@ -20,7 +20,7 @@ struct HitCorners<F: Float> {
     is_triangle: F::Mask,
 }
 
-/// A set of texture coordinates: at a hit, of the corners, and where there is one.
+/// A set of texture coordinates: at the hits, at the corners, and the lanes that have them.
 struct UvSet<F: Float> {
     at: (F, F),
     corners: [(F, F); 3],
@@ -40,7 +40,7 @@ impl<F: Float> HitCorners<F> {
         }
     }
 
-    /// A pair of numbers of each vertex.
+    /// Loads a pair of numbers for each vertex.
     #[inline(always)]
     fn pairs(&self, table: &[[f32; 2]], base: F::Int, mask: F::Mask) -> [(F, F); 3] {
         let table = table.as_flattened();
@@ -52,7 +52,7 @@ impl<F: Float> HitCorners<F> {
         pairs
     }
 
-    /// A set of texture coordinates, `other` where a part has none.
+    /// Looks up a set of texture coordinates; `other` for parts that have none.
     #[inline(always)]
     fn set(&self, table: &[[f32; 2]], parts: &[u32], other: (F, F)) -> UvSet<F> {
         let base = F::Int::gather(parts, self.part, self.is_triangle);
@@ -72,8 +72,8 @@ impl<F: Float> HitCorners<F> {
     }
 }
 
-/// Texture coordinates of a hit whose surface is not known, with no footprint: the finest level counts.
-/// `uv` is what spheres have.
+/// The texture coordinates of a hit without its surface. The footprint is a point, which selects the finest level. `uv`
+/// are the coordinates of spheres.
 #[inline(always)]
 pub fn point_coordinates<F: Float>(
     geometry: &Geometry,
@@ -88,7 +88,7 @@ pub fn point_coordinates<F: Float>(
     Coordinates { uv: [first, second], footprint: [Footprint::point(); 2] }
 }
 
-/// Where textures are looked up at a hit; `width` is that of the ray, in metres.
+/// The texture coordinates and footprints of a hit; `width` is that of the ray, in metres.
 #[inline(always)]
 pub fn coordinates<F: Float>(
     geometry: &Geometry,
@@ -121,18 +121,18 @@ pub fn coordinates<F: Float>(
     at
 }
 
-/// How the weights of a triangle's second and third corner grow along it, for each metre in the world.
+/// The gradients of the barycentric weights of a triangle's second and third corner, per metre in world space.
 struct WeightGradients<F: Float>(Vector<F>, Vector<F>);
 
 impl<F: Float> WeightGradients<F> {
-    /// The same of a set of coordinates.
+    /// The gradients of u and v of a set of coordinates.
     #[inline(always)]
     fn of(&self, set: &UvSet<F>) -> (Vector<F>, Vector<F>) {
         let [a, b, c] = set.corners;
         (self.0 * (b.0 - a.0) + self.1 * (c.0 - a.0), self.0 * (b.1 - a.1) + self.1 * (c.1 - a.1))
     }
 
-    /// The footprint in a set of coordinates, `other` where there is no such set.
+    /// The footprint in a set of coordinates; `other` if there is no such set.
     #[inline(always)]
     fn footprint(&self, set: &UvSet<F>, diameters: &[Vector<F>; 2], other: Footprint<F>) -> Footprint<F> {
         let (u, v) = self.of(set);
@@ -151,14 +151,14 @@ impl<F: Float> HitCorners<F> {
             s = Vector::select(placed, there.apply(s), s);
             t = Vector::select(placed, there.apply(t), t);
         }
-        // Edges and their duals: s · (t × n) is 1 and t · (t × n) is 0.
+        // The edges and their dual basis: s · (t × n) is 1 and t · (t × n) is 0.
         let normal = s.cross(t);
         let part = F::one() / normal.dot(normal).max(F::splat(1e-30));
         WeightGradients(t.cross(normal) * part, normal.cross(s) * part)
     }
 }
 
-/// How a sphere's u and v grow along it, for each metre in the world.
+/// The gradients of a sphere's u and v, per metre in world space.
 #[inline(always)]
 fn round_gradients<F: Float>(
     geometry: &Geometry,
@@ -194,7 +194,7 @@ fn round_gradients<F: Float>(
     (u, v)
 }
 
-/// How u and v of a set of texture coordinates grow along the surface, for each metre in the world.
+/// The gradients of u and v of a set of texture coordinates, per metre in world space.
 #[inline(always)]
 pub fn uv_gradients<F: Float>(
     geometry: &Geometry,
@@ -223,7 +223,7 @@ pub fn uv_gradients<F: Float>(
     (Vector::select(known, u, Vector::zero()), Vector::select(known, v, Vector::zero()))
 }
 
-/// Vertex alpha, 1 where there is none.
+/// Vertex alpha; 1 if there is none.
 #[inline(always)]
 pub fn alpha<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> F {
     if geometry.alphas.is_empty() {
@@ -239,9 +239,9 @@ pub fn alpha<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) ->
     F::select(has, alpha, F::one())
 }
 
-/// A frame whose x goes along the mesh's tangents, or along growing u where it has none (as a sphere), and
-/// whose z is the shading normal. On the inner side z is turned over, x and y are not: a normal
-/// map is seen from behind as from the front.
+/// A frame whose x follows the mesh's tangents, or the direction of increasing u if there are none (as on a sphere),
+/// and whose z is the shading normal. On the inner side z is flipped, x and y are not: a normal map looks the same from
+/// behind.
 #[inline(always)]
 pub fn tangent_frame<F: Float>(
     geometry: &Geometry,
@@ -293,7 +293,7 @@ pub fn tangent_frame<F: Float>(
     }
 }
 
-/// A sphere's +Y as a normal in the world, and −1 where it is mirrored. Growing u goes around it.
+/// A sphere's +Y axis as a normal in world space, and −1 if the sphere is mirrored. u increases around this axis.
 #[inline(always)]
 fn pole<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, round: F::Mask) -> (Vector<F>, F) {
     let first = (hit.primitive ^ F::Int::splat(SPHERE)) * F::Int::splat(9);
@@ -327,7 +327,7 @@ fn given_tangents<F: Float>(
     (sum, F::select(sign.lt(F::zero()), -F::one(), F::one()))
 }
 
-/// The direction of growing u, and the side on which v grows.
+/// The direction of increasing u, and the sign of the bitangent.
 #[inline(always)]
 fn derived_tangents<F: Float>(
     geometry: &Geometry,
@@ -341,11 +341,11 @@ fn derived_tangents<F: Float>(
     let determinant = du1 * dv2 - dv1 * du2;
     let along = (q - p) * dv2 - (r - p) * dv1;
     let flips = determinant.lt(F::zero());
-    // Texture coordinates grow downwards: the bitangent of glTF points to growing −v.
+    // Texture coordinates increase downwards: the bitangent of glTF points to decreasing v.
     (Vector::select(flips, -along, along), F::select(flips, F::one(), -F::one()))
 }
 
-/// The factor of the vertex colours.
+/// The vertex colour, a factor on the material's colour.
 #[inline(always)]
 pub fn vertex_color<F: Float>(surface: &Surface<F>) -> Color<F> {
     Color::new(surface.color.x, surface.color.y, surface.color.z)
@@ -371,7 +371,7 @@ mod tests {
         entity: 0,
     };
 
-    /// A picture upright on the triangle from (0, 0, 0) along X and Y: u grows along +X, v along −Y.
+    /// Coordinates of an upright image on the triangle from (0, 0, 0) along X and Y: u increases along +X, v along −Y.
     const UPRIGHT: [[f32; 2]; 3] = [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]];
 
     fn triangle(uvs: [[f32; 2]; 3], part: Part) -> Geometry {
@@ -386,7 +386,7 @@ mod tests {
         geometry
     }
 
-    /// At ½ a + ¼ b + ¼ c.
+    /// A hit at ½ a + ¼ b + ¼ c.
     fn middle(instance: u32) -> HitLanes<f32> {
         HitLanes { t: 1.0, u: 0.25, v: 0.25, primitive: Wrapping(0), instance: Wrapping(instance) }
     }
@@ -395,7 +395,7 @@ mod tests {
         Vector::new(x, y, z)
     }
 
-    /// What is seen from above, or from below.
+    /// The triangle seen from above, or from below if `inside`.
     fn seen(inside: bool) -> Surface<f32> {
         let normal = vector(0.0, 0.0, if inside { -1.0 } else { 1.0 });
         Surface {
@@ -437,35 +437,35 @@ mod tests {
     }
 
     #[test]
-    fn frames_follow_growing_u_and_the_top_of_the_picture() {
+    fn tangent_frames_follow_increasing_u_and_the_top_of_the_image() {
         axes(&frame(&triangle(UPRIGHT, PART), false), [X, Y, Z]);
-        // From behind, only z is reversed.
+        // From behind, only z is flipped.
         axes(&frame(&triangle(UPRIGHT, PART), true), [X, Y, minus(Z)]);
         let upside_down = UPRIGHT.map(|[u, v]| [u, 1.0 - v]);
         axes(&frame(&triangle(upside_down, PART), false), [X, minus(Y), Z]);
         let mirrored = UPRIGHT.map(|[u, v]| [1.0 - u, v]);
         axes(&frame(&triangle(mirrored, PART), false), [minus(X), Y, Z]);
-        // A quarter turn: u grows along +Y, the picture's top is at −X.
+        // A quarter turn: u increases along +Y, the image's top is at −X.
         let turned = UPRIGHT.map(|[u, v]| [1.0 - v, u]);
         axes(&frame(&triangle(turned, PART), false), [Y, minus(X), Z]);
     }
 
     #[test]
-    fn frames_of_mirrored_parts_are_mirrored() {
+    fn tangent_frames_of_mirrored_parts_are_mirrored() {
         let mut geometry = triangle(UPRIGHT, Part { mirrored: true, ..PART });
         geometry.positions[1] = minus(X);
         axes(&frame(&geometry, false), [minus(X), Y, Z]);
     }
 
     #[test]
-    fn given_tangents_win_and_are_made_orthogonal() {
+    fn vertex_tangents_override_uvs_and_are_made_orthogonal() {
         let part = Part { tangents: 0, ..PART };
         for (w, y) in [(1.0, minus(X)), (-1.0, X)] {
             let mut geometry = triangle(UPRIGHT, part);
             geometry.tangents = vec![[0.0, 3.0, 4.0, w]; 3];
             axes(&frame(&geometry, false), [Y, y, Z]);
         }
-        // By the corners' weights: ½, ¼, ¼.
+        // Interpolated by the corners' weights ½, ¼, ¼.
         let mut geometry = triangle(UPRIGHT, part);
         geometry.tangents = vec![[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]];
         let half = 0.5f32.sqrt();
@@ -473,7 +473,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_there_without_coordinates_and_turn_with_instances() {
+    fn tangent_frames_exist_without_uvs_and_rotate_with_instances() {
         let frame_of = frame(&triangle(UPRIGHT, Part { uvs: NONE, ..PART }), false);
         near(frame_of.x.cross(frame_of.y), Z);
         let mut geometry = triangle(UPRIGHT, PART);
@@ -482,24 +482,24 @@ mod tests {
         geometry.instances = vec![[rows, [0.0; 12]].concat().try_into().unwrap()];
         geometry.instance_signs = vec![1.0];
         axes(&tangent_frame(&geometry, &middle(0), &seen(false), true), [Y, minus(X), Z]);
-        // A mirrored instance reverses the bitangent.
+        // A mirrored instance flips the bitangent.
         geometry.instance_signs = vec![-1.0];
         axes(&tangent_frame(&geometry, &middle(0), &seen(false), true), [Y, X, Z]);
     }
 
     #[test]
-    fn spheres_have_tangents_around_their_axis() {
+    fn sphere_tangents_point_around_the_axis() {
         let mut geometry = triangle(UPRIGHT, PART);
-        // Its +Y stands up, its +X looks to the viewer.
+        // The sphere's +Y points up, its +X to the viewer.
         geometry.sphere_axes = vec![[0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0]];
         let hit = HitLanes { primitive: Wrapping(SPHERE), ..middle(NONE) };
         axes(&tangent_frame(&geometry, &hit, &seen(false), true), [X, Y, Z]);
-        // Its +Z turned over: u grows the other way.
+        // With its +Z flipped, u increases the other way.
         geometry.sphere_axes[0][6] = 1.0;
         axes(&tangent_frame(&geometry, &hit, &seen(false), true), [minus(X), Y, Z]);
     }
 
-    /// What a ray 1 cm wide covers, along its direction and across.
+    /// The footprint of a ray 1 cm wide, along its direction and across.
     fn footprint(geometry: &Geometry, instance: u32, direction: Vector<f32>) -> [(f32, f32); 2] {
         let at = coordinates(geometry, &middle(instance), &seen(false), direction, 0.01, true);
         let [across, along] = at.footprint[0].axes;
@@ -507,7 +507,7 @@ mod tests {
     }
 
     #[test]
-    fn footprints_are_widths_in_units_of_the_coordinates() {
+    fn footprints_are_ray_widths_in_texture_coordinates() {
         let close = |found: [(f32, f32); 2], expected: [(f32, f32); 2]| {
             for (found, expected) in found.into_iter().zip(expected) {
                 let near = |a: f32, b: f32| (a.abs() - b).abs() < 1e-5 * b.max(0.01);
@@ -516,12 +516,12 @@ mod tests {
         };
         let slanted = vector(0.0, 0.8, -0.6);
         close(footprint(&triangle(UPRIGHT, PART), NONE, slanted), [(0.0, 0.01 / 0.6), (0.01, 0.0)]);
-        // Four times as many units one way.
+        // Four times as many units along one axis.
         let finer = triangle(UPRIGHT.map(|[u, v]| [4.0 * u, v]), PART);
         close(footprint(&finer, NONE, slanted), [(0.0, 0.01 / 0.6), (0.04, 0.0)]);
         let turned = vector(-0.8, 0.0, -0.6);
         close(footprint(&finer, NONE, turned), [(0.04 / 0.6, 0.0), (0.0, 0.01)]);
-        // Three times as large a copy has a third of the units on a metre.
+        // A copy that is three times as large has a third of the units per metre.
         let mut placed = finer;
         let rows = [3.0, 0.0, 0.0, 7.0, 0.0, 3.0, 0.0, 8.0, 0.0, 0.0, 3.0, 9.0];
         placed.instances = vec![[rows, [0.0; 12]].concat().try_into().unwrap()];
@@ -530,15 +530,15 @@ mod tests {
         close(footprint(&bare, NONE, slanted), [(0.0, 0.0); 2]);
     }
 
-    /// Rays that begin next to each other hit texture coordinates that differ by what footprints say.
+    /// Neighbouring rays hit texture coordinates whose differences match the footprints.
     #[test]
-    fn footprints_are_the_differences_of_neighbours() {
+    fn footprints_match_the_differences_of_neighbouring_rays() {
         let mut geometry = triangle(UPRIGHT.map(|[u, v]| [3.0 * u + v, 0.5 * v - u]), PART);
         geometry.add_part(Part { uvs: NONE, ..PART });
         geometry.spheres = vec![[0.5, 0.25, 0.0, 0.5]];
         geometry.sphere_axes = vec![[0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6]];
         geometry.sphere_parts = vec![1];
-        // Stretched, sheared, moved; and the way back, on which what was moved comes first.
+        // A stretch, a shear and a translation; and the inverse, which subtracts the translation first.
         let there = [2.0, 0.0, 0.0, 1.0, 0.5, 1.0, 0.0, 0.0, 0.0, 0.0, 0.5, 2.0];
         let back = [0.5, 0.0, 0.0, 1.0, -0.25, 1.0, 0.0, 0.0, 0.0, 0.0, 2.0, 2.0];
         geometry.instances = vec![[there, back].concat().try_into().unwrap()];
@@ -546,7 +546,7 @@ mod tests {
         geometry.instance_materials = vec![NONE];
         let direction = Vector::new(0.3f32, -0.2, -0.5).normalize();
         for (primitive, instance) in [(0, NONE), (SPHERE, NONE), (0, 0), (SPHERE, 0)] {
-            // Through (¼, ¼, 0) of its own space or what is above that on the ball.
+            // Aims at (¼, ¼, 0) of the object's own space, or at the point of the sphere above it.
             let aim = if instance == NONE { vector(0.25, 0.25, 0.0) } else { vector(1.5, 0.375, 2.0) };
             let seen_from = |origin: Vector<f32>| {
                 let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
@@ -569,7 +569,7 @@ mod tests {
         }
     }
 
-    /// Where a ray meets the only triangle, or the only sphere from outside.
+    /// The hit of a ray on the only triangle, or on the only sphere from outside.
     fn hit(geometry: &Geometry, ray: &Ray<f32>, primitive: u32, instance: u32) -> HitLanes<f32> {
         let (mut origin, mut direction) = (ray.origin, ray.direction);
         if instance != NONE {
@@ -590,7 +590,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_and_alphas_are_blended_by_the_corners_weights() {
+    fn uvs_and_alphas_are_interpolated_by_barycentric_weights() {
         let mut geometry = triangle(UPRIGHT, Part { uvs1: 0, alphas: 0, ..PART });
         geometry.uvs1 = vec![[0.0, 0.0], [4.0, 0.0], [0.0, 8.0]];
         geometry.alphas = vec![0.0, 1.0, 0.2];
@@ -600,7 +600,7 @@ mod tests {
         let at = point_coordinates(&geometry, &middle(NONE), (0.0, 0.0), true);
         assert_eq!((at.uv, at.footprint[0].axes), ([(0.25, 0.75), (1.0, 2.0)], [(0.0, 0.0); 2]));
         assert!((alpha(&geometry, &middle(NONE), true) - 0.3).abs() < 1e-6);
-        // If there is no second set, the first one is used; without alphas, alpha is 1.
+        // Without a second set, the first one is used; without alphas, alpha is 1.
         let plain = triangle(UPRIGHT, PART);
         let at = coordinates(&plain, &middle(NONE), &seen(false), down, 0.0, true);
         assert_eq!(at.uv, [(0.25, 0.75); 2]);

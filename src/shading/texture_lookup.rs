@@ -1,4 +1,4 @@
-//! Texture lookups: one texture, many points, at the size of the rays' footprints.
+//! Texture lookups: one texture at many points, filtered over the rays' footprints.
 
 use super::footprint::{Footprint, Taps, may_exceed_a_texel};
 use crate::math::{Color, NONE};
@@ -7,25 +7,25 @@ use crate::scene::material::{ColorParam, ScalarParam};
 use crate::scene::textures::SampledTexture;
 use crate::simd::{Float, Int, Mask, Outlined};
 
-/// Where on a mesh textures are looked up.
+/// The coordinates of a texture lookup.
 #[derive(Clone, Copy)]
 pub struct Coordinates<F: Float> {
-    /// The mesh's two sets.
+    /// The mesh's two sets of texture coordinates.
     pub uv: [(F, F); 2],
-    /// What a ray covers there, in units of each.
+    /// The ray's footprint in units of either set.
     pub footprint: [Footprint<F>; 2],
 }
 
-/// A texel's four channels.
+/// The four channels of a texel.
 #[derive(Clone, Copy)]
 pub struct Texel<F: Float> {
     /// Red, green, blue.
     pub color: Color<F>,
-    /// 1 where an image has none.
+    /// Alpha; 1 if the image has none.
     pub alpha: F,
 }
 
-/// A material's colour.
+/// Looks up a colour parameter.
 #[inline(always)]
 pub fn color<F: Float>(
     param: &ColorParam,
@@ -41,7 +41,7 @@ pub fn color<F: Float>(
     factor * Color::splat(sampled.factor.into()) * texel(textures, sampled, at, mask).color
 }
 
-/// A material's number.
+/// Looks up a scalar parameter.
 #[inline(always)]
 pub fn scalar<F: Float>(param: &ScalarParam, textures: &Textures, at: &Coordinates<F>, mask: F::Mask) -> F {
     let factor = F::splat(param.factor);
@@ -58,7 +58,7 @@ pub fn scalar<F: Float>(param: &ScalarParam, textures: &Textures, at: &Coordinat
     factor * value
 }
 
-/// What is stored at a point, without the texture's factor.
+/// The filtered texel at a point, without the texture's factor.
 #[inline(always)]
 pub fn texel<F: Float>(
     textures: &Textures,
@@ -66,7 +66,7 @@ pub fn texel<F: Float>(
     at: &Coordinates<F>,
     mask: F::Mask,
 ) -> Texel<F> {
-    // A material has a dozen of these: inlined they would be most of the program.
+    // A material has a dozen of these lookups: inlined they would be most of the program.
     F::outlined(Lookup { textures, sampled, at, mask })
 }
 
@@ -95,7 +95,7 @@ fn look_up<F: Float>(
     let set = (sampled.uv_set & 1) as usize;
     let (u, v) = at.uv[set];
     let [x, y] = sampled.matrix;
-    // Beyond a million repeats a float has no bits left for the place within the image.
+    // Beyond a million repeats a float has no bits left for the position within the image.
     let s = (u * F::splat(x[0]) + v * F::splat(x[1]) + F::splat(x[2])).clamp(-1e6, 1e6);
     let t = (u * F::splat(y[0]) + v * F::splat(y[1]) + F::splat(y[2])).clamp(-1e6, 1e6);
     let image = TextureLookup { textures, sampled, mask };
@@ -109,7 +109,7 @@ fn look_up<F: Float>(
         return image.level(F::Int::splat(sampled.first_level), s, t);
     }
     let taps = Taps::new(axes);
-    // λ of each (Akenine-Möller and others, JCGT 2021).
+    // λ of each level (Akenine-Möller and others, JCGT 2021).
     let lambda = taps.level.clamp(0.0, sampled.smaller_levels as f32);
     let (across, down) = (F::splat(1.0 / width), F::splat(1.0 / height));
     let (s, t) = (s + taps.first.0 * across, t + taps.first.1 * down);
@@ -127,7 +127,7 @@ fn look_up<F: Float>(
     }
 }
 
-/// A step in a mesh's coordinates as one in texels, by the rows of a matrix to the image's unit square.
+/// Converts a step in a mesh's coordinates to texels, by the rows of a matrix to the image's unit square.
 #[inline(always)]
 fn texels_along<F: Float>(x: [f32; 3], y: [f32; 3], (u, v): (F, F), size: (f32, f32)) -> (F, F) {
     (
@@ -178,7 +178,7 @@ impl<F: Float> TextureLookup<'_, F> {
         (levels.width[first], levels.height[first])
     }
 
-    /// A fractional level, counted from the finest: a blend of its two neighbours.
+    /// Interpolates between the two levels around a fractional one, counted from the finest.
     #[inline(always)]
     fn between_levels(&self, lambda: F, s: F, t: F) -> Texel<F> {
         let first = F::Int::splat(self.sampled.first_level);
@@ -193,7 +193,7 @@ impl<F: Float> TextureLookup<'_, F> {
         fine.mix(coarse, between)
     }
 
-    /// One level at (s, t) in the image's unit square.
+    /// Looks up one level at (s, t) in the image's unit square.
     #[inline(always)]
     fn level(&self, level: F::Int, s: F, t: F) -> Texel<F> {
         let levels = &self.textures.levels;
@@ -241,7 +241,7 @@ impl<F: Float> TextureLookup<'_, F> {
     }
 }
 
-/// Wraps an integral texel number into the image.
+/// Wraps an integral texel coordinate into the image.
 #[inline(always)]
 fn wrap<F: Float>(mode: u32, texel: F, size: F) -> F {
     let last = size - F::one();
@@ -254,7 +254,7 @@ fn wrap<F: Float>(mode: u32, texel: F, size: F) -> F {
         }
         _ => texel - (texel / size).floor() * size,
     };
-    // Divisions round, but the result must never be outside.
+    // Divisions round, but the result must never be outside the image.
     wrapped.max(F::zero()).min(last)
 }
 
@@ -264,7 +264,7 @@ mod tests {
     use crate::film::tonemap::srgb_decode;
     use crate::scene::textures::Levels;
 
-    /// One picture of bytes or floats with levels of these sizes, looked up without blending.
+    /// One image of bytes or floats with levels of these sizes, looked up without interpolation.
     fn textures(sizes: &[[u32; 2]], texels8: Vec<u32>, texels32: Vec<[f32; 3]>) -> Textures {
         let unit = |i: u16| f32::from(i) / 255.0;
         let decode = (0..256).map(unit).chain((0..256).map(|i| srgb_decode(unit(i)))).collect();
@@ -295,7 +295,7 @@ mod tests {
         u32::from_le_bytes([byte, byte, byte, 255])
     }
 
-    /// 0, 0.2, 0.4, 0.6 along u.
+    /// Values 0, 0.2, 0.4 and 0.6 along u.
     fn steps() -> Textures {
         textures(&[[4, 1]], [0, 51, 102, 153].map(grey).to_vec(), vec![])
     }
@@ -304,7 +304,7 @@ mod tests {
         Coordinates { uv: [(u, v); 2], footprint: [Footprint::point(); 2] }
     }
 
-    /// A round footprint at (0.3, 0.3).
+    /// A circular footprint at (0.3, 0.3).
     fn round(width: f32) -> Coordinates<f32> {
         Coordinates { footprint: [Footprint { axes: [(width, 0.0), (0.0, width)] }; 2], ..at(0.3, 0.3) }
     }
@@ -319,9 +319,9 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_repeated_held_or_mirrored() {
+    fn wrap_modes_repeat_clamp_or_mirror_the_image() {
         let mut steps = steps();
-        // Where, then repeated, clamped, mirrored.
+        // The coordinate, then the texel with repeat, clamp and mirror.
         for (u, expected) in [
             (0.1, [0.0, 0.0, 0.0]),
             (0.6, [0.4, 0.4, 0.4]),
@@ -337,7 +337,7 @@ mod tests {
                 near(red(&steps, &at(u, 0.5)), expected);
             }
         }
-        // The other way, by its own mode.
+        // The other axis has a mode of its own.
         let mut upright = textures(&[[1, 4]], [0, 51, 102, 153].map(grey).to_vec(), vec![]);
         upright.sampled[0].wrap = [0, 2];
         near(red(&upright, &at(7.0, 1.1)), 0.6);
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn four_texels_are_blended() {
+    fn bilinear_lookup_interpolates_four_texels() {
         let bytes = [0, 51, 102, 255].map(grey).to_vec();
         let mut square = textures(&[[2, 2]], bytes, vec![]);
         square.sampled[0].blends = true;
@@ -356,7 +356,7 @@ mod tests {
         near(red(&square, &at(0.5, 0.25)), 0.1);
         near(red(&square, &at(0.25, 0.375)), 0.1);
         near(red(&square, &at(0.5, 0.5)), (0.0 + 0.2 + 0.4 + 1.0) / 4.0);
-        // At the edge with the other edge, with itself, with itself.
+        // At the edge interpolated with the other edge, with itself, with itself.
         for (mode, expected) in [(0, 0.1), (1, 0.0), (2, 0.0)] {
             square.sampled[0].wrap = [mode; 2];
             near(red(&square, &at(0.0, 0.25)), expected);
@@ -364,11 +364,11 @@ mod tests {
     }
 
     #[test]
-    fn the_footprint_says_which_copies_are_blended() {
+    fn footprint_selects_the_mip_levels() {
         let bytes = [[0; 16].as_slice(), &[102; 4], &[204]].concat().into_iter().map(grey).collect();
         let mut levels = textures(&[[4, 4], [2, 2], [1, 1]], bytes, vec![]);
         levels.sampled[0].blends = true;
-        // In texels: none, one, two, four, many; then between one and two, and between two and four.
+        // Widths in texels: zero, half, one, two, four, many; then between one and two, and between two and four.
         for (texels, expected) in [
             (0.0, 0.0),
             (0.5, 0.0),
@@ -381,7 +381,7 @@ mod tests {
             near(red(&levels, &round(texels / 4.0)), expected);
         }
         near(red(&levels, &round(2f32.powf(-0.5))), 0.6);
-        // Without copies, or with a first level elsewhere.
+        // Without smaller levels, or with another first level.
         levels.sampled[0].smaller_levels = 0;
         near(red(&levels, &round(1.0)), 0.0);
         levels.sampled[0].first_level = 1;
@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_are_those_of_the_set_turned_by_the_matrix() {
+    fn lookup_transforms_its_uv_set_by_the_matrix() {
         let mut steps = steps();
         let two = Coordinates { uv: [(0.1, 0.1), (0.6, 0.9)], footprint: [Footprint::point(); 2] };
         near(red(&steps, &two), 0.0);
@@ -405,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_go_through_their_curve_and_alpha_does_not() {
+    fn srgb_decoding_applies_to_bytes_and_not_to_alpha() {
         let mut bytes = textures(&[[1, 1]], vec![u32::from_le_bytes([51, 102, 153, 204])], vec![]);
         let of = |textures: &Textures| {
             let Texel { color, alpha } = texel(textures, &textures.sampled[0], &at(0.5, 0.5), true);
@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn parameters_are_factors_times_what_is_stored() {
+    fn parameters_multiply_texels_by_their_factors() {
         let mut bytes = textures(&[[1, 1]], vec![u32::from_le_bytes([51, 102, 153, 204])], vec![]);
         bytes.sampled[0].factor = [0.5, 1.0, 2.0];
         let place = at(0.5, 0.5);
@@ -432,12 +432,12 @@ mod tests {
         near(found.b, 1.2);
         let constant = color(&ColorParam::constant([0.3; 3]), &bytes, &place, true);
         assert_eq!([constant.r, constant.g, constant.b], [0.3; 3]);
-        // A number has only its own factor.
+        // A scalar ignores the texture's factor.
         for (channel, expected) in [(0, 0.1), (1, 0.2), (2, 0.3), (3, 0.4)] {
             near(scalar(&ScalarParam { factor: 0.5, texture: 0, channel }, &bytes, &place, true), expected);
         }
         assert_eq!(scalar(&ScalarParam::constant(0.7), &bytes, &place, true), 0.7);
-        // A factor of zero needs no lookup: there is no such texture.
+        // A factor of zero causes no lookup: there is no such texture.
         assert_eq!(scalar(&ScalarParam { factor: 0.0, texture: 9, channel: 0 }, &bytes, &place, true), 0.0);
         assert_eq!(color(&ColorParam { factor: [0.0; 3], texture: 9 }, &bytes, &place, true).g, 0.0);
     }

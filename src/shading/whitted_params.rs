@@ -1,4 +1,4 @@
-//! What Whitted's transport needs to know about a surface: the classic parameters after texture lookups.
+//! Surfaces for Whitted's transport: the parameters of the classic model after texture lookups.
 
 use super::blinn_phong::BlinnPhongParams;
 use super::boundary::BodyPair;
@@ -10,28 +10,28 @@ use crate::math::{Color, Vector};
 use crate::scene::CompiledScene;
 use crate::simd::{Float, Int, Mask};
 
-/// Lanes may have different materials.
+/// The surface parameters at hits; lanes may have different materials.
 #[derive(Clone, Copy)]
 pub struct Shaded<F: Float> {
-    /// How it reflects light.
+    /// Local reflection model.
     pub model: BlinnPhongParams<F>,
-    /// Weight of the mirror image.
+    /// Weight of the mirror reflection.
     pub kr: Color<F>,
-    /// Weight of what is seen through.
+    /// Weight of the refraction.
     pub kt: Color<F>,
-    /// Index of refraction, 0 where light does not enter.
+    /// Index of refraction; 0 if light does not enter.
     pub ior: F,
-    /// The bodies that it lies between.
+    /// The bodies on both sides of the surface.
     pub between: BodyPair<F>,
-    /// Radiance given off to the viewer.
+    /// Radiance emitted to the viewer.
     pub emission: Color<F>,
-    /// Unit normal for shading, with what a normal map does to it, on the viewer's side.
+    /// Unit shading normal with normal and bump maps, on the viewer's side.
     pub normal: Vector<F>,
 }
 
 impl<F: Float> Shaded<F> {
-    /// Looks up surfaces that rays along `direction` have hit, `width` metres wide there. It goes material by
-    /// material, because neighbouring rays mostly hit the same one.
+    /// Looks up surfaces hit by rays along `direction` that are `width` metres wide there: one material at a time,
+    /// because neighbouring rays mostly hit the same one.
     #[inline(always)]
     pub fn new(
         scene: &CompiledScene,
@@ -64,7 +64,7 @@ impl<F: Float> Shaded<F> {
         shaded
     }
 
-    /// Surfaces of one material.
+    /// Looks up surfaces of one material.
     #[inline(always)]
     fn of(point: &ShadingPoint<F>) -> Self {
         let (material, classic) = (point.material, &point.material.classic);
@@ -81,7 +81,7 @@ impl<F: Float> Shaded<F> {
             ior: F::splat(classic.ior),
             between: BodyPair::of(material),
             emission,
-            // Without a map they stay what they are, even where they look away from the viewer.
+            // Without maps normals stay unchanged, even if they face away from the viewer.
             normal: if material.normal.is_some() || material.bump.is_some() {
                 point.normal()
             } else {
@@ -109,7 +109,7 @@ impl<F: Float> Shaded<F> {
         }
     }
 
-    /// The same, but some lanes are of nothing.
+    /// Clears the parameters in some lanes.
     #[inline(always)]
     pub fn without(self, mask: F::Mask) -> Self {
         let (zero, black) = (F::zero(), Color::black());
@@ -118,7 +118,7 @@ impl<F: Float> Shaded<F> {
         Self::select(mask, Self { model, kr: black, kt: black, ior: zero, emission: black, ..self }, self)
     }
 
-    /// Whether any lane of the mask lets light through.
+    /// True if a surface in any lane of the mask refracts light.
     #[inline(always)]
     pub fn any_refracts(&self, mask: F::Mask) -> bool {
         (mask & self.ior.gt(F::zero())).any()

@@ -9,7 +9,7 @@ use super::sixteen::Two;
 use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 use rows::{three_entries, transpose};
 
-/// AVX2.
+/// The lanes of AVX2.
 pub(super) struct Avx2;
 
 impl Lanes for Avx2 {
@@ -19,12 +19,12 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn outlined<K: Kernel>(kernel: K) -> K::Output {
-        // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
+        // SAFETY: only kernels under `run` use this type, and the caller of `run` has checked the CPU.
         unsafe { run_outlined(kernel) }
     }
 }
 
-/// Whether the processor has what [`run`] is compiled for.
+/// True if the processor has all the features that [`run`] is compiled for.
 pub(super) fn detected() -> bool {
     is_x86_feature_detected!("avx2")
         && is_x86_feature_detected!("fma")
@@ -38,13 +38,13 @@ pub(super) fn detected() -> bool {
 ///
 /// # Safety
 ///
-/// [`detected`] must have said yes.
+/// [`detected`] must have returned true.
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 
-/// The same, never inlined.
+/// [`run`], never inlined.
 ///
 /// # Safety
 ///
@@ -55,7 +55,7 @@ unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 
-/// A part of a kernel, never inlined.
+/// Runs a part of a kernel, never inlined.
 ///
 /// # Safety
 ///
@@ -76,7 +76,7 @@ pub(super) struct F32x8(__m256);
 #[repr(transparent)]
 pub(super) struct I32x8(__m256i);
 
-/// All bits of a lane set, or none.
+/// A lane mask: all bits of a lane set, or none.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct M32x8(__m256);
@@ -98,14 +98,14 @@ impl Mask for M32x8 {
     }
 }
 
-/// An operator that is one instruction.
+/// Implements an operator by one instruction.
 macro_rules! operator {
     ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
         impl $trait for $type {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                // SAFETY: values of this type exist only under `run`, whose caller has proved the CPU.
+                // SAFETY: values of this type exist only under `run`, whose caller has checked the CPU.
                 unsafe { Self($intrinsic(self.0, other.0)) }
             }
         }
@@ -150,7 +150,7 @@ impl Float for F32x8 {
 
     #[inline(always)]
     fn outlined<P: Outlined>(part: P) -> P::Output {
-        // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
+        // SAFETY: only kernels under `run` use this type, and the caller of `run` has checked the CPU.
         unsafe { part_outlined(part) }
     }
     #[inline(always)]
@@ -161,13 +161,13 @@ impl Float for F32x8 {
     #[inline(always)]
     fn load(values: &[f32]) -> Self {
         let values = &values[..8];
-        // SAFETY: 8 floats are there; as for the operators.
+        // SAFETY: the slice has 8 floats; as for the operators.
         unsafe { Self(_mm256_loadu_ps(values.as_ptr())) }
     }
     #[inline(always)]
     fn store(self, out: &mut [f32]) {
         let out = &mut out[..8];
-        // SAFETY: there is room for 8 floats; as for the operators.
+        // SAFETY: the slice has room for 8 floats; as for the operators.
         unsafe { _mm256_storeu_ps(out.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
@@ -178,7 +178,7 @@ impl Float for F32x8 {
     #[inline(always)]
     fn gather(table: &[f32], index: I32x8, mask: M32x8) -> Self {
         assert_in_range(table.len(), index, mask);
-        // SAFETY: every index of the mask is within the table; the others are not read.
+        // SAFETY: in the lanes of the mask, every index is within the table; the others are not read.
         unsafe {
             let zero = _mm256_setzero_ps();
             Self(_mm256_mask_i32gather_ps::<4>(zero, table.as_ptr(), index.0, mask.0))
@@ -190,7 +190,7 @@ impl Float for F32x8 {
             return [Float::splat(0.0); 3];
         }
         assert_in_range(table.len().saturating_sub(2), first, mask);
-        // SAFETY: in the lanes of the mask, of which there are some, three entries from there on are within the table; as for
+        // SAFETY: the mask has lanes, and in each of them three entries from `first` on are within the table; as for
         // the operators.
         unsafe { three_entries(table.as_ptr(), first, mask).map(Self) }
     }
@@ -212,7 +212,7 @@ impl Float for F32x8 {
     #[inline(always)]
     fn store_rows([a, b, c, d]: [Self; 4], out: &mut [[f32; 4]]) {
         let out = &mut out[..8];
-        // SAFETY: there is room for 8 rows; as for the operators.
+        // SAFETY: the slice has room for 8 rows; as for the operators.
         unsafe {
             for (i, pair) in transpose([a.0, b.0, c.0, d.0]).into_iter().enumerate() {
                 _mm256_storeu2_m128(out[i + 4].as_mut_ptr(), out[i].as_mut_ptr(), pair);
@@ -297,7 +297,7 @@ impl Float for F32x8 {
     }
 }
 
-/// For each value of four bits, the bits in reverse, shifted left by `by`.
+/// A table of reversed half-bytes: for each value of four bits, the bits in reverse, shifted left by `by`.
 ///
 /// # Safety
 ///
@@ -305,11 +305,11 @@ impl Float for F32x8 {
 #[inline(always)]
 pub(super) unsafe fn half_bytes_in_reverse(by: u32) -> __m128i {
     let table: [u8; 16] = std::array::from_fn(|half| (half as u8).reverse_bits() >> 4 << by);
-    // SAFETY: 16 bytes are there; by the caller.
+    // SAFETY: the table has 16 bytes; by the caller.
     unsafe { _mm_loadu_si128(table.as_ptr().cast()) }
 }
 
-/// Each four bytes, in reverse.
+/// The shuffle that reverses the bytes of each 32-bit lane.
 ///
 /// # Safety
 ///
@@ -332,13 +332,13 @@ impl Int for I32x8 {
     #[inline(always)]
     fn load(values: &[u32]) -> Self {
         let values = &values[..8];
-        // SAFETY: 8 integers are there; as for the operators.
+        // SAFETY: the slice has 8 integers; as for the operators.
         unsafe { Self(_mm256_loadu_si256(values.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store(self, out: &mut [u32]) {
         let out = &mut out[..8];
-        // SAFETY: there is room for 8 integers; as for the operators.
+        // SAFETY: the slice has room for 8 integers; as for the operators.
         unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), self.0) }
     }
     #[inline(always)]
@@ -349,7 +349,7 @@ impl Int for I32x8 {
     #[inline(always)]
     fn gather(table: &[u32], index: Self, mask: M32x8) -> Self {
         assert_in_range(table.len(), index, mask);
-        // SAFETY: every index of the mask is within the table; the others are not read.
+        // SAFETY: in the lanes of the mask, every index is within the table; the others are not read.
         unsafe {
             let zero = _mm256_setzero_si256();
             let mask = _mm256_castps_si256(mask.0);
@@ -362,7 +362,7 @@ impl Int for I32x8 {
             return [Self::splat(0); 3];
         }
         assert_in_range(table.len().saturating_sub(2), first, mask);
-        // SAFETY: in the lanes of the mask, of which there are some, three entries from there on are within the table; as for
+        // SAFETY: the mask has lanes, and in each of them three entries from `first` on are within the table; as for
         // the operators.
         unsafe {
             let [a, b, c] = three_entries(table.as_ptr().cast(), first, mask);
@@ -383,7 +383,7 @@ impl Int for I32x8 {
     fn reverse_bits(self) -> Self {
         // SAFETY: as for the operators.
         unsafe {
-            // Halves of bytes by tables, then the bytes.
+            // Reverses half-bytes by tables, then the bytes.
             let low = _mm256_set1_epi8(0x0f);
             let upwards = _mm256_broadcastsi128_si256(half_bytes_in_reverse(4));
             let downwards = _mm256_broadcastsi128_si256(half_bytes_in_reverse(0));
@@ -430,14 +430,14 @@ impl Int for I32x8 {
     }
 }
 
-/// The instructions take signed indices: to them a table ends before entry 2³¹.
+/// Panics if an index is out of range. The instructions take signed indices: to them a table ends before entry 2³¹.
 #[inline(always)]
 fn assert_in_range(length: usize, index: I32x8, mask: M32x8) {
     let length = I32x8::splat(length.min(i32::MAX as usize) as u32);
     assert!(!(mask & !index.lt(length)).any(), "gather outside its table");
 }
 
-/// For each mask, its lanes packed together, a byte each.
+/// The lanes of each mask, packed together, a byte each.
 static PACKED: [u64; 256] = {
     let mut packed = [0; 256];
     let mut mask = 0;

@@ -10,7 +10,7 @@ use super::avx2::F32x8;
 use super::{Float, Int, Kernel, Lanes, Mask, Outlined, opaque};
 use rows::{four_rows, three_entries, transpose};
 
-/// AVX-512 with the extensions of every processor since 2017 that has it.
+/// The lanes of AVX-512 with the extensions of every processor since 2017 that has it.
 pub(super) struct Avx512;
 
 impl Lanes for Avx512 {
@@ -20,12 +20,12 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn outlined<K: Kernel>(kernel: K) -> K::Output {
-        // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
+        // SAFETY: only kernels under `run` use this type, and the caller of `run` has checked the CPU.
         unsafe { run_outlined(kernel) }
     }
 }
 
-/// Whether the processor has what [`run`] is compiled for.
+/// True if the processor has all the features that [`run`] adds to those of AVX2.
 pub(super) fn detected() -> bool {
     is_x86_feature_detected!("avx512f")
         && is_x86_feature_detected!("avx512vl")
@@ -37,13 +37,13 @@ pub(super) fn detected() -> bool {
 ///
 /// # Safety
 ///
-/// [`detected`] must have said yes, and [`super::avx2::detected`] too.
+/// [`detected`] and [`super::avx2::detected`] must have returned true.
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx512>()
 }
 
-/// The same, never inlined.
+/// [`run`], never inlined.
 ///
 /// # Safety
 ///
@@ -54,7 +54,7 @@ unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx512>()
 }
 
-/// A part of a kernel, never inlined.
+/// Runs a part of a kernel, never inlined.
 ///
 /// # Safety
 ///
@@ -75,7 +75,7 @@ pub(super) struct F32x16(__m512);
 #[repr(transparent)]
 pub(super) struct I32x16(__m512i);
 
-/// One bit a lane.
+/// A lane mask: one bit a lane.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct M32x16(__mmask16);
@@ -91,14 +91,14 @@ impl Mask for M32x16 {
     }
 }
 
-/// An operator that is one instruction.
+/// Implements an operator by one instruction.
 macro_rules! operator {
     ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
         impl $trait for $type {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                // SAFETY: values of this type exist only under `run`, whose caller has proved the CPU.
+                // SAFETY: values of this type exist only under `run`, whose caller has checked the CPU.
                 unsafe { Self($intrinsic(self.0, other.0)) }
             }
         }
@@ -163,7 +163,7 @@ impl Float for F32x16 {
 
     #[inline(always)]
     fn outlined<P: Outlined>(part: P) -> P::Output {
-        // SAFETY: this type is known to kernels under `run` alone, whose caller has proved the CPU.
+        // SAFETY: only kernels under `run` use this type, and the caller of `run` has checked the CPU.
         unsafe { part_outlined(part) }
     }
     #[inline(always)]
@@ -174,25 +174,25 @@ impl Float for F32x16 {
     #[inline(always)]
     fn load(values: &[f32]) -> Self {
         let values = &values[..16];
-        // SAFETY: 16 floats are there; as for the operators.
+        // SAFETY: the slice has 16 floats; as for the operators.
         unsafe { Self(_mm512_loadu_ps(values.as_ptr())) }
     }
     #[inline(always)]
     fn store(self, out: &mut [f32]) {
         let out = &mut out[..16];
-        // SAFETY: there is room for 16 floats; as for the operators.
+        // SAFETY: the slice has room for 16 floats; as for the operators.
         unsafe { _mm512_storeu_ps(out.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
     fn splat_halves(low: f32, high: f32) -> Self {
-        // To a mask that it knows, the compiler prefers two shuffles.
+        // If it knows the mask, the compiler prefers two shuffles.
         let upper = opaque(0xff00) as __mmask16;
         // SAFETY: as for the operators.
         unsafe { Self(_mm512_mask_broadcastss_ps(_mm512_set1_ps(low), upper, _mm_set_ss(high))) }
     }
     #[inline(always)]
     fn load_halves(low: &[f32; 8], high: &[f32; 8]) -> Self {
-        // SAFETY: 8 floats each are there; as for the operators.
+        // SAFETY: the arrays have 8 floats each; as for the operators.
         unsafe {
             let (low, high) = (_mm256_loadu_ps(low.as_ptr()), _mm256_loadu_ps(high.as_ptr()));
             Self(_mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
@@ -206,7 +206,7 @@ impl Float for F32x16 {
     #[inline(always)]
     fn gather(table: &[f32], index: I32x16, mask: M32x16) -> Self {
         assert_in_range(table.len(), index, mask);
-        // SAFETY: every index of the mask is within the table; the others are not read.
+        // SAFETY: in the lanes of the mask, every index is within the table; the others are not read.
         unsafe {
             let zero = _mm512_setzero_ps();
             Self(_mm512_mask_i32gather_ps::<4>(zero, mask.0, index.0, table.as_ptr()))
@@ -218,7 +218,7 @@ impl Float for F32x16 {
             return [Float::splat(0.0); 3];
         }
         assert_in_range(table.len().saturating_sub(2), first, mask);
-        // SAFETY: in the lanes of the mask, of which there are some, three entries from there on are within the table; as for
+        // SAFETY: the mask has lanes, and in each of them three entries from `first` on are within the table; as for
         // the operators.
         unsafe { three_entries(table.as_ptr(), first, mask).map(Self) }
     }
@@ -243,7 +243,7 @@ impl Float for F32x16 {
     #[inline(always)]
     fn store_rows([a, b, c, d]: [Self; 4], out: &mut [[f32; 4]]) {
         let out = out[..16].as_mut_ptr().cast::<f32>();
-        // SAFETY: there is room for 16 rows; as for the operators.
+        // SAFETY: the slice has room for 16 rows; as for the operators.
         unsafe {
             let rows = transpose([a.0, b.0, c.0, d.0]);
             for (i, rows) in rows.into_iter().enumerate() {
@@ -265,7 +265,7 @@ impl Float for F32x16 {
     #[inline(always)]
     fn least_of_four([a, b, c, d]: [Self; 4]) -> [f32; 4] {
         let mut least = [0.0; 4];
-        // SAFETY: there is room for four floats; as for the operators.
+        // SAFETY: the array has room for four floats; as for the operators.
         unsafe {
             let [a, b, c, d] = transpose([a.0, b.0, c.0, d.0]);
             let rows = _mm512_min_ps(_mm512_min_ps(a, b), _mm512_min_ps(c, d));
@@ -301,7 +301,7 @@ impl Float for F32x16 {
     }
     #[inline(always)]
     fn max_abs(self, other: Self) -> Self {
-        // SAFETY: as for the operators. (The larger size, 3, with the sign cleared, 2.)
+        // SAFETY: as for the operators. (Selects the larger absolute value, 3, with the sign cleared, 2.)
         unsafe { Self(_mm512_range_ps::<{ 2 << 2 | 3 }>(self.0, other.0)) }
     }
     #[inline(always)]
@@ -353,13 +353,13 @@ impl Int for I32x16 {
     #[inline(always)]
     fn load(values: &[u32]) -> Self {
         let values = &values[..16];
-        // SAFETY: 16 integers are there; as for the operators.
+        // SAFETY: the slice has 16 integers; as for the operators.
         unsafe { Self(_mm512_loadu_si512(values.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store(self, out: &mut [u32]) {
         let out = &mut out[..16];
-        // SAFETY: there is room for 16 integers; as for the operators.
+        // SAFETY: the slice has room for 16 integers; as for the operators.
         unsafe { _mm512_storeu_si512(out.as_mut_ptr().cast(), self.0) }
     }
     #[inline(always)]
@@ -370,7 +370,7 @@ impl Int for I32x16 {
     #[inline(always)]
     fn gather(table: &[u32], index: Self, mask: M32x16) -> Self {
         assert_in_range(table.len(), index, mask);
-        // SAFETY: every index of the mask is within the table; the others are not read.
+        // SAFETY: in the lanes of the mask, every index is within the table; the others are not read.
         unsafe {
             let zero = _mm512_setzero_si512();
             Self(_mm512_mask_i32gather_epi32::<4>(zero, mask.0, index.0, table.as_ptr().cast()))
@@ -382,7 +382,7 @@ impl Int for I32x16 {
             return [Self::splat(0); 3];
         }
         assert_in_range(table.len().saturating_sub(2), first, mask);
-        // SAFETY: in the lanes of the mask, of which there are some, three entries from there on are within the table; as for
+        // SAFETY: the mask has lanes, and in each of them three entries from `first` on are within the table; as for
         // the operators.
         unsafe {
             let [a, b, c] = three_entries(table.as_ptr().cast(), first, mask);
@@ -403,7 +403,7 @@ impl Int for I32x16 {
     fn reverse_bits(self) -> Self {
         // SAFETY: as for the operators.
         unsafe {
-            // Halves of bytes by tables, then the bytes.
+            // Reverses half-bytes by tables, then the bytes.
             let low = _mm512_set1_epi8(0x0f);
             let upwards = _mm512_broadcast_i32x4(super::avx2::half_bytes_in_reverse(4));
             let downwards = _mm512_broadcast_i32x4(super::avx2::half_bytes_in_reverse(0));
@@ -440,7 +440,7 @@ impl Int for I32x16 {
     }
 }
 
-/// The instructions take signed indices: to them a table ends before entry 2³¹.
+/// Panics if an index is out of range. The instructions take signed indices: to them a table ends before entry 2³¹.
 #[inline(always)]
 fn assert_in_range(length: usize, index: I32x16, mask: M32x16) {
     let length = I32x16::splat(length.min(i32::MAX as usize) as u32);

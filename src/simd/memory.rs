@@ -1,8 +1,8 @@
-//! Hints about memory: they change how long something takes, and nothing else.
+//! Hints about memory: they affect time and nothing else.
 
 use std::mem::MaybeUninit;
 
-/// Begins to fetch `lines` cache lines from an address on. Any address will do: nothing is read.
+/// Prefetches `lines` cache lines from an address on. Any address is allowed: nothing is read.
 #[inline(always)]
 pub fn prefetch(address: usize, lines: usize) {
     for line in 0..lines {
@@ -18,9 +18,9 @@ pub fn prefetch(address: usize, lines: usize) {
     }
 }
 
-/// Asks the system for large pages, for memory that is still to be written and will be read in no order: where pages
-/// are small, finding out where one lies takes as long as reading it. Does nothing where the memory is no larger than
-/// such a page, or the system has none.
+/// Advises the system to use large pages for memory that is still to be written and will be read in no order: with
+/// small pages, finding a page takes as long as reading it. Does nothing if the memory is smaller than such a page, or
+/// if the system has none.
 pub fn prefer_large_pages<T>(unused: &mut [MaybeUninit<T>]) {
     const LARGE: usize = 2 << 20;
     if size_of_val(unused) < LARGE {
@@ -30,21 +30,21 @@ pub fn prefer_large_pages<T>(unused: &mut [MaybeUninit<T>]) {
     {
         use rustix::mm::{Advice, madvise};
         let range = unused.as_mut_ptr_range();
-        // From where its first page begins: what else is in there does not mind.
+        // From the start of its first page: other contents of that page are not affected.
         let start = range.start.map_addr(|address| address & !(rustix::param::page_size() - 1));
         let length = range.end.addr() - start.addr();
-        // SAFETY: this advice leaves memory as it is, whatever lies there.
+        // SAFETY: this advice does not change the contents of memory.
         let _ = unsafe { madvise(start.cast(), length, Advice::LinuxHugepage) };
     }
 }
 
-/// Gives memory that was freed back to the system, where the allocator would keep it for the thread that had it: glibc
-/// keeps what lies below anything that is still in use, for each thread apart.
+/// Returns freed memory to the system if the allocator would keep it for the thread that had it: glibc keeps what lies
+/// below anything that is still in use, for each thread separately.
 #[cfg(feature = "cli")]
 pub fn give_back_freed() {
     #[cfg(all(target_os = "linux", target_env = "gnu", not(miri)))]
     {
-        // SAFETY: it is glibc's, with this type, and any thread may call it at any time.
+        // SAFETY: a function of glibc with this type, which any thread may call at any time.
         unsafe extern "C" {
             safe fn malloc_trim(pad: usize) -> std::ffi::c_int;
         }
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_that_is_in_use_keeps_what_it_holds() {
+    fn prefer_large_pages_preserves_contents() {
         let mut numbers: Vec<u64> = Vec::with_capacity(1 << 20);
         numbers.extend(0..1000);
         // Begins in a page that is in use.
@@ -70,13 +70,13 @@ mod tests {
 
     #[test]
     #[cfg(all(feature = "cli", target_os = "linux", target_env = "gnu", not(miri)))]
-    fn freed_memory_is_given_back() {
+    fn give_back_freed_reduces_resident_memory() {
         let resident = || {
             let status = std::fs::read_to_string("/proc/self/status").unwrap();
             let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
             line.trim_end_matches("kB").trim().parse::<u64>().unwrap() >> 10
         };
-        // In a thread that has ended, below something that is in use.
+        // In a thread that has ended, below a block that is in use.
         let begin = || {
             let blocks: Vec<Vec<u8>> = (0..2000).map(|_| vec![1; 100_000]).collect();
             let above = vec![1u8; 100_000];

@@ -1,22 +1,19 @@
-//! Lanes: one vocabulary of float and integer operations over 1, 8 or 16 values.
+//! SIMD lanes: one set of float and integer operations over 1, 8 or 16 values.
 //!
-//! Everything that is computed for many rays at once is written once, generic over
-//! [`Float`]; width 1 (`f32` itself) serves the recursive schedule, the wider types
-//! the queues. All widths give the same bits: only + − × ÷ √, comparisons, bit
-//! operations and conversions are here, each with one IEEE 754 answer; no fused
-//! multiply-add, no approximate reciprocal.
+//! Computations on many rays are written once, generic over [`Float`]; width 1 (`f32` itself) serves the recursive
+//! schedule, the wider types the queues. All widths give the same bits: only + − × ÷ √, comparisons, bit operations and
+//! conversions are provided, each with one IEEE 754 result; no fused multiply-add, no approximate reciprocal.
 //!
-//! The wide types are private. The one way to have one is [`dispatch`], which
-//! runs a [`Kernel`] with the types of a [`Isa`], and a `Isa` above portable
-//! exists only on a processor that has its instructions: that is what makes the
-//! unsafe code in here sound. Kernels and all they call must be `#[inline(always)]`,
-//! so that they are compiled for the instruction set they are dispatched to.
+//! The wide types are private. They are available only through [`dispatch`], which runs a [`Kernel`] with the types of
+//! an [`Isa`], and an `Isa` above portable exists only on a processor that has its instructions: that is what makes the
+//! unsafe code in this module sound. Kernels and all that they call must be `#[inline(always)]`, so that they are
+//! compiled for the instruction set they are dispatched to.
 
 #![allow(unsafe_code)]
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
-// Fuzzing leaves it out: code for all widths takes half an hour to compile with what counts its blocks.
+// Left out of fuzzing: code for all widths takes half an hour to compile with the counters that fuzzing adds.
 #[cfg(all(target_arch = "x86_64", not(fuzzing)))]
 mod avx512;
 mod memory;
@@ -35,25 +32,25 @@ pub use traversal_stack::TraversalStack;
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// A truth value for each lane.
+/// A Boolean value for each lane.
 pub trait Mask:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self> + Not<Output = Self> + 'static
 {
-    /// Lane i as bit i.
+    /// The lanes as bits: lane i as bit i.
     fn bits(self) -> u32;
     /// The inverse of [`Mask::bits`].
     fn from_bits(bits: u32) -> Self;
-    /// Whether some lane is set.
+    /// True if some lane is set.
     #[inline(always)]
     fn any(self) -> bool {
         self.bits() != 0
     }
-    /// How many lanes are set.
+    /// The number of lanes that are set.
     #[inline(always)]
     fn count(self) -> usize {
         self.bits().count_ones() as usize
     }
-    /// The first `count` lanes.
+    /// Sets the first `count` lanes.
     #[inline(always)]
     fn first(count: usize) -> Self {
         Self::from_bits(if count >= 32 { u32::MAX } else { (1 << count) - 1 })
@@ -72,25 +69,25 @@ pub trait Float:
 {
     /// Number of lanes.
     const WIDTH: usize;
-    /// Answers of comparisons.
+    /// The results of comparisons.
     type Mask: Mask;
     /// Integers of the same width.
     type Int: Int<Float = Self, Mask = Self::Mask>;
 
-    /// Runs a part of a computation as a function of its own, compiled for the same instructions: as
-    /// [`Lanes::outlined`], for code that knows only its lanes.
+    /// Runs a part of a computation as a function of its own, compiled for the same instruction set:
+    /// [`Lanes::outlined`] for code that is generic over its lanes only.
     fn outlined<P: Outlined>(part: P) -> P::Output;
 
-    /// The same value in every lane.
+    /// Broadcasts to all lanes.
     fn splat(value: f32) -> Self;
-    /// The first `WIDTH` values of a slice. Panics if there are fewer.
+    /// Loads the first `WIDTH` values of a slice. Panics if there are fewer.
     fn load(values: &[f32]) -> Self;
-    /// One value in the first eight lanes, another in the next eight.
+    /// Broadcasts one value to the first eight lanes, another to the next eight.
     #[inline(always)]
     fn splat_halves(low: f32, high: f32) -> Self {
         Self::load_halves(&[low; 8], &[high; 8])
     }
-    /// Eight values, then another eight.
+    /// Loads eight values, then another eight.
     #[inline(always)]
     fn load_halves(low: &[f32; 8], high: &[f32; 8]) -> Self {
         let mut values = [0.0; 16];
@@ -98,15 +95,15 @@ pub trait Float:
         values[8..].copy_from_slice(high);
         Self::load(&values)
     }
-    /// Writes the lanes to the front of a slice. Panics if it is shorter than `WIDTH`.
+    /// Stores the lanes at the front of a slice. Panics if it is shorter than `WIDTH`.
     fn store(self, out: &mut [f32]);
-    /// Packs the lanes of `mask` together at the front of `out`, which has room for
-    /// `WIDTH`; what lies behind them is undetermined.
+    /// Packs the lanes of `mask` together at the front of `out`, which has room for `WIDTH`; the values behind them are
+    /// undefined.
     fn compress(self, mask: Self::Mask, out: &mut [f32]);
-    /// `table[index]` in the lanes of `mask`, zero in the others. Panics when out of range.
+    /// Gathers `table[index]` in the lanes of `mask`, zero in the others. Panics when out of range.
     fn gather(table: &[f32], index: Self::Int, mask: Self::Mask) -> Self;
-    /// Three consecutive entries for each lane: `table[first]`, `table[first + 1]` and `table[first + 2]` in the
-    /// lanes of `mask`, zero in the others. Panics when out of range.
+    /// Gathers three consecutive entries for each lane: `table[first]`, `table[first + 1]` and `table[first + 2]` in
+    /// the lanes of `mask`, zero in the others. Panics when out of range.
     #[inline(always)]
     fn gather_three(table: &[f32], first: Self::Int, mask: Self::Mask) -> [Self; 3] {
         let (second, third) = (first + Self::Int::splat(1), first + Self::Int::splat(2));
@@ -116,23 +113,23 @@ pub trait Float:
             Self::gather(table, third, mask),
         ]
     }
-    /// Rows as columns: lane i of column c is `table[index[i]][c]`. Panics when out of range.
+    /// Loads rows as columns: lane i of column c is `table[index[i]][c]`. Panics when out of range.
     fn load_rows(table: &[[f32; 4]], index: Self::Int) -> [Self; 4];
     /// The inverse of [`Float::load_rows`] for the rows at the front of `out`, which has room for `WIDTH`.
     fn store_rows(columns: [Self; 4], out: &mut [[f32; 4]]);
-    /// The same in the order in which they lie in registers, which takes less time: the row of lane i goes to
+    /// [`Float::store_rows`] in the order of the rows in registers, which takes less time: the row of lane i goes to
     /// [`Float::mixed`]`(i)`.
     #[inline(always)]
     fn store_rows_mixed(columns: [Self; 4], out: &mut [[f32; 4]]) {
         Self::store_rows(columns, out);
     }
-    /// Where [`Float::store_rows_mixed`] puts a lane's row.
+    /// The index at which [`Float::store_rows_mixed`] stores a lane's row.
     #[inline(always)]
     fn mixed(lane: usize) -> usize {
         lane
     }
 
-    /// The least lane of each of four.
+    /// The least lane of each of four columns.
     #[inline(always)]
     fn least_of_four(four: [Self; 4]) -> [f32; 4] {
         let mut rows = [[0.0; 4]; 16];
@@ -154,22 +151,22 @@ pub trait Float:
         lanes[..Self::WIDTH].iter().copied().fold(f32::INFINITY, <f32 as Float>::min)
     }
 
-    /// √, correctly rounded.
+    /// The square root, correctly rounded.
     fn sqrt(self) -> Self;
-    /// Without its sign.
+    /// The absolute value.
     fn abs(self) -> Self;
     /// `if self < other { self } else { other }`: a NaN gives `other`.
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`: a NaN gives `other`.
     fn max(self, other: Self) -> Self;
-    /// The larger one without its sign; undetermined if one of them is NaN.
+    /// The larger of the absolute values; undefined if one of them is NaN.
     #[inline(always)]
     fn max_abs(self, other: Self) -> Self {
         self.abs().max(other.abs())
     }
-    /// Towards −∞.
+    /// Rounds towards −∞.
     fn floor(self) -> Self;
-    /// Towards zero; `i32::MIN` for what does not fit.
+    /// Converts with rounding towards zero; `i32::MIN` for values that do not fit.
     fn to_int(self) -> Self::Int;
     /// The IEEE 754 encoding.
     fn to_bits(self) -> Self::Int;
@@ -203,7 +200,7 @@ pub trait Float:
     fn one() -> Self {
         Self::splat(1.0)
     }
-    /// Not below `low`, not above `high`; a NaN gives `low`.
+    /// Clamps to the range from `low` to `high`; a NaN gives `low`.
     #[inline(always)]
     fn clamp(self, low: f32, high: f32) -> Self {
         self.max(Self::splat(low)).min(Self::splat(high))
@@ -221,22 +218,22 @@ pub trait Int:
     + BitXor<Output = Self>
     + 'static
 {
-    /// Answers of comparisons.
+    /// The results of comparisons.
     type Mask: Mask;
     /// Floats of the same width.
     type Float: Float;
 
-    /// The same value in every lane.
+    /// Broadcasts to all lanes.
     fn splat(value: u32) -> Self;
-    /// The first values of a slice. Panics if there are fewer than lanes.
+    /// Loads the first values of a slice. Panics if there are fewer than lanes.
     fn load(values: &[u32]) -> Self;
-    /// Writes the lanes to the front of a slice. Panics if it is shorter.
+    /// Stores the lanes at the front of a slice. Panics if it is shorter.
     fn store(self, out: &mut [u32]);
-    /// As [`Float::compress`].
+    /// Packs lanes together, as [`Float::compress`] does.
     fn compress(self, mask: Self::Mask, out: &mut [u32]);
-    /// As [`Float::gather`].
+    /// Gathers entries, as [`Float::gather`] does.
     fn gather(table: &[u32], index: Self, mask: Self::Mask) -> Self;
-    /// As [`Float::gather_three`].
+    /// Gathers three consecutive entries, as [`Float::gather_three`] does.
     #[inline(always)]
     fn gather_three(table: &[u32], first: Self, mask: Self::Mask) -> [Self; 3] {
         let (second, third) = (first + Self::splat(1), first + Self::splat(2));
@@ -247,15 +244,15 @@ pub trait Int:
         ]
     }
 
-    /// Shifted left by `N` bits.
+    /// Shifts left by `N` bits.
     fn shl<const N: i32>(self) -> Self;
-    /// Shifted right by `N` bits; zeros come in.
+    /// Shifts right by `N` bits, with zeros from the left.
     fn shr<const N: i32>(self) -> Self;
-    /// The bits in reverse.
+    /// Reverses the order of the bits.
     #[inline(always)]
     fn reverse_bits(self) -> Self {
         let x = self.shl::<16>() | self.shr::<16>();
-        // Both sides masked after the shift: a shift each and one bitwise selection.
+        // Both sides are masked after the shift: a shift each and one bitwise selection.
         let x = (x.shl::<8>() & Self::splat(0xff00_ff00)) | (x.shr::<8>() & Self::splat(0x00ff_00ff));
         let x = (x.shl::<4>() & Self::splat(0xf0f0_f0f0)) | (x.shr::<4>() & Self::splat(0x0f0f_0f0f));
         let x = (x.shl::<2>() & Self::splat(0xcccc_cccc)) | (x.shr::<2>() & Self::splat(0x3333_3333));
@@ -267,7 +264,7 @@ pub trait Int:
     fn lt(self, other: Self) -> Self::Mask;
     /// `yes` where `mask` is set, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// As a signed integer, rounded to the nearest float.
+    /// Converts from a signed integer to the nearest float.
     fn to_float(self) -> Self::Float;
     /// The float with this encoding.
     fn reinterpret(self) -> Self::Float;
@@ -275,31 +272,31 @@ pub trait Int:
 
 /// The lane types of an instruction set.
 pub trait Lanes: 'static {
-    /// For shading and whatever else works on queues: as wide as the machine.
+    /// The lanes for shading and all other work on queues: as wide as the machine.
     type Queue: Float;
-    /// For the 16 children of a BVH node.
+    /// The lanes for the 16 children of a BVH node.
     type Node: Sixteen;
-    /// For the 8 primitives of a block: 1 or 8 at a time.
+    /// The lanes for the 8 primitives of a block: 1 or 8.
     type Block: Float;
 
-    /// Runs a part of a kernel as a function of its own. What a kernel calls is inlined wherever it is called; this
-    /// keeps what is large and called from several places from being copied there.
+    /// Runs a part of a kernel as a function of its own. The functions that a kernel calls are inlined at every call;
+    /// this keeps large ones that are called from several places from being copied there.
     fn outlined<K: Kernel>(kernel: K) -> K::Output;
 }
 
 /// A part of a computation over lanes that [`Float::outlined`] runs.
 pub trait Outlined {
-    /// What comes out.
+    /// The result.
     type Output;
-    /// Does it. Implementations must be `#[inline(always)]`.
+    /// Runs it. Implementations must be `#[inline(always)]`.
     fn run(self) -> Self::Output;
 }
 
 /// Work that can run with the lanes of any instruction set.
 pub trait Kernel {
-    /// What comes out.
+    /// The result.
     type Output;
-    /// Does it. Implementations must be `#[inline(always)]`.
+    /// Runs it. Implementations must be `#[inline(always)]`.
     fn run<L: Lanes>(self) -> Self::Output;
 }
 
@@ -319,7 +316,7 @@ enum IsaKind {
 }
 
 impl Isa {
-    /// One lane at a time, on any processor.
+    /// The portable code: one lane at a time, on any processor.
     pub const PORTABLE: Isa = Isa(IsaKind::Portable);
 
     /// All instruction sets that this processor has, the widest last.
@@ -349,7 +346,7 @@ impl Isa {
         *Isa::available().last().unwrap_or(&Isa::PORTABLE)
     }
 
-    /// `portable`, `avx2`, `avx512` or `neon`.
+    /// The name: `portable`, `avx2`, `avx512` or `neon`.
     pub fn name(self) -> &'static str {
         match self.0 {
             IsaKind::Portable => "portable",
@@ -374,14 +371,14 @@ impl fmt::Debug for Isa {
     }
 }
 
-/// The same number, of which the compiler does not know where it comes from. (If it knows that one side of a selection
-/// is read from memory, it branches, to read it only where it is needed.)
+/// Returns the same number, hidden from the optimizer. (If the compiler knows that one side of a selection is read from
+/// memory, it branches, to read it only where it is needed.)
 #[inline(always)]
 pub fn opaque(number: u32) -> u32 {
     #[cfg(all(target_arch = "x86_64", not(miri)))]
     let number = {
         let mut same = number;
-        // SAFETY: nothing is done.
+        // SAFETY: the assembly does nothing.
         unsafe {
             std::arch::asm!("/* {0:e} */", inout(reg) same, options(pure, nomem, nostack, preserves_flags));
         }
@@ -394,7 +391,7 @@ pub fn opaque(number: u32) -> u32 {
 pub fn dispatch<K: Kernel>(isa: Isa, kernel: K) -> K::Output {
     match isa.0 {
         IsaKind::Portable => kernel.run::<scalar::Portable>(),
-        // SAFETY: an `Isa` of this kind was made by `available`, which found the instructions.
+        // SAFETY: an `Isa` of this kind was made by `available`, which detected the instructions.
         #[cfg(target_arch = "x86_64")]
         IsaKind::Avx2 => unsafe { avx2::run(kernel) },
         // SAFETY: as above.

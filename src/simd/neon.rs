@@ -6,7 +6,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 use super::sixteen::Two;
 use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 
-/// NEON.
+/// The lanes of NEON.
 pub(super) struct Neon;
 
 impl Lanes for Neon {
@@ -28,19 +28,19 @@ pub(super) struct F32x8(float32x4_t, float32x4_t);
 #[derive(Clone, Copy)]
 pub(super) struct I32x8(uint32x4_t, uint32x4_t);
 
-/// All bits of a lane set, or none.
+/// A lane mask: all bits of a lane set, or none.
 #[derive(Clone, Copy)]
 pub(super) struct M32x8(uint32x4_t, uint32x4_t);
 
-/// An operation that is one instruction for each register.
+/// Applies an instruction to each register.
 macro_rules! each {
     ($type:ident, $intrinsic:ident, $($value:expr),+) => {
-        // SAFETY: the instruction is one of NEON's, which is part of the architecture.
+        // SAFETY: the instruction belongs to NEON, which is part of the architecture.
         unsafe { $type($intrinsic($($value.0),+), $intrinsic($($value.1),+)) }
     };
 }
 
-/// The same as an operator.
+/// Implements an operator with `each`.
 macro_rules! operator {
     ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
         impl $trait for $type {
@@ -82,7 +82,7 @@ impl Neg for F32x8 {
     }
 }
 
-/// A bit for each lane.
+/// The bit of each lane.
 const LANES: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
 impl Mask for M32x8 {
@@ -115,13 +115,13 @@ impl Float for F32x8 {
     #[inline(always)]
     fn load(values: &[f32]) -> Self {
         let values = &values[..8];
-        // SAFETY: 8 floats are there; as for `each`.
+        // SAFETY: the slice has 8 floats; as for `each`.
         unsafe { Self(vld1q_f32(values.as_ptr()), vld1q_f32(values.as_ptr().add(4))) }
     }
     #[inline(always)]
     fn store(self, out: &mut [f32]) {
         let out = &mut out[..8];
-        // SAFETY: there is room for 8 floats; as for `each`.
+        // SAFETY: the slice has room for 8 floats; as for `each`.
         unsafe {
             vst1q_f32(out.as_mut_ptr(), self.0);
             vst1q_f32(out.as_mut_ptr().add(4), self.1);
@@ -169,7 +169,7 @@ impl Float for F32x8 {
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        // NEON's own minimum of a number and a NaN is the NaN.
+        // NEON's own minimum of a number and a NaN is NaN.
         Self::select(self.lt(other), self, other)
     }
     #[inline(always)]
@@ -182,7 +182,7 @@ impl Float for F32x8 {
     }
     #[inline(always)]
     fn to_int(self) -> I32x8 {
-        // NEON's conversion stops at the ends instead, and turns NaN into zero.
+        // NEON's conversion saturates instead, and converts NaN to zero.
         let fits = self.ge(Self::splat(-2_147_483_648.0)) & self.lt(Self::splat(2_147_483_648.0));
         // SAFETY: as for `each`.
         let whole = unsafe {
@@ -224,13 +224,13 @@ impl Int for I32x8 {
     #[inline(always)]
     fn load(values: &[u32]) -> Self {
         let values = &values[..8];
-        // SAFETY: 8 integers are there; as for `each`.
+        // SAFETY: the slice has 8 integers; as for `each`.
         unsafe { Self(vld1q_u32(values.as_ptr()), vld1q_u32(values.as_ptr().add(4))) }
     }
     #[inline(always)]
     fn store(self, out: &mut [u32]) {
         let out = &mut out[..8];
-        // SAFETY: there is room for 8 integers; as for `each`.
+        // SAFETY: the slice has room for 8 integers; as for `each`.
         unsafe {
             vst1q_u32(out.as_mut_ptr(), self.0);
             vst1q_u32(out.as_mut_ptr().add(4), self.1);
@@ -287,7 +287,7 @@ impl Int for I32x8 {
     }
 }
 
-/// NEON has no gather: one lane at a time.
+/// Gathers one lane at a time: NEON has no gather.
 #[inline(always)]
 fn gather<T: Copy + Default>(table: &[T], index: I32x8, mask: M32x8) -> [T; 8] {
     let mut places = [0; 8];
@@ -302,7 +302,7 @@ fn gather<T: Copy + Default>(table: &[T], index: I32x8, mask: M32x8) -> [T; 8] {
     out
 }
 
-/// The lanes of `bits` to the front of `out`, without a branch on them.
+/// Packs the lanes of `bits` at the front of `out`, without a branch on them.
 #[inline(always)]
 fn pack<T: Copy>(lanes: &[T; 8], bits: u32, out: &mut [T]) {
     let out = &mut out[..8];

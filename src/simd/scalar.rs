@@ -4,7 +4,7 @@ use std::num::Wrapping;
 
 use super::{Float, Int, Kernel, Lanes, Mask, Outlined};
 
-/// Works on any processor.
+/// The portable lanes, for any processor.
 pub(super) struct Portable;
 
 impl Lanes for Portable {

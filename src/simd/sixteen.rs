@@ -1,31 +1,31 @@
-//! The sixteen children of a node of the acceleration structure: entry distances, and
-//! the children that are entered, in the order in which they wait on a ray's stack.
+//! The sixteen children of a node of the acceleration structure: their entry distances, and the order in which entered
+//! children are put on a ray's stack.
 
 use std::ops::{Mul, Sub};
 
 use super::{Float, Int, Mask};
 
-/// How many they are.
+/// The number of children.
 pub const SIXTEEN: usize = 16;
 
-/// Sixteen floats, however many lanes the machine has. The operations are those of
-/// [`super::Float`]; distances are at least 0.
+/// Sixteen floats, however many lanes the machine has. The operations are those of [`super::Float`]; distances are at
+/// least 0.
 pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
-    /// The same value sixteen times.
+    /// Broadcasts to all sixteen.
     fn splat(value: f32) -> Self;
-    /// From memory.
+    /// Loads from memory.
     fn load(values: &[f32; 16]) -> Self;
-    /// To memory.
+    /// Stores to memory.
     fn store(self, out: &mut [f32; 16]);
     /// `if self < other { self } else { other }`: a NaN gives `other`.
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`: a NaN gives `other`.
     fn max(self, other: Self) -> Self;
-    /// Bit i: `self[i] <= other[i]`.
+    /// Bit i of the result is set if `self[i] <= other[i]`.
     fn le(self, other: Self) -> u32;
-    /// `near[i]` and `words[i]` of those boxes that are entered, where `near[i] <= far[i]`, go to the fronts of
-    /// `nears` and `out`, with the one to visit first at the end; behind them both are undetermined. Returns the word of
-    /// that one and how many there are. The order names the boxes from back to front (see [`slot`]); it is used where
+    /// Puts `near[i]` and `words[i]` of the boxes that are entered, where `near[i] <= far[i]`, at the fronts of `nears`
+    /// and `out`, with the one to visit first at the end; the values behind them are undefined. Returns the word of
+    /// that one and the number of entered boxes. `back_to_front` is an order of the boxes (see [`slot`]); it is used if
     /// the machine has no better one.
     fn take_in_order(
         near: Self,
@@ -35,17 +35,17 @@ pub trait Sixteen: Copy + Sub<Output = Self> + Mul<Output = Self> + 'static {
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32);
-    /// The words of those boxes go to the front of `out`, in the order of the lanes. Returns the last of them and how
-    /// many there are.
+    /// Puts the words of the boxes that are entered at the front of `out`, in the order of the lanes. Returns the last
+    /// of them and their number.
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32);
-    /// Bit i of the result is the bit of `bits` that place i of `order` names.
+    /// Permutes bits: bit i of the result is the bit of `bits` that place i of `order` names.
     #[inline(always)]
     fn in_order(bits: u32, order: u64) -> u32 {
         (0..16).fold(0, |ordered, i| ordered | (bits >> slot(order, i) & 1) << i)
     }
 }
 
-/// Plain floats: the oracle, and what processors without wide registers get.
+/// Plain floats: the oracle, and the implementation for processors without wide registers.
 #[derive(Clone, Copy)]
 pub(super) struct Plain([f32; 16]);
 
@@ -115,19 +115,19 @@ impl Sixteen for Plain {
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32) {
-        // The nearest last, the others in no order.
+        // The nearest comes last, the others in no order.
         let mut bits = near.le(far);
         let count = bits.count_ones();
         let mut distances = [0.0; 16];
         near.store(&mut distances);
-        // A distance and a word in one integer, whose order is that of the distances.
+        // A distance and a word in one integer, ordered by distance.
         let (mut nearest, mut place) = (u64::MAX, 0);
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize & 15;
             bits &= bits - 1;
             let found = u64::from(distances[lane].to_bits()) << 32 | u64::from(words[lane]);
             let farther = found.max(nearest);
-            // The first one has nothing to leave behind.
+            // The first one displaces none.
             (nears[place & 15], out[place & 15]) = (f32::from_bits((farther >> 32) as u32), farther as u32);
             place += usize::from(nearest != u64::MAX);
             nearest = found.min(nearest);
@@ -151,7 +151,7 @@ impl Sixteen for Plain {
     }
 }
 
-/// In two registers of eight.
+/// Two registers of eight.
 #[derive(Clone, Copy)]
 pub(super) struct Two<F>(F, F);
 
@@ -207,7 +207,7 @@ impl<F: Float> Sixteen for Two<F> {
         out: &mut [u32; 16],
     ) -> (u32, u32) {
         // Without a branch: all of them in the order of the lanes, then the last one to the place of the nearest, and
-        // that to the end.
+        // the nearest to the end.
         let entered = (near.0.le(far.0), near.1.le(far.1));
         let bits = near.le(far);
         let none = F::splat(f32::INFINITY);
@@ -230,7 +230,7 @@ impl<F: Float> Sixteen for Two<F> {
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
-        // Without a branch, where the machine packs lanes without one.
+        // Without a branch, if the machine packs lanes without one.
         let (low, high) = (near.0.le(far.0), near.1.le(far.1));
         F::Int::load(&words[..8]).compress(low, &mut out[..8]);
         F::Int::load(&words[8..]).compress(high, &mut out[low.count()..][..8]);
@@ -240,14 +240,14 @@ impl<F: Float> Sixteen for Two<F> {
     }
 }
 
-/// What is at a place of an order: four bits each, those at even places in the low half, those at odd places in the
-/// high half. So one shift of eight 64-bit lanes brings each of them to the lowest bits of a lane of 32.
+/// The slot at a place of an order: four bits each, those at even places in the low half, those at odd places in the
+/// high half. So one shift of eight 64-bit lanes brings each of them to the lowest bits of a 32-bit lane.
 #[inline(always)]
 pub fn slot(order: u64, place: usize) -> usize {
     (order >> shift(place) & 15) as usize
 }
 
-/// Where a place is in an order.
+/// The position of a place in an order, in bits.
 #[inline(always)]
 pub fn shift(place: usize) -> usize {
     (place * 34) & 60

@@ -1,4 +1,4 @@
-//! The wide types against plain numbers.
+//! The wide types compared with plain numbers.
 
 use proptest::prelude::*;
 
@@ -29,7 +29,7 @@ fn each<F: Float>(input: &Everything, out: &mut [[u32; 16]]) {
         let small = i & F::Int::splat(31);
         let all = F::Mask::first(F::WIDTH);
         let truth = |m: F::Mask| F::Int::select(m, F::Int::splat(1), F::Int::splat(0));
-        // Up to the table's very end.
+        // Up to the very end of the table.
         let first = F::Int::select(small.lt(F::Int::splat(29)), small, F::Int::splat(29));
         let three = F::gather_three(input.table, first, all & a.lt(b));
         let mut words = [0; 32];
@@ -88,7 +88,7 @@ proptest! {
                 let got = dispatch(isa, input(&a, &b));
                 for (op, (e, g)) in expected.iter().zip(&got).enumerate() {
                     for lane in 0..16 {
-                        // The payload of a NaN is the one thing that may differ.
+                        // Only the payload of a NaN may differ.
                         let nan = |bits: u32| op < 9 && f32::from_bits(bits).is_nan();
                         prop_assert!(e[lane] == g[lane] || (nan(e[lane]) && nan(g[lane])), "{isa:?} op {op}");
                     }
@@ -157,7 +157,7 @@ impl Kernel for RowsAndColumns<'_> {
 }
 
 #[test]
-fn rows_become_columns_and_rows_again() {
+fn stored_rows_equal_the_loaded_rows() {
     let table: Vec<[f32; 4]> = (0..40).map(|i| [0, 1, 2, 3].map(|c| (4 * i + c) as f32)).collect();
     let index = std::array::from_fn(|i| (i as u32 * 7 + 3) % 40);
     for isa in Isa::available() {
@@ -177,7 +177,7 @@ impl Kernel for OutsideOfRows {
 }
 
 #[test]
-fn rows_outside_their_table_panic() {
+fn load_rows_outside_its_table_panics() {
     for isa in Isa::available() {
         assert!(std::panic::catch_unwind(|| dispatch(isa, OutsideOfRows)).is_err(), "{isa:?}");
     }
@@ -195,7 +195,7 @@ impl Kernel for OutOfRange {
 }
 
 #[test]
-fn a_gather_outside_its_table_panics() {
+fn gather_outside_its_table_panics() {
     for isa in Isa::available() {
         assert!(std::panic::catch_unwind(|| dispatch(isa, OutOfRange)).is_err(), "{isa:?}");
     }
@@ -205,11 +205,11 @@ struct Children<'a> {
     near: &'a [f32; 16],
     far: &'a [f32; 16],
     words: &'a [u32; 16],
-    /// From front to back and from back to front.
+    /// The orders from front to back and from back to front.
     orders: [u64; 2],
 }
 
-/// What was put on a stack, and the word that is said to lie on top.
+/// The contents of a stack, and the word that is reported to lie on top.
 struct Stacked {
     nears: Vec<f32>,
     words: Vec<u32>,
@@ -217,7 +217,7 @@ struct Stacked {
 }
 
 impl Kernel for Children<'_> {
-    /// For the nearest hit and for any, and the bits of those that are entered, from front to back.
+    /// The results for the nearest hit and for any, and the bits of the children that are entered, from front to back.
     type Output = (Stacked, (Vec<u32>, u32), u32);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
@@ -234,7 +234,7 @@ impl Kernel for Children<'_> {
 }
 
 #[test]
-fn children_that_are_entered_are_taken_once_each_and_the_next_one_lies_on_top() {
+fn entered_children_are_taken_once_each_and_the_next_one_lies_on_top() {
     let words = std::array::from_fn(|i| 100 + i as u32);
     // From front to back: 5, 10, 15, 4, …
     let slots: [usize; 16] = std::array::from_fn(|i| (5 * i + 5) % 16);
@@ -284,7 +284,7 @@ impl Kernel for Halves {
 }
 
 #[test]
-fn halves_come_from_two_places() {
+fn halves_of_the_lanes_come_from_two_sources() {
     for isa in Isa::available() {
         let [loaded, same] = dispatch(isa, Halves);
         assert!(loaded.iter().enumerate().all(|(i, v)| *v == if i < 8 { i as f32 } else { 9.0 }), "{isa:?}");
@@ -308,12 +308,12 @@ impl Kernel for Least<'_> {
 }
 
 #[test]
-fn the_least_lane_is_found_wherever_it_is() {
+fn least_lane_is_found_at_every_position() {
     for isa in Isa::available() {
         for place in 0..16 {
             let values = std::array::from_fn(|i| if i == place { -1.0 } else { i as f32 });
             for least in dispatch(isa, Least(&values)) {
-                // As far as there are lanes.
+                // Only as many places are checked as there are lanes.
                 assert!(least == -1.0 || least == 0.0 && place > 0, "{isa:?}");
             }
         }

@@ -1,43 +1,44 @@
-//! What waits for a ray, in two columns that are read and written a window at a time.
+//! A traversal stack: child words and entry distances in two arrays, accessed a window at a time.
 
 use super::sixteen::SIXTEEN;
 
-/// A stack of words and of distances. Places are not checked: beyond its capacity, they begin again at the bottom.
+/// A stack of child words and entry distances. Places are not checked: beyond the capacity, they wrap around to the
+/// bottom.
 pub struct TraversalStack {
     words: Box<[u32]>,
     nears: Box<[f32]>,
-    /// The number of places, a power of two, less one.
+    /// The number of places, a power of two, minus one.
     last: usize,
 }
 
-/// Numbers of a cache line.
+/// The number of entries in a cache line.
 const LINE: usize = 64 / size_of::<u32>();
 
 impl TraversalStack {
-    /// The first place. Below it lie as many words and distances.
+    /// The first place. Below it lie this many words and distances.
     pub const FIRST: u32 = 8;
 
-    /// With room for so many entries, and with the word `bottom` in all places.
+    /// Creates a stack with room for `capacity` entries and with the word `bottom` in all places.
     pub fn new(capacity: usize, bottom: u32) -> Self {
         let places = (Self::FIRST as usize + capacity).next_power_of_two();
-        // What is written at the last place fits; and an odd number of cache lines, so that not all stacks begin in the
+        // A window at the last place fits; and the number of cache lines is odd, so that not all stacks begin in the
         // same set of the cache.
         let size = LINE * ((places + SIXTEEN).div_ceil(LINE) | 1);
         Self { words: vec![bottom; size].into(), nears: vec![0.0; size].into(), last: places - 1 }
     }
 
-    /// The words and distances from a place on.
+    /// The window of words and distances from a place on.
     #[inline(always)]
     pub fn from(&mut self, place: u32) -> (&mut [u32; SIXTEEN], &mut [f32; SIXTEEN]) {
         debug_assert!(place as usize <= self.last, "a stack that is too small");
         let place = place as usize & self.last;
-        // SAFETY: behind every place, both columns have `SIXTEEN` entries.
+        // SAFETY: behind every place, both arrays have `SIXTEEN` entries.
         unsafe {
             (&mut *self.words.as_mut_ptr().add(place).cast(), &mut *self.nears.as_mut_ptr().add(place).cast())
         }
     }
 
-    /// The distances below a place.
+    /// The window of distances below a place.
     #[inline(always)]
     pub fn nears_below(&self, place: u32) -> &[f32; Self::FIRST as usize] {
         let first = place.wrapping_sub(Self::FIRST) as usize & self.last;
@@ -48,14 +49,14 @@ impl TraversalStack {
     /// The word at a place.
     #[inline(always)]
     pub fn word(&self, place: u32) -> u32 {
-        // SAFETY: every place is within both columns.
+        // SAFETY: every place is within both arrays.
         unsafe { *self.words.get_unchecked(place as usize & self.last) }
     }
 
     /// The distance at a place.
     #[inline(always)]
     pub fn near(&self, place: u32) -> f32 {
-        // SAFETY: every place is within both columns.
+        // SAFETY: every place is within both arrays.
         unsafe { *self.nears.get_unchecked(place as usize & self.last) }
     }
 }
@@ -65,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_found_and_the_bottom_stays() {
+    fn entries_are_read_back_and_the_bottom_is_preserved() {
         let mut stack = TraversalStack::new(20, 7);
         let last = stack.last as u32;
         assert!(last >= 20 + TraversalStack::FIRST - 1);
@@ -84,7 +85,7 @@ mod tests {
             }
         }
         assert_eq!(stack.word(TraversalStack::FIRST - 1), 7);
-        // Below the bottom and beyond the top there is something, whatever it is.
+        // Reads below the bottom and beyond the top are allowed.
         stack.nears_below(0);
         stack.word(u32::MAX);
         stack.near(last + 1);

@@ -1,9 +1,9 @@
-//! What happened to a sample, as names and values that people can read.
+//! Events of a sample as human-readable names and values.
 
 use crate::integrator::observe::{Components, Continuation, EventKind};
 use crate::math::NONE;
 
-/// What kind of thing happened, in a few words.
+/// Returns a short title of an event.
 pub fn title(what: &EventKind) -> &'static str {
     match what {
         EventKind::Ray { .. } => "ray",
@@ -22,7 +22,7 @@ pub fn title(what: &EventKind) -> &'static str {
     }
 }
 
-/// Everything about it. Floats are as exact as they are: two that differ look different.
+/// Returns the fields of an event. Floats are printed exactly: different values have different texts.
 pub fn facts(what: &EventKind) -> Vec<(&'static str, String)> {
     match what {
         EventKind::Ray { origin, direction, throughput, hit } => vec![
@@ -71,7 +71,7 @@ pub fn facts(what: &EventKind) -> Vec<(&'static str, String)> {
     }
 }
 
-/// The shortest digits that mean these floats.
+/// Prints floats with the fewest digits that identify them.
 fn triple([x, y, z]: &Components) -> String {
     format!("({x}, {y}, {z})")
 }

@@ -1,5 +1,5 @@
-//! Studies of the renderer itself: whether all ways to render agree, what happens to a sample,
-//! where the time goes, how errors and times grow.
+//! Studies of the renderer itself: agreement of all ways to render, records of single samples, profiles, and the growth
+//! of errors and times.
 
 pub mod experiment;
 pub mod explain;

@@ -1,4 +1,4 @@
-//! What `explain` knows of a pixel, drawn over the image.
+//! The explanation of a pixel, drawn over the image.
 
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ use crate::render::{Options, Session};
 use crate::scene::{Camera, Projection};
 use crate::study::explain::{self, ExplainedLightRay, Life, Step};
 
-/// At most this many samples of a pixel are rendered with both schedules for comparison.
+/// The number of samples of a pixel that are rendered with both schedules for comparison, at most.
 const COMPARED: u32 = 16;
 
 /// Explains a sample of a pixel; none if there is no such pixel.
@@ -49,7 +49,7 @@ pub fn explanation(shown: &Snapshot, pixel: [u32; 2], sample: u32) -> Option<Val
     }))
 }
 
-/// Farther away than anything in the scene.
+/// A distance beyond everything in the scene.
 fn far(shown: &Snapshot) -> f32 {
     2.0 * shown.setup.scene.bounds.size().length().max(1.0)
 }
@@ -62,7 +62,7 @@ struct Paper<'a> {
 }
 
 impl Paper<'_> {
-    /// The paths of a sample, with places in the image for rays, and sentences for people.
+    /// The paths of a sample, with image positions of their rays and human-readable sentences.
     fn life(&self, life: &Life) -> Vec<Value> {
         let mut value = explain::json::life(life);
         let mut paths = value["paths"].as_array_mut().map(std::mem::take).unwrap_or_default();
@@ -94,7 +94,7 @@ impl Paper<'_> {
         }
     }
 
-    /// Column and row of a point, which may be outside the image; none if it is not in front of the camera.
+    /// The column and row of a point, which may be outside the image; none if the point is not in front of the camera.
     fn point(&self, place: Vec3) -> Option<[f64; 2]> {
         let Camera { origin, right, up, forward, projection } = self.camera;
         let to = place.as_dvec3() - origin.as_dvec3();
@@ -112,7 +112,7 @@ impl Paper<'_> {
     }
 }
 
-/// The lobe that a direction was drawn from.
+/// Describes the lobe that a direction was sampled from.
 fn lobe(fate: PathEvent) -> Option<String> {
     match fate {
         PathEvent::Drawn { kind, through, exact } => {

@@ -1,22 +1,22 @@
-//! `rayfront view`: a scene that is rendered, looked at, asked and edited at the same time.
+//! `rayfront view`: renders a scene in a browser page where it can be inspected and edited while it renders.
 //!
-//! One thread renders: the first picture is small and of one sample, so that it is there at once; then come passes of
-//! the whole image. Until a pixel has a sample, it shows the small picture, scaled up. Whoever wants something of it puts a wish into a queue, which stops the pass that is under way.
-//! Files are looked at between passes. Other threads answer the page: all that they need of a picture they share
-//! ([`viewer::Snapshot`]), so that no answer makes the rendering wait.
+//! One thread renders: first a small image of one sample per pixel, so that something is visible immediately; then
+//! passes over the whole image. A pixel without a sample shows the small image, scaled up. Requests go into a queue and
+//! stop the current pass. Another thread checks the scene's files for changes. The server's threads read only shared
+//! data of the image ([`viewer::Snapshot`]), so that no request delays the rendering.
 //!
-//! What the page and the server say to each other, plain HTTP, each address with `token=`:
+//! The protocol between page and server is plain HTTP; each address carries `token=`:
 //!
-//! | request | answer |
+//! | request | response |
 //! |---|---|
 //! | `GET /`, `/page.js`, `/page.css` | the page |
-//! | `GET /events` | server-sent events: the whole status, whenever there is news |
-//! | `GET /status` | the same once, as JSON |
-//! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue and 255 for each pixel, row by row from the top; size, samples and stops in `X-` headers |
-//! | `GET /pixel?x=X&y=Y` | what is known of a pixel |
-//! | `GET /explain?x=X&y=Y&sample=N` | a sample's paths, with their places in the image |
-//! | `GET /photons?sample=N` | where a sample's photons end, with their places in the image |
-//! | `POST /do` | a wish ([`request::ViewRequest`]) |
+//! | `GET /events` | server-sent events: the whole status, after every change |
+//! | `GET /status` | the current status as JSON |
+//! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue, 255 per pixel, top row first; headers `X-…` |
+//! | `GET /pixel?x=X&y=Y` | the values of a pixel |
+//! | `GET /explain?x=X&y=Y&sample=N` | a sample's paths, with their positions in the image |
+//! | `GET /photons?sample=N` | the end points of a sample's photons, with their positions in the image |
+//! | `POST /do` | carries out a request ([`request::ViewRequest`]) |
 
 mod explanation;
 mod photons;

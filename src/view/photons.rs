@@ -1,4 +1,4 @@
-//! The ends of a sample's photons, as points over the image.
+//! The end points of a sample's photons, as points over the image.
 
 use serde_json::{Value, json};
 
@@ -10,33 +10,33 @@ use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker};
 use crate::math::Vector;
 use crate::render::photons::{self, trace_chunks};
 
-/// The largest number of points that are sent: the first in the order of their numbers. Any part of the sequence of
-/// photons is spread as evenly as all of it.
+/// The largest number of points sent: those with the lowest numbers. Any part of the photon sequence is as evenly
+/// spread as the whole.
 const MOST_POINTS: usize = 4_000;
 
-/// The part of the points that are not brighter than what is shown as white.
+/// The fraction of the points that are not brighter than the displayed white.
 const WHITE: f64 = 0.95;
 
-/// The end of a photon, where it lies in the picture.
+/// The end point of a photon, projected into the image.
 #[derive(Clone, Copy)]
 struct PhotonPoint {
     column: f32,
     row: f32,
-    /// Its light in watts.
+    /// The photon's power in watts.
     flux: [f32; 3],
-    /// True if the camera sees it directly, so that it is drawn; the others are gathered.
+    /// True if the camera sees the point directly, so that it is splatted; the other photons are gathered.
     is_seen: bool,
 }
 
-/// The ends of some photons.
+/// The end points of several photons.
 struct Ends {
-    /// The number of those that end on a surface.
+    /// The number of photons that end on a surface.
     landed: usize,
-    /// The photons that lie in the picture.
+    /// The photons that lie within the image.
     points: Vec<PhotonPoint>,
 }
 
-/// The photons of a sample, or the reason why there are none.
+/// Returns the photons of a sample, or the reason why it has none.
 pub fn photons_of(shown: &Snapshot, sample: u32) -> Value {
     let traced;
     let plan = match &shown.prepared {
@@ -68,7 +68,7 @@ pub fn photons_of(shown: &Snapshot, sample: u32) -> Value {
     })
 }
 
-/// Traces the photons of a sample as the renderer does.
+/// Traces the photons of a sample exactly as the renderer does.
 fn ends(shown: &Snapshot, plan: &PhotonPlan, sample: u32) -> Ends {
     let (setup, options) = (&shown.setup, &shown.options);
     let with = |trace: &mut dyn FnMut(&mut Worker, &mut RayStatistics)| {
@@ -85,8 +85,8 @@ fn ends(shown: &Snapshot, plan: &PhotonPlan, sample: u32) -> Ends {
     all
 }
 
-/// Collects the photons that lie in the picture, in the order of their numbers. Those that are drawn lie where they are
-/// drawn, the others where the middle of the lens would see them if nothing were between.
+/// Collects the photons that lie within the image, in the order of their numbers. Splatted photons lie where they are
+/// splatted, the others where the centre of the lens would see them without occlusion.
 fn in_picture(setup: &RenderSetup, landed: &LandedPhotons) -> Ends {
     let mut points: Vec<Option<PhotonPoint>> = landed
         .photons
@@ -99,7 +99,7 @@ fn in_picture(setup: &RenderSetup, landed: &LandedPhotons) -> Ends {
         })
         .collect();
     for (number, splat) in &landed.splats {
-        // Under Whitted's transport a photon may end in several places, of which this is one.
+        // Under Whitted's transport a photon may end in several places; take the one nearest to the splat.
         let first = landed.photons.partition_point(|(other, _)| other < number);
         let count = landed.photons[first..].iter().take_while(|(other, _)| other == number).count();
         let away = |point: &PhotonPoint| (point.column - splat.column).hypot(point.row - splat.row);
@@ -114,7 +114,7 @@ fn in_picture(setup: &RenderSetup, landed: &LandedPhotons) -> Ends {
     Ends { landed: points.len(), points: points.into_iter().flatten().filter(is_in).collect() }
 }
 
-/// The power that is shown as white.
+/// The power that is displayed as white.
 fn white(points: &[PhotonPoint]) -> f32 {
     let mut powers: Vec<f32> =
         points.iter().map(|point| point.flux.into_iter().fold(0.0, f32::max)).collect();
@@ -123,7 +123,7 @@ fn white(points: &[PhotonPoint]) -> f32 {
 }
 
 impl PhotonPoint {
-    /// Column, row, red, green and blue to 255, and 1 if the camera sees it.
+    /// Column, row, red, green and blue from 0 to 255, and 1 if the camera sees the point.
     fn json(&self, white: f32) -> Value {
         let to_hundredths = |place: f32| (f64::from(place) * 100.0).round() / 100.0;
         let [r, g, b] =

@@ -1,4 +1,4 @@
-//! What is shown as eight-bit pixels, and what is known about one of them.
+//! The displayed layers as eight-bit pixels, and the values of single pixels.
 
 use std::num::Wrapping;
 use std::str::FromStr;
@@ -16,26 +16,26 @@ use crate::render::{Options, RenderState, Session};
 use crate::sampling::hash::mix;
 use crate::world::Tonemap;
 
-/// What the page can show.
+/// A layer that the page can show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
     /// The image.
     Light,
     /// The image without its noise.
     Denoised,
-    /// The distance of what is seen.
+    /// The depth of the first hit.
     Depth,
-    /// Its orientation.
+    /// Its shading normal.
     Normal,
     /// Its base colour.
     Albedo,
-    /// Which entity it is.
+    /// Its entity.
     Entity,
-    /// Which material it has.
+    /// Its material.
     Material,
-    /// How uncertain pixels are, relative to their brightness.
+    /// The uncertainty of pixels relative to their brightness.
     Noise,
-    /// How many samples pixels have.
+    /// The number of samples per pixel.
     Samples,
 }
 
@@ -59,29 +59,29 @@ impl FromStr for Layer {
     }
 }
 
-/// How light becomes colours.
+/// The mapping from radiance to displayed colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
-    /// Stops; none: chosen from the image.
+    /// Exposure in stops; none: automatic.
     pub exposure_ev: Option<f32>,
-    /// The curve.
+    /// The tone curve.
     pub tonemap: Tonemap,
 }
 
-/// Pixels as a page draws them.
+/// Pixels in the form that the page draws.
 pub struct PageImage {
     /// Width and height.
     pub size: [u32; 2],
     /// Red, green, blue and 255, row by row from the top.
     pub pixels: Vec<u8>,
-    /// Exposure of the light in stops.
+    /// The exposure in stops.
     pub exposure_ev: f32,
 }
 
-/// How many samples' first hits are used for the layers that show these.
+/// The number of samples whose first hits are averaged for the feature layers.
 const LOOKED_AT: u32 = 4;
 
-/// A layer of what is shown.
+/// Renders a layer of a snapshot.
 pub fn picture(shown: &Snapshot, layer: Layer, display: Display) -> PageImage {
     let film = &shown.gathered.film;
     let own = |colors: Vec<[u8; 3]>, size: [u32; 2]| PageImage {
@@ -109,7 +109,7 @@ pub fn picture(shown: &Snapshot, layer: Layer, display: Display) -> PageImage {
     }
 }
 
-/// The light of all pixels. Where there is no sample yet, that is what the small picture has.
+/// The radiance of all pixels; a pixel without samples takes that of the small image.
 fn radiance(shown: &Snapshot) -> Vec<Rgb> {
     let film = &shown.gathered.film;
     let mut radiance = film.radiance();
@@ -135,7 +135,7 @@ fn light(radiance: Vec<Rgb>, size: [u32; 2], display: Display) -> PageImage {
     PageImage { size, pixels, exposure_ev }
 }
 
-/// The difference of even and odd samples relative to their mean, from zero to a half and more.
+/// The difference of even and odd samples relative to their mean, mapped to colours from zero to a half and more.
 fn noise(pixels: &[PixelSum]) -> Vec<[u8; 3]> {
     let of = |p: &PixelSum| {
         if p.count.contains(&0) {
@@ -172,13 +172,13 @@ fn heat(part: f64) -> [u8; 3] {
     colormap::color(part).to_array().map(|c| quantise_8_bit(srgb_encode(c)))
 }
 
-/// A colour for a number: neighbours have different ones.
+/// A pseudo-random colour for a number: neighbouring numbers differ.
 fn any_color(number: u32) -> [u8; 3] {
     let Wrapping(mixed) = mix(Wrapping(number));
     [mixed, mixed >> 8, mixed >> 16].map(|part| 64 + (part & 0xff) as u8 / 4 * 3)
 }
 
-/// What the first samples of the whole image hit.
+/// Features of the first hits in a region.
 fn features(shown: &Snapshot, region: Region) -> Vec<Features> {
     let options = Options { region: Some(region), ..shown.options };
     let mut session = Session::of(shown.setup.clone(), LOOKED_AT, options);
@@ -188,19 +188,19 @@ fn features(shown: &Snapshot, region: Region) -> Vec<Features> {
     session.features()
 }
 
-/// A session that has what is shown; none while that is a smaller image.
+/// A session with the state of a snapshot; none while that is a smaller image.
 fn session(shown: &Snapshot) -> Option<Session> {
     let mut session = Session::of(shown.setup.clone(), shown.wanted, shown.options);
     session.go_on_with((*shown.gathered).clone()).then_some(session)
 }
 
-/// What is known of a pixel of the whole image; none of one that there is not.
+/// The values of a pixel of the whole image; none if the pixel lies outside.
 pub fn pixel(shown: &Snapshot, [x, y]: [u32; 2]) -> Option<Value> {
     let [width, height] = shown.setup.size;
     if x >= width || y >= height {
         return None;
     }
-    // What is shown may be smaller.
+    // The displayed image may be smaller.
     let film = &shown.gathered.film;
     let place = [x * shown.size[0] / width, y * shown.size[1] / height];
     let sum = film.pixels().get(film.region().index(place[0], place[1]))?;

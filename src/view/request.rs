@@ -1,4 +1,4 @@
-//! What a person can have done to what is shown.
+//! The requests of the page.
 
 use serde::Deserialize;
 
@@ -7,45 +7,45 @@ use super::viewer::RenderWork;
 use crate::integrator::Schedule;
 use crate::world::{Sampler, Transport};
 
-/// A wish, and its number.
+/// A request and its number.
 pub struct NumberedRequest {
-    /// Identifies its answer.
+    /// Identifies its outcome.
     pub number: u64,
-    /// What is to be done.
+    /// The action to carry out.
     pub request: ViewRequest,
 }
 
-/// What is to be done, as the page says it.
+/// An action, in the form in which the page sends it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ViewRequest {
-    /// Turn the camera: a hand's way in image heights, to the right and down.
+    /// Rotates the camera by a pointer movement in image heights, to the right and down.
     Orbit([f64; 2]),
-    /// Move it along the image.
+    /// Moves the camera parallel to the image.
     Pan([f64; 2]),
-    /// Come nearer by a factor.
+    /// Moves the camera nearer by a factor.
     Zoom(f64),
-    /// Focus on what a pixel shows, and turn about that from now on.
+    /// Focuses on the surface in a pixel, which becomes the pivot.
     Focus([u32; 2]),
-    /// The vertical angle of view, in degrees.
+    /// Sets the vertical angle of view, in degrees.
     FovDeg(f64),
-    /// The radius of the lens, in metres.
+    /// Sets the radius of the lens, in metres.
     LensRadiusM(f64),
-    /// Another camera of the scene.
+    /// Switches to another camera of the scene.
     Camera(String),
-    /// The camera as the scene's file says.
+    /// Resets the camera to what the scene's file gives.
     Reset(bool),
-    /// Other settings.
+    /// Changes settings.
     Settings(SettingsChange),
-    /// Pause, or continue.
+    /// Pauses or continues.
     Pause(bool),
-    /// Begin with the first sample again.
+    /// Restarts with the first sample.
     Restart(bool),
-    /// Write the camera into the scene's file.
+    /// Writes the camera into the scene's file.
     SaveCamera(bool),
 }
 
-/// Settings to be changed.
+/// A change of settings.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SettingsChange {
@@ -58,16 +58,16 @@ pub struct SettingsChange {
     sharing: Option<bool>,
 }
 
-/// The outcome of a wish.
+/// The outcome of a request.
 pub struct RequestOutcome {
-    /// For people.
+    /// A human-readable message.
     pub said: String,
-    /// Whether the image must be rendered again.
+    /// True if the image must be rendered again.
     pub changes: bool,
 }
 
 impl ViewRequest {
-    /// Carries it out.
+    /// Carries out the request.
     pub fn carry_out(
         self,
         scene: &mut LiveScene,
@@ -131,7 +131,7 @@ impl ViewRequest {
     }
 }
 
-/// Numbers that a hand can mean.
+/// Returns the numbers if they are in the range of meaningful movements.
 fn finite<const N: usize>(numbers: [f64; N]) -> Result<[f64; N], SceneError> {
     match numbers.iter().all(|number| number.is_finite() && number.abs() <= 1e6) {
         true => Ok(numbers),
@@ -143,7 +143,7 @@ fn refuse<T>(reason: String) -> Result<T, SceneError> {
     Err(SceneError::Refused(reason))
 }
 
-/// One of several by its name.
+/// Looks up a value by its name.
 fn named<T: Copy>(name: &Option<String>, what: &str, known: &[(&str, T)]) -> Result<Option<T>, SceneError> {
     let Some(name) = name else { return Ok(None) };
     match known.iter().find(|(known, _)| known == name) {
@@ -155,7 +155,7 @@ fn named<T: Copy>(name: &Option<String>, what: &str, known: &[(&str, T)]) -> Res
     }
 }
 
-/// A number within what is allowed.
+/// Checks that a number lies within its range.
 fn within(number: Option<u32>, what: &str, least: u32, most: u32) -> Result<Option<u32>, SceneError> {
     match number {
         Some(number) if !(least..=most).contains(&number) => {
@@ -165,13 +165,13 @@ fn within(number: Option<u32>, what: &str, least: u32, most: u32) -> Result<Opti
     }
 }
 
-/// Schedules by their names.
+/// The schedules and their names.
 pub(super) const SCHEDULES: [(&str, Schedule); 2] =
     [("wavefront", Schedule::Wavefront), ("recursive", Schedule::Recursive)];
-/// Transports by their names.
+/// The transports and their names.
 pub(super) const TRANSPORTS: [(&str, Transport); 2] =
     [("path", Transport::Path), ("whitted", Transport::Whitted)];
-/// Samplers by their names.
+/// The samplers and their names.
 pub(super) const SAMPLERS: [(&str, Sampler); 3] =
     [("sobol", Sampler::Sobol), ("jittered", Sampler::Jittered), ("independent", Sampler::Independent)];
 
@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wishes_are_read_as_the_page_says_them() {
+    fn view_requests_are_parsed_from_json() {
         let read = |text: &str| serde_json::from_str::<ViewRequest>(text);
         assert_eq!(read(r#"{"orbit":[0.1,-0.2]}"#).unwrap(), ViewRequest::Orbit([0.1, -0.2]));
         assert_eq!(read(r#"{"save_camera":true}"#).unwrap(), ViewRequest::SaveCamera(true));

@@ -1,4 +1,4 @@
-//! A scene that is looked at while it is written.
+//! A scene that is displayed while its files are edited.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -22,35 +22,35 @@ use crate::world::{
     Sharing, SourceFiles, Transform, Transport, World,
 };
 
-/// No window has room for a page that shows more, and memory may not either.
+/// The largest image that a page shows: no window has room for more, and memory may not either.
 const MOST_PIXELS: u64 = 1 << 26;
 
-/// What the command line says about a scene.
+/// The changes that the command line makes to a scene.
 pub type ChangeWorld = Box<dyn Fn(&mut World) + Send>;
 
-/// Why a scene is not what its files say.
+/// A failure to load, compile, save or change a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// A file does not make sense.
+    /// A file is invalid.
     #[error(transparent)]
     Load(#[from] LoadError),
-    /// The scene does not make sense.
+    /// The scene is invalid.
     #[error("{file}: {source}", file = .file.display())]
     Compile {
         /// Its file.
         file: PathBuf,
-        /// What is wrong.
+        /// The error.
         source: CompileError,
     },
-    /// It could not be written.
+    /// The scene could not be written.
     #[error(transparent)]
     Save(#[from] SaveError),
-    /// A wish that cannot be fulfilled.
+    /// A request that cannot be fulfilled.
     #[error("{0}")]
     Refused(String),
 }
 
-/// A scene as its files say now, with what was changed by hand.
+/// A scene as its files describe it now, with the changes made by hand.
 pub struct LiveScene {
     path: PathBuf,
     options: LoadOptions,
@@ -58,43 +58,43 @@ pub struct LiveScene {
     kept: AssetCache,
     files: Arc<Mutex<Watched>>,
     world: World,
-    /// The settings as its files say them, whatever was changed since.
+    /// The settings as read from its files, without any later changes.
     said: Settings,
     compiled: MemoizedScene,
-    /// What is probably not as it was meant.
+    /// Probable mistakes in the scene.
     findings: Vec<Finding>,
-    /// Where names of entities and lights are looked up.
+    /// The names of entities and lights.
     names: Arc<GivenNames>,
     entities: Arc<HashMap<u32, String>>,
-    /// The camera that is looked through; none for the first.
+    /// The name of the current camera; none for the first.
     camera: Option<String>,
-    /// What the files say of it.
+    /// The camera as its files describe it.
     authored: Authored,
-    /// Which of its settings were changed.
+    /// The settings that were changed.
     changed: ChangedSettings,
-    /// Where a hand has put it.
+    /// The camera as moved by hand; none if it was not moved.
     rig: Option<OrbitCamera>,
 }
 
-/// Settings that someone has overridden, whatever the files say later.
+/// Settings that the user has overridden; they take precedence over the files.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChangedSettings {
-    /// How light travels.
+    /// The light transport algorithm.
     pub transport: Option<Transport>,
-    /// Which numbers paths draw.
+    /// The sampler.
     pub sampler: Option<Sampler>,
-    /// Bounces, of all kinds alike.
+    /// The largest number of bounces, of all kinds alike.
     pub max_depth: Option<u32>,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: Option<u32>,
-    /// Whether paths are shared.
+    /// True if paths are reused.
     pub shares: Option<bool>,
 }
 
 impl ChangedSettings {
     fn apply(&self, world: &mut World) {
         if let Some(transport) = self.transport {
-            // As a command that names the transport does.
+            // Also sets the depth, like a command that names the transport.
             world.settings.max_depth = world.depth_under(transport);
             world.settings.transport = transport;
         }
@@ -109,7 +109,7 @@ impl ChangedSettings {
         }
     }
 
-    /// Both, this one last.
+    /// Merges both; the values of `self` take precedence.
     fn after(self, earlier: ChangedSettings) -> ChangedSettings {
         ChangedSettings {
             transport: self.transport.or(earlier.transport),
@@ -121,17 +121,17 @@ impl ChangedSettings {
     }
 }
 
-/// What files say of a camera.
+/// A camera as its files describe it.
 #[derive(Clone, Debug, PartialEq)]
 struct Authored {
     transform: Option<Transform>,
     camera: Option<Camera>,
-    /// Whether it has a parent, or came with another file.
+    /// True if it has a parent, or came with another file.
     depends: bool,
 }
 
 impl LiveScene {
-    /// Reads and compiles.
+    /// Reads and compiles a scene.
     pub fn load(
         path: &Path,
         options: LoadOptions,
@@ -164,13 +164,13 @@ impl LiveScene {
         Ok(live)
     }
 
-    /// Its files, for another thread to check.
+    /// The files of the scene, for another thread to check.
     pub fn files(&self) -> Arc<Mutex<Watched>> {
         self.files.clone()
     }
 
-    /// Reads the scene again. If its files make no sense, what they said before stays. The camera stays where it was
-    /// moved by hand, unless the files now put it somewhere else.
+    /// Reads the scene again. If its files are invalid, the scene stays as it was. A camera moved by hand stays where
+    /// it is, unless the files now describe another camera.
     pub fn reload(&mut self) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
         let read = read(&self.path, &self.options, &sources, &self.change).and_then(|(mut world, said)| {
@@ -182,7 +182,7 @@ impl LiveScene {
         let (world, said, compiled) = match read {
             Ok(read) => read,
             Err(error) => {
-                // Whatever mends it: what was read before, or what has not been found now.
+                // Watch the files read before as well as those not found now: a change to either may fix the error.
                 let mut files = self.lock_files();
                 let before = std::mem::replace(&mut *files, watched);
                 files.extend(before);
@@ -204,7 +204,7 @@ impl LiveScene {
         Ok(())
     }
 
-    /// Changes settings, from now on: whatever its files say later.
+    /// Changes settings permanently: they take precedence over later versions of the files.
     pub fn change_settings(&mut self, change: ChangedSettings) -> Result<(), SceneError> {
         change.apply(&mut self.world);
         self.changed = change.after(self.changed);
@@ -213,22 +213,22 @@ impl LiveScene {
         Ok(())
     }
 
-    /// Settings as they are now.
+    /// The current settings.
     pub fn settings(&self) -> &Settings {
         &self.world.settings
     }
 
-    /// The file.
+    /// The path of the scene's file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// As it is rendered.
+    /// The render setup.
     pub fn setup(&self) -> Arc<RenderSetup> {
         Arc::new(crate::render::setup(self.compiled.scene.clone(), &self.world.settings))
     }
 
-    /// What the compilation noticed, and what is probably not as it was meant.
+    /// Warnings of the compilation, and probable mistakes.
     pub fn findings(&self) -> Vec<Finding> {
         let note = |what: &String| Finding { about: None, what: what.clone(), remedy: None };
         let warnings = check::not_found(&self.compiled.scene.warnings, &self.findings);
@@ -244,12 +244,12 @@ impl LiveScene {
         self.findings = check::check(&self.world, &self.setup(), false);
     }
 
-    /// The names that people use.
+    /// The names of entities and lights.
     pub fn names(&self) -> (Arc<GivenNames>, Arc<HashMap<u32, String>>) {
         (self.names.clone(), self.entities.clone())
     }
 
-    /// Names of its cameras.
+    /// The names of the scene's cameras.
     pub fn cameras(&self) -> Vec<String> {
         compile::camera_names(&self.world)
     }
@@ -259,17 +259,17 @@ impl LiveScene {
         camera_entity(&self.world, self.camera.as_deref()).map(|entity| self.world.name_of(entity))
     }
 
-    /// Looks through another of its cameras.
+    /// Switches to another camera of the scene.
     pub fn look_through(&mut self, camera: &str) -> Result<(), SceneError> {
         self.look_again(Some(camera.to_owned()))
     }
 
-    /// Whether the camera was moved by hand.
+    /// True if the camera was moved by hand.
     pub fn is_moved(&self) -> bool {
         self.rig.is_some()
     }
 
-    /// The camera as a hand moves it. At first it turns about what is seen in the middle of the image.
+    /// The orbit camera. At first its pivot is the surface in the centre of the image.
     pub fn rig(&self) -> OrbitCamera {
         if let Some(rig) = &self.rig {
             return rig.clone();
@@ -286,7 +286,7 @@ impl LiveScene {
         OrbitCamera::new(scene.camera.origin.as_dvec3(), axes, camera, f64::from(ahead.unwrap_or(usual)))
     }
 
-    /// How far away along the camera's axis the first thing in a pixel is, and where; none if there is nothing.
+    /// The depth of the first hit in a pixel along the camera's axis, and its position; none if nothing is hit.
     pub fn depth(&self, [x, y]: [u32; 2]) -> Option<(f32, Vec3)> {
         let region = crate::film::Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
         let options = Options { region: Some(region), ..Options::default() };
@@ -295,7 +295,7 @@ impl LiveScene {
         Some((first.depth_m, Vec3::from_array(first.position)))
     }
 
-    /// Puts the camera where it was moved by hand.
+    /// Moves the camera; it counts as moved by hand.
     pub fn place(&mut self, rig: OrbitCamera) -> Result<(), SceneError> {
         let no_camera = || SceneError::Refused("the scene has no camera".into());
         let entity = camera_entity(&self.world, self.camera.as_deref()).ok_or_else(no_camera)?;
@@ -315,18 +315,18 @@ impl LiveScene {
         let moved = self.compile();
         match moved {
             Ok(()) => self.rig = Some(rig),
-            // As far as a hand may go, and no further.
+            // The scene does not compile: undo the movement.
             Err(_) => drop(self.world.entities.insert(entity, old)),
         }
         moved
     }
 
-    /// Puts the camera where its file says.
+    /// Moves the camera back to where its file puts it.
     pub fn reset(&mut self) -> Result<(), SceneError> {
         self.look_again(self.camera.clone())
     }
 
-    /// Reads the scene again and looks through a camera as its file says. If that is impossible, nothing changes.
+    /// Reads the scene again and switches to a camera as its file describes it. On failure, nothing changes.
     fn look_again(&mut self, camera: Option<String>) -> Result<(), SceneError> {
         let sources = SourceFiles::with(self.kept.clone());
         let (mut world, said) = read(&self.path, &self.options, &sources, &self.change)?;
@@ -337,13 +337,13 @@ impl LiveScene {
         Ok(())
     }
 
-    /// Whether the camera can be written into the scene's file.
+    /// True if the camera can be written into the scene's file.
     pub fn can_save(&self) -> bool {
         self.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"))
             && self.camera_in_file().is_some()
     }
 
-    /// Writes the camera into the scene's file, whose other text stays as it is.
+    /// Writes the camera into the scene's file; the rest of its text stays as it is.
     pub fn save_camera(&mut self) -> Result<String, SceneError> {
         let (path, refused) = (self.path.clone(), |reason: &str| SceneError::Refused(reason.into()));
         let number = self.camera_in_file().filter(|_| self.can_save());
@@ -363,10 +363,10 @@ impl LiveScene {
         let text = String::from_utf8(bytes).map_err(|_| LoadError::invalid(&path, "this is not UTF-8"))?;
         let keys = [("camera", camera), ("transform", transform)];
         let edited = formats::ron::with_keys(&text, &path, number, &keys)?;
-        // Writes to the target of a link, not over the link.
+        // Writes to the target of a symbolic link instead of replacing the link.
         files::replace(&path.canonicalize().unwrap_or(path.clone()), edited.as_bytes())?;
         self.rig = None;
-        // The file says now what the command line said before.
+        // The file now contains what the command line set before.
         self.options.edits.forget_camera();
         self.reload()?;
         Ok(format!("saved in {}", path.display()))
@@ -379,7 +379,7 @@ impl LiveScene {
         Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
     }
 
-    /// The recipe of a frame of it.
+    /// The recipe that reproduces the current image.
     pub fn recipe(&self, setup: &RenderSetup) -> Recipe {
         let mut options = self.options.clone();
         let put = self.rig.as_ref().map(|rig| self.camera_statements(rig));
@@ -390,14 +390,14 @@ impl LiveScene {
         }
         let mut settings = self.world.settings.clone();
         if setup.sharing.is_none() && ReuseGroups::of(&setup.scene.materials, &settings).is_some() {
-            // The first picture comes before the groups are chosen.
+            // The first, small image is shown before the reuse groups are chosen.
             settings.sharing = Sharing::Off;
         }
         let (path, camera) = (self.path.clone(), self.camera.clone());
         Recipe { path, options, camera, authored: self.said.clone(), settings, is_moved }
     }
 
-    /// Statements that put the camera where a hand has put it; none if what it hangs on would move it, too.
+    /// Statements that set the camera as it was moved by hand; none if its parent or model would move it as well.
     fn camera_statements(&self, rig: &OrbitCamera) -> Option<[String; 2]> {
         let [camera, transform] = self.camera_texts(rig).ok()?;
         let name = self.camera_name().filter(|_| !self.authored.depends)?;
@@ -418,15 +418,15 @@ impl LiveScene {
         Ok(())
     }
 
-    /// Which of the file's entities the camera is: the entities of a scene file come first, in its order. None if
-    /// another file brought it, or if it has a parent.
+    /// The index of the camera among the file's entities: the entities of a scene file come first, in file order. None
+    /// if another file contains the camera, or if it has a parent.
     fn camera_in_file(&self) -> Option<usize> {
         let entity = camera_entity(&self.world, self.camera.as_deref())?;
         (!self.authored.depends).then_some(entity.id() as usize)
     }
 }
 
-/// The entity of the camera that is looked through.
+/// The entity of the current camera.
 fn camera_entity(world: &World, camera: Option<&str>) -> Option<hecs::Entity> {
     let order = world.in_order();
     let mut cameras = order.into_iter().filter(|e| world.entities.get::<&Camera>(*e).is_ok());
@@ -446,7 +446,7 @@ fn authored(world: &World, camera: Option<&str>) -> Authored {
     Authored { transform, camera: found, depends }
 }
 
-/// Reads a scene; returns the settings as its files say them, too.
+/// Reads a scene; also returns the settings as its files give them.
 fn read(
     path: &Path,
     options: &LoadOptions,
@@ -471,7 +471,7 @@ fn compiled(
     before: Option<&MemoizedScene>,
 ) -> Result<MemoizedScene, SceneError> {
     let [width, height] = world.settings.size;
-    // What is rendered, what is shown, and what is on its way from one to the other.
+    // Three copies: the image being rendered, the one displayed, and one in transit between them.
     let pixels = 3 * u64::from(width) * u64::from(height) * size_of::<PixelSum>() as u64;
     let claim = memory::reserve(format_args!("a page with an image of {width}x{height}"), pixels);
     let wrong = |source| SceneError::Compile { file: path.to_owned(), source };

@@ -1,9 +1,9 @@
-//! The page and its answers over plain HTTP, only for browsers on this machine.
+//! The HTTP server of the page, only for browsers on this machine.
 //!
-//! Four things keep others out. The server listens on the loopback interface. It answers nobody who calls it by
-//! another name (as someone else's page would, after making its own name lead here). It answers no other page, as
-//! browsers name the page that asks. And every address contains a token that is only told to whoever started the
-//! program. No request names a file. A request that is not sent whole within seconds is given up.
+//! Four measures keep others out. The server listens on the loopback interface only. It refuses requests for another
+//! host name (such as those of a foreign page whose name resolves to this machine), and requests whose origin is
+//! another page, which browsers report. And every address contains a token known only to the user who started the
+//! program. No request names a file. A request that is not received completely within seconds is dropped.
 
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -42,20 +42,21 @@ const STYLE: &str = include_str!("page/page.css");
 
 /// The port that is tried first, so that the address usually stays the same.
 const USUAL_PORT: u16 = 8421;
-/// How often news is sent.
+/// The shortest interval between two status events.
 const NEWS: Duration = Duration::from_millis(80);
-/// How long the head of a request may take, and its body.
+/// Timeout for the head of a request, and for its body.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// After a failure to accept a connection, such as by too many open files, it is tried again.
+/// The delay before the next attempt after a connection could not be accepted, for example because of too many open
+/// files.
 const AGAIN: Duration = Duration::from_millis(500);
 
-/// A page that is about to be served.
+/// A page that is ready to be served.
 pub struct Server {
     listener: TcpListener,
     token: String,
 }
 
-/// Makes a command that explains a sample of a pixel in a terminal.
+/// Returns the command that explains a sample of a pixel in a terminal.
 pub type MakeCommand = fn(&Recipe, [u32; 2], u32) -> String;
 
 struct Site {
@@ -65,7 +66,7 @@ struct Site {
 }
 
 impl Server {
-    /// Listens on a port of the loopback interface; 0 for the usual one, or any if that is taken.
+    /// Listens on a port of the loopback interface; 0 selects the usual port, or any free one if that is taken.
     pub fn new(port: u16) -> std::io::Result<Server> {
         let at = |port: u16| TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
         let listener = if port == 0 { at(USUAL_PORT).or_else(|_| at(0))? } else { at(port)? };
@@ -98,7 +99,7 @@ impl Server {
             .route("/photons", get(photons))
             .route("/do", post(carry_out))
             .layer(from_fn_with_state(site.clone(), guard))
-            // Browsers ask for it whatever a page says.
+            // Browsers request it for every page.
             .route("/favicon.ico", get(|| async { StatusCode::NO_CONTENT }))
             .with_state(site);
         runtime.block_on(async move {
@@ -122,7 +123,7 @@ struct AccessToken {
     token: Option<String>,
 }
 
-/// Keeps out everyone who does not know the token, or calls us by a name that is not this machine's own.
+/// Refuses requests without the token, for a host other than this machine, or from another page.
 async fn guard(
     State(site): State<Arc<Site>>,
     Query(AccessToken { token }): Query<AccessToken>,
@@ -151,14 +152,14 @@ async fn guard(
     response
 }
 
-/// True if the request comes from this page, or does not say where it comes from.
+/// True if the request's origin is this page, or is not given.
 fn is_own_page(headers: &HeaderMap) -> bool {
     let host = headers.get(header::HOST).map(HeaderValue::as_bytes);
     let page = |origin: &HeaderValue| origin.as_bytes().strip_prefix(b"http://").map(<[u8]>::to_vec);
     headers.get_all(header::ORIGIN).iter().all(|origin| page(origin).as_deref() == host && host.is_some())
 }
 
-/// Whether a request names this machine as this machine does, on any port: one that is forwarded has another.
+/// True if the `Host` header names the loopback interface, on any port: a forwarded port differs.
 fn is_loopback(headers: &HeaderMap) -> bool {
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
     let name = match host.rsplit_once(':') {
@@ -184,14 +185,14 @@ async fn style() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "text/css; charset=utf-8")], STYLE)
 }
 
-/// The whole status, now and whenever there is news.
+/// Sends the whole status now and after every change.
 async fn events(State(site): State<Arc<Site>>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
     let news = WatchStream::new(site.viewer.news()).throttle(NEWS);
     let events = news.map(move |_| Ok(Event::default().data(site.viewer.status().to_string())));
     Sse::new(events).keep_alive(KeepAlive::default())
 }
 
-/// The same once.
+/// Returns the status.
 async fn status(State(site): State<Arc<Site>>) -> axum::Json<Value> {
     axum::Json(site.viewer.status())
 }
@@ -231,7 +232,7 @@ async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>)
         let (serial, shown) = (site.viewer.serial(), site.viewer.shown());
         let picture = picture(&shown, layer, display);
         if layer == Layer::Denoised {
-            // That takes hundreds of bytes for each pixel.
+            // Denoising takes hundreds of bytes per pixel.
             give_back_freed();
         }
         (serial, shown.gathered.film.samples_per_pixel(), picture)
@@ -310,7 +311,7 @@ async fn carry_out(State(site): State<Arc<Site>>, request: Request) -> Response 
     }
 }
 
-/// Does what takes its time on a thread of its own; none if that failed.
+/// Runs slow work on a thread of its own; none if it failed.
 async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
     tokio::task::spawn_blocking(work).await.ok()
 }
@@ -320,7 +321,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_this_machines_own_names_are_answered() {
+    fn is_loopback_accepts_only_names_of_this_machine() {
         let is_ours = |host: &str| {
             let mut headers = HeaderMap::new();
             headers.insert(header::HOST, HeaderValue::from_str(host).unwrap());
@@ -338,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn only_this_page_is_answered() {
+    fn is_own_page_rejects_other_origins() {
         let is_own = |origins: &[&str]| {
             let mut headers = HeaderMap::new();
             headers.insert(header::HOST, HeaderValue::from_static("localhost:8421"));
@@ -355,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wanted_of_an_image_is_read() {
+    fn image_queries_are_parsed_and_checked() {
         let read = |layer: &str, exposure: &str, tonemap: &str| {
             let [layer, exposure, tonemap] = [layer, exposure, tonemap].map(|text| Some(text.to_owned()));
             WantedImage { layer, exposure, tonemap }.read()

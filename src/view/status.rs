@@ -1,4 +1,4 @@
-//! The status of a rendering, for the page.
+//! The status of a rendering, sent to the page.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,19 +16,19 @@ use crate::render::Options;
 use crate::study::profile::flow::{self, Flows};
 use crate::world::Camera;
 
-/// The status.
+/// The status of a rendering.
 pub struct Status {
-    /// Grows whenever the pixels have changed.
+    /// Incremented whenever the pixels change.
     pub serial: u64,
-    /// Grows whenever it begins anew.
+    /// Incremented whenever the rendering restarts.
     pub generation: u64,
-    /// Why the scene is not what its files say.
+    /// The reason why the scene is not up to date with its files.
     pub error: Option<String>,
-    /// Whether it is paused.
+    /// True if the rendering is paused.
     pub is_paused: bool,
-    /// What is told of the scene: a part of the whole.
+    /// The scene's part of the status.
     scene: Value,
-    /// Width and height of what is shown.
+    /// Width and height of the displayed image.
     shown: [u32; 2],
     samples: f64,
     wanted: u32,
@@ -36,19 +36,19 @@ pub struct Status {
     rays: u64,
     elapsed: Duration,
     is_done: bool,
-    /// Photons of a sample, or why there are none, once that is known.
+    /// The number of photons per sample, or why there are none; none until that is known.
     photons: Option<Result<u32, NoPhotons>>,
-    /// What the queues held when they were last examined.
+    /// The queue statistics of the last measurement.
     pub queues: Option<Flows>,
 }
 
-/// What a scene says, assembled while nobody waits for it.
+/// The scene's part of the status, assembled without holding the lock.
 pub struct Described {
     scene: Value,
 }
 
 impl Described {
-    /// As it is now.
+    /// Describes the current scene.
     pub fn new(scene: &LiveScene, work: &RenderWork) -> Described {
         let (settings, rig) = (scene.settings(), scene.rig());
         let (pose, camera, is_moved) = (rig.pose(), &rig.camera, scene.is_moved());
@@ -97,7 +97,7 @@ impl Described {
     }
 }
 
-/// What there is to say of pixels. Finding it out takes seconds if there are tens of millions of them.
+/// The pixels' part of the status. Computing it takes seconds for tens of millions of pixels.
 pub struct Pixels {
     size: [u32; 2],
     wanted: u32,
@@ -107,7 +107,7 @@ pub struct Pixels {
 }
 
 impl Pixels {
-    /// Of those that are shown.
+    /// Computes it for a snapshot.
     pub fn of(shown: &Snapshot) -> Pixels {
         let Snapshot { size, wanted, ref gathered, .. } = *shown;
         let is_small = size != shown.setup.size;
@@ -118,7 +118,7 @@ impl Pixels {
 }
 
 impl Status {
-    /// Before anything is rendered.
+    /// The status before anything is rendered.
     pub fn of(scene: &LiveScene, work: RenderWork) -> Status {
         let mut status = Status {
             serial: 0,
@@ -140,30 +140,30 @@ impl Status {
         status
     }
 
-    /// Records what the scene says.
+    /// Stores the scene's part.
     pub fn describe(&mut self, described: Described) {
         self.scene = described.scene;
     }
 
-    /// Begins anew.
+    /// Resets it for a new rendering.
     pub fn begin(&mut self) {
         self.generation += 1;
         (self.rays, self.is_done, self.noise, self.queues) = (0, false, None, None);
     }
 
-    /// Records the pixels' current state.
+    /// Stores the pixels' part.
     pub fn pixels(&mut self, pixels: Pixels, elapsed: Duration) {
         self.serial += 1;
         (self.shown, self.wanted, self.elapsed) = (pixels.size, pixels.wanted, elapsed);
         (self.samples, self.noise, self.photons) = (pixels.samples, pixels.noise, pixels.photons);
     }
 
-    /// Records the result of a pass.
+    /// Stores the result of a pass.
     pub fn passed(&mut self, rays: u64, elapsed: Duration, is_done: bool) {
         (self.rays, self.elapsed, self.is_done) = (rays, elapsed, is_done);
     }
 
-    /// As the page reads it.
+    /// The status as JSON, in the form that the page reads.
     pub fn json(&self) -> Value {
         let seconds = self.elapsed.as_secs_f64();
         let left = (self.samples >= 1.0 && !self.is_done)
@@ -194,17 +194,17 @@ impl Status {
     }
 }
 
-/// The name of one of several.
+/// The name of a value.
 fn name<T: PartialEq>(known: &[(&'static str, T)], value: &T) -> &'static str {
     known.iter().find(|(_, known)| known == value).map_or("", |(name, _)| name)
 }
 
-/// Width and height of the part of the image whose queues are looked at: a wave of one sample and more.
+/// Width and height of the region whose queues are measured: a wave of one sample and more.
 const LOOKED_AT: u32 = 64;
-/// Samples of it.
+/// The number of samples rendered for it.
 const SAMPLES: u32 = 2;
 
-/// What the queues hold while the middle of the image is rendered.
+/// Measures the queues while the centre of the image is rendered.
 pub fn queues(setup: &Arc<RenderSetup>, options: Options) -> Flows {
     let [width, height] = setup.size;
     let part = |size: u32| {

@@ -1,13 +1,13 @@
-//! An image in the characters of a terminal.
+//! An image drawn with the characters of a terminal.
 
 use crate::film::tonemap::{quantise_8_bit, srgb_decode, srgb_encode};
 use crate::math::Rgb;
 
-/// Pixels that are looked at, across and down, for half a character.
+/// The number of pixels, across and down, that are sampled per half character.
 const LOOKED_AT: u32 = 4;
 
-/// Evenly spaced columns and rows of an image: as many pixels as are needed to draw it in a space of `room` columns
-/// and rows, so that a large image need not be tone mapped in full.
+/// Returns evenly spaced columns and rows of an image: enough pixels to draw it in `room` columns and rows, so that a
+/// large image need not be tone mapped in full. Also returns their width and height.
 pub fn thinned(pixels: &[Rgb], [width, height]: [u32; 2], room: [u32; 2]) -> (Vec<Rgb>, [u32; 2]) {
     let [columns, rows] = drawn_size([width, height], room);
     let step = (width / (LOOKED_AT * columns)).min(height / (LOOKED_AT * rows)).max(1);
@@ -16,9 +16,9 @@ pub fn thinned(pixels: &[Rgb], [width, height]: [u32; 2], room: [u32; 2]) -> (Ve
     (left, [width.div_ceil(step), height.div_ceil(step)])
 }
 
-/// The text that draws an image of sRGB pixels, row by row, in a room of columns and rows: lines of upper half blocks,
-/// whose foreground is a pixel and whose background is the one below it. An image that is larger than the room becomes
-/// smaller, its light averaged over boxes.
+/// Returns the text that draws an image of sRGB pixels in a room of columns and rows: lines of upper half blocks, whose
+/// foreground is a pixel and whose background is the pixel below it. An image larger than the room is scaled down by
+/// averaging its linear light over boxes.
 pub fn half_blocks(pixels: &[[u8; 3]], size: [u32; 2], room: [u32; 2]) -> String {
     let drawn = drawn_size(size, room);
     let linear: Vec<f32> = (0..=255u8).map(|byte| srgb_decode(f32::from(byte) / 255.0)).collect();
@@ -33,7 +33,7 @@ pub fn half_blocks(pixels: &[[u8; 3]], size: [u32; 2], room: [u32; 2]) -> String
             // If the number of rows is odd, the last one has nothing below it.
             let below = (row + 1 < drawn[1]).then(|| color(column, row + 1));
             for (place, new) in [Some(color(column, row)), below].into_iter().enumerate() {
-                // Unchanged colours are not repeated: pictures also go through ssh.
+                // Unchanged colours are not repeated: the text may go through ssh.
                 if let Some([r, g, b]) = new.filter(|_| colors[place] != new) {
                     let code = [38, 48][place];
                     text.push_str(&format!("\x1b[{code};2;{r};{g};{b}m"));
@@ -47,7 +47,7 @@ pub fn half_blocks(pixels: &[[u8; 3]], size: [u32; 2], room: [u32; 2]) -> String
     text
 }
 
-/// Columns and half rows of an image that keeps its proportions in a room. A half of a character is about as wide as
+/// The columns and half rows of an image that keeps its proportions in a room. Half a character is about as wide as
 /// high.
 fn drawn_size([width, height]: [u32; 2], [columns, rows]: [u32; 2]) -> [u32; 2] {
     let [width, height] = [width, height].map(|side| f64::from(side.max(1)));
@@ -55,7 +55,7 @@ fn drawn_size([width, height]: [u32; 2], [columns, rows]: [u32; 2]) -> [u32; 2] 
     [width, height].map(|side| ((side * scale).round() as u32).max(1))
 }
 
-/// The mean light of those pixels that one of the drawn ones stands for.
+/// The mean light of the pixels under a drawn pixel.
 fn box_mean(pixels: &[[u8; 3]], size: [u32; 2], drawn: [u32; 2], place: [u32; 2], linear: &[f32]) -> [u8; 3] {
     let bounds = |axis: usize| {
         let at = |place: u32| (u64::from(place) * u64::from(size[axis]) / u64::from(drawn[axis])) as usize;
@@ -77,13 +77,13 @@ fn box_mean(pixels: &[[u8; 3]], size: [u32; 2], drawn: [u32; 2], place: [u32; 2]
 mod tests {
     use super::*;
 
-    /// Characters of each line, without their colours.
+    /// The number of characters of each line, without their colours.
     fn shape(text: &str) -> Vec<usize> {
         text.lines().map(|line| line.matches('▀').count()).collect()
     }
 
     #[test]
-    fn two_rows_are_one_line() {
+    fn half_blocks_draws_two_rows_per_line() {
         let pixels = [[255, 0, 0], [255, 0, 0], [0, 0, 255], [1, 2, 3]];
         let text = half_blocks(&pixels, [2, 2], [80, 24]);
         assert_eq!(text, "\x1b[38;2;255;0;0m\x1b[48;2;0;0;255m▀\x1b[48;2;1;2;3m▀\x1b[0m");
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn proportions_are_kept_within_the_room() {
+    fn drawn_size_keeps_proportions_within_the_room() {
         for (size, room, expected) in [
             ([160, 90], [80, 24], [80, 45]),
             ([160, 90], [80, 10], [36, 20]),
@@ -110,14 +110,14 @@ mod tests {
     }
 
     #[test]
-    fn light_is_averaged_not_bytes() {
-        // Half of the light of white is byte 188.
+    fn half_blocks_averages_linear_light_not_bytes() {
+        // Half the light of white is byte 188.
         let chequered: Vec<[u8; 3]> =
             (0..64).map(|i| [if (i / 8 + i) % 2 == 0 { 255 } else { 0 }; 3]).collect();
         let text = half_blocks(&chequered, [8, 8], [4, 2]);
         assert_eq!(shape(&text), [4, 4]);
         assert!(text.starts_with("\x1b[38;2;188;188;188m\x1b[48;2;188;188;188m▀▀▀▀\x1b[0m\n"), "{text:?}");
-        // What is all one colour keeps it, whatever the sizes.
+        // A uniform image keeps its colour, whatever the sizes.
         for byte in 0..=255 {
             let text = half_blocks(&[[byte; 3]; 7 * 5], [7, 5], [3, 3]);
             assert_eq!(text.matches(&format!(";2;{byte};{byte};{byte}m")).count(), 2, "{byte}: {text:?}");
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn enough_of_a_large_image_is_left() {
+    fn thinned_keeps_enough_pixels_of_a_large_image() {
         let pixels: Vec<Rgb> = (0..1000 * 500).map(|i| Rgb::splat(i as f32)).collect();
         let (left, size) = thinned(&pixels, [1000, 500], [50, 25]);
         assert_eq!((size, left.len()), ([200, 100], 200 * 100));

@@ -1,8 +1,8 @@
-//! The image, while it is rendered, to a viewer of floats: tev or HDRView.
+//! Sends the image, while it is rendered, to a viewer of floating-point images: tev or HDRView.
 //!
 //! The protocol is tev's (<https://github.com/Tom94/tev>, `include/tev/Ipc.h` and `src/Ipc.cpp`), which HDRView
-//! understands too. Packets go one way over TCP: the packet's length in bytes, these four included, its kind as a byte,
-//! and its fields. Numbers are little-endian, strings end with a zero.
+//! supports too. Packets go one way over TCP: the packet's length in bytes, including these four; its kind, a byte; and
+//! its fields. Numbers are little-endian, strings end with a zero.
 
 use std::io::{self, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -13,33 +13,33 @@ use std::time::Duration;
 use crate::film::Film;
 use crate::math::Rgb;
 
-/// How long a viewer may take to answer a call, and to read what it is sent, before it counts as gone.
+/// Timeout for connecting and for each write, after which the viewer counts as gone.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Rows that are sent together, and only if one of them has changed: as high as a tile that is rendered.
+/// Rows that are sent together, and only if one of them has changed; the height of a render tile.
 const BAND: usize = 64;
-/// What the image's channels are called.
+/// The names of the image's channels.
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// Kinds of packets.
+/// Packet kinds.
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE_V3: u8 = 6;
 
-/// No viewer can be reached.
+/// A viewer that cannot be reached.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "cannot reach a viewer at {address}: {source}: start tev there, or HDRView and let it listen (both usually do at 127.0.0.1:14158)"
 )]
 pub struct TevError {
-    /// Where it was expected.
+    /// The viewer's address.
     pub address: String,
-    /// The system's reason.
+    /// The system's error.
     pub source: io::Error,
 }
 
-/// A viewer that shows an image while it is rendered.
+/// A connection to a viewer that shows an image while it is rendered.
 ///
-/// A separate thread does the sending, so that showing an image never waits for the network. Whatever a slow viewer
-/// has not been sent yet is replaced by what is newer.
+/// A separate thread sends, so that showing an image never waits for the network. An image that a slow viewer has not
+/// been sent yet is replaced by the next one.
 pub struct Tev {
     shared: Arc<Shared>,
     sender: Option<JoinHandle<()>>,
@@ -50,7 +50,7 @@ struct Shared {
     changed: Condvar,
 }
 
-/// An image as viewers show it: a fifth of its film.
+/// An image in the viewer's format, a fifth of the film's size.
 struct TevImage {
     size: [u32; 2],
     pixels: Vec<Rgb>,
@@ -58,19 +58,19 @@ struct TevImage {
 
 #[derive(Default)]
 struct TevState {
-    /// What is to be sent.
+    /// The image to send next.
     next: Option<TevImage>,
     is_sending: bool,
-    /// The viewer has gone away.
+    /// True if the viewer has gone away.
     is_gone: bool,
-    /// Why, until someone has asked.
+    /// The reason, until it has been taken.
     warning: Option<String>,
     ends: bool,
 }
 
 impl Tev {
-    /// Connects to the viewer that listens at `HOST:PORT`. The image gets this name, and replaces one that has it
-    /// already.
+    /// Connects to the viewer that listens at `HOST:PORT`. The image gets this name, and replaces an image of that
+    /// name.
     pub fn connect(address: &str, name: &str) -> Result<Tev, TevError> {
         let fault = |source| TevError { address: address.to_owned(), source };
         let stream = reach(address).map_err(fault)?;
@@ -80,10 +80,10 @@ impl Tev {
         Ok(Tev { shared, sender: Some(sender.map_err(fault)?) })
     }
 
-    /// Sends an image as soon as possible. Does not wait.
+    /// Sends an image as soon as possible. Does not block.
     pub fn show(&self, film: &Film) {
         let mut state = self.shared.lock();
-        // What has not been sent yet is freed before more is made.
+        // Frees the unsent image before another one is made.
         state.next = None;
         if state.is_gone {
             return;
@@ -95,7 +95,7 @@ impl Tev {
         self.shared.changed.notify_all();
     }
 
-    /// Waits until what was shown last has been sent, or the viewer has gone away.
+    /// Waits until the last image has been sent, or the viewer has gone away.
     pub fn flush(&self) {
         let mut state = self.shared.lock();
         while !state.is_gone && (state.next.is_some() || state.is_sending) {
@@ -103,7 +103,7 @@ impl Tev {
         }
     }
 
-    /// What to tell people of a viewer that has gone away. Says it once.
+    /// Returns the warning about a viewer that has gone away, once.
     pub fn warning(&self) -> Option<String> {
         self.shared.lock().warning.take()
     }
@@ -114,7 +114,7 @@ impl Drop for Tev {
         self.shared.lock().ends = true;
         self.shared.changed.notify_all();
         if let Some(sender) = self.sender.take() {
-            // It does not panic, and if it did nothing would be left to do.
+            // The thread does not panic; if it did, there would be nothing left to do.
             let _ = sender.join();
         }
     }
@@ -130,7 +130,7 @@ impl Shared {
         self.changed.wait(state).unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    /// Sends what there is to be sent until it ends or the viewer goes away.
+    /// Sends images until the connection is dropped or the viewer goes away.
     fn send_all(&self, mut link: Link) {
         let mut state = self.lock();
         loop {
@@ -158,7 +158,7 @@ impl Shared {
     }
 }
 
-/// The first of a host's addresses that accepts a connection.
+/// Connects to the first of a host's addresses that accepts a connection.
 fn reach(address: &str) -> io::Result<TcpStream> {
     let mut last = io::Error::new(io::ErrorKind::NotFound, "nothing has that name");
     for socket in address.to_socket_addrs()? {
@@ -173,14 +173,14 @@ fn reach(address: &str) -> io::Result<TcpStream> {
     Err(last)
 }
 
-/// A connection, and what the viewer at its other end has.
+/// A connection, and the state of the viewer's image.
 struct Link {
     stream: TcpStream,
     /// The image's name.
     name: String,
-    /// Its width and height; none before there is an image.
+    /// Its width and height; none before it has been created.
     size: Option<[u32; 2]>,
-    /// Its pixels; fewer before all have been sent.
+    /// Its pixels; empty before all have been sent.
     sent: Vec<Rgb>,
 }
 
@@ -190,7 +190,7 @@ impl Link {
         Link { stream, name: name.replace('\0', ""), size: None, sent: Vec::new() }
     }
 
-    /// Sends what has changed.
+    /// Sends the bands of rows that have changed.
     fn send(&mut self, TevImage { size, pixels }: TevImage) -> io::Result<()> {
         if self.size != Some(size) {
             self.stream.write_all(&self.creation(size))?;
@@ -207,22 +207,22 @@ impl Link {
         Ok(())
     }
 
-    /// A new image, which the viewer turns to.
+    /// The packet that creates an image; the viewer switches to it.
     fn creation(&self, size: [u32; 2]) -> Vec<u8> {
         let packet = TevPacket::new(CREATE_IMAGE).flag(true).text(&self.name);
         let packet = size.into_iter().fold(packet, TevPacket::number).number(CHANNELS.len() as u32);
         CHANNELS.into_iter().fold(packet, TevPacket::text).finish()
     }
 
-    /// Whole rows from row `y` on. The viewer does not switch to the image: someone who looks at another one is not
-    /// disturbed.
+    /// The packet that updates whole rows from row `y` on. The viewer does not switch to the image, so as not to
+    /// disturb a user who views another one.
     fn update(&self, width: u32, y: usize, pixels: &[Rgb]) -> Vec<u8> {
         let height = pixels.len() / (width as usize).max(1);
         let packet =
             TevPacket::new(UPDATE_IMAGE_V3).flag(false).text(&self.name).number(CHANNELS.len() as u32);
         let packet = CHANNELS.into_iter().fold(packet, TevPacket::text);
         let packet = [0, y as u32, width, height as u32].into_iter().fold(packet, TevPacket::number);
-        // The channels of a pixel lie side by side: where each begins, and the distance to the next pixel.
+        // The channels are interleaved: the offset of each, and the stride to the next pixel.
         let offsets = 0..CHANNELS.len() as u64;
         let strides = CHANNELS.map(|_| CHANNELS.len() as u64);
         let mut packet = offsets.chain(strides).fold(packet, TevPacket::long_number);
@@ -234,12 +234,12 @@ impl Link {
     }
 }
 
-/// A packet that is written. Its numbers are signed in the protocol, and ours are never negative.
+/// A packet under construction. Its numbers are signed in the protocol, but ours are never negative.
 struct TevPacket(Vec<u8>);
 
 impl TevPacket {
     fn new(kind: u8) -> TevPacket {
-        // Room for its length.
+        // The first four bytes are set to its length later.
         TevPacket(vec![0, 0, 0, 0, kind])
     }
 
@@ -280,18 +280,18 @@ mod tests {
     use crate::film::{FilmScale, Region};
     use crate::render::RenderState;
 
-    /// What a viewer has been sent.
+    /// The data that a viewer has received.
     #[derive(Default)]
     struct Received {
         name: String,
         size: [usize; 2],
         pixels: Vec<Rgb>,
         creations: usize,
-        /// First rows and heights of updates.
+        /// First row and height of each update.
         bands: Vec<[usize; 2]>,
     }
 
-    /// Fields of a packet, one after another.
+    /// Reads the fields of a packet in order.
     struct Fields<'a>(&'a [u8]);
 
     impl Fields<'_> {
@@ -371,7 +371,7 @@ mod tests {
         gathered
     }
 
-    /// A viewer, and its address.
+    /// A listening viewer and its address.
     fn listener() -> (TcpListener, String) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap().to_string();
@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn a_viewer_gets_the_floats_of_the_film() {
+    fn viewer_receives_the_floats_of_the_film() {
         let (listener, address) = listener();
         let viewer = std::thread::spawn(move || Received::all(listener.accept().unwrap().0));
         let tev = Tev::connect(&address, "größer.ron").unwrap();
@@ -399,12 +399,12 @@ mod tests {
         let received = viewer.join().unwrap();
         assert_eq!((&received.name[..], received.size, received.creations), ("größer.ron", [70, 150], 1));
         assert_eq!(bits(&received.pixels), bits(&second.film.radiance()));
-        // All of it, and then what has changed.
+        // The whole image, and then the band that has changed.
         assert_eq!(received.bands, [[0, 64], [64, 64], [128, 22], [64, 64]]);
     }
 
     #[test]
-    fn another_size_is_another_image() {
+    fn changed_size_creates_a_new_image() {
         let (listener, address) = listener();
         let viewer = std::thread::spawn(move || Received::all(listener.accept().unwrap().0));
         let tev = Tev::connect(&address, "scene").unwrap();
@@ -419,19 +419,19 @@ mod tests {
     }
 
     #[test]
-    fn a_viewer_that_goes_away_is_told_of_once_and_does_no_harm() {
+    fn lost_viewer_is_reported_once_and_does_no_harm() {
         let (listener, address) = listener();
         let viewer = std::thread::spawn(move || {
             let mut beginning = [0; 100];
             listener.accept().unwrap().0.read_exact(&mut beginning).unwrap();
         });
         let tev = Tev::connect(&address, "scene").unwrap();
-        // Larger than what the system holds for it.
+        // Larger than the system's socket buffers.
         let image = gathered([1000, 1000]).film;
         tev.show(&image);
         viewer.join().unwrap();
         tev.flush();
-        // What was under way may still have fitted somewhere.
+        // The first image may still have fitted into a buffer.
         for sample in 3..10 {
             let mut more = image.clone();
             more.count(0, 0, sample);
@@ -446,8 +446,8 @@ mod tests {
     }
 
     #[test]
-    fn who_does_not_listen_is_told_what_to_do() {
-        // A port that was free a moment ago.
+    fn connecting_without_a_listener_fails_with_advice() {
+        // A port that has just been freed.
         let (listener, address) = listener();
         drop(listener);
         for wrong in [&address[..], "127.0.0.1", "nowhere.invalid:14158"] {

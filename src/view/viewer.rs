@@ -1,4 +1,4 @@
-//! Renders what is looked at, again and again, while others ask for pictures of it.
+//! The viewer: renders a scene continuously while other threads read snapshots of it.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,41 +19,41 @@ use crate::render::prepare::Prepared;
 use crate::render::{DEFAULT_WAVE, Options, Progress, RenderState, Session};
 use crate::study::explain::{GivenNames, Recipe};
 
-/// How long a pass should take, so that pictures come often and wishes are carried out soon.
+/// The target duration of a pass: short, so that the image is updated often and requests are carried out soon.
 const PASS: Duration = Duration::from_millis(400);
-/// How often a picture is taken within a pass.
+/// The interval between snapshots within a pass.
 const PICTURE: Duration = Duration::from_millis(150);
-/// How often the wave's queues are looked at, which counts the boxes that each ray enters.
+/// The interval between measurements of the wavefront queues, which count the boxes that each ray enters.
 const QUEUES: Duration = Duration::from_secs(3);
-/// The first picture after a change has at most this many pixels.
+/// The largest number of pixels of the first image after a change.
 const FIRST_PIXELS: u64 = 40_000;
 
-/// What is rendered, and what has come of it: all that a picture or an answer needs.
+/// An immutable snapshot of the rendering: all the data that an image or a response needs.
 #[derive(Clone)]
 pub struct Snapshot {
-    /// The scene as it is rendered.
+    /// The render setup.
     pub setup: Arc<RenderSetup>,
-    /// What has been gathered: of the whole image, or of a smaller one.
+    /// The render state, of the whole image or of a smaller one.
     pub gathered: Arc<RenderState>,
-    /// A small picture of the whole image, for pixels that have no sample yet; none once all have.
+    /// A small version of the image, for pixels that have no sample yet; none once all have.
     pub small: Option<Arc<Film>>,
-    /// Its width and height.
+    /// Width and height of `gathered`.
     pub size: [u32; 2],
-    /// How many samples are wanted.
+    /// The number of samples per pixel to render.
     pub wanted: u32,
-    /// Paths of a wave, and in which order.
+    /// The schedule and the wave size.
     pub options: Options,
     /// Names of entities and lights.
     pub names: Arc<GivenNames>,
-    /// Names of entities by their numbers.
+    /// The names of entities by their numbers.
     pub entities: Arc<HashMap<u32, String>>,
-    /// What its pixels show first, as soon as it has been asked for.
+    /// The features of the first hits of all pixels, computed on first use.
     pub features: Arc<OnceLock<Vec<Features>>>,
-    /// How to ask for the same elsewhere.
+    /// The recipe that reproduces the image on the command line.
     pub recipe: Arc<Recipe>,
-    /// The preparation of its samples, once that is known.
+    /// The data prepared for its samples, once known.
     pub prepared: Option<Arc<Prepared>>,
-    /// How often it had begun anew.
+    /// The number of restarts up to now.
     pub generation: u64,
 }
 
@@ -86,16 +86,16 @@ impl Snapshot {
     }
 }
 
-/// What threads share.
+/// The state shared between threads.
 pub struct Viewer {
     state: Mutex<ViewerState>,
-    /// There is something to do.
+    /// Notified when there is work to do or an outcome to fetch.
     wake: Condvar,
-    /// The current pass is no longer wanted.
+    /// Set when the current pass is no longer needed.
     stop: AtomicBool,
-    /// Grows whenever there is news.
+    /// Incremented whenever the status or the image changes.
     news: watch::Sender<u64>,
-    /// Another viewer that is shown the image.
+    /// An external viewer that also shows the image.
     tev: Option<Tev>,
 }
 
@@ -103,18 +103,18 @@ struct ViewerState {
     shown: Snapshot,
     status: Status,
     requests: VecDeque<NumberedRequest>,
-    /// The outcomes of the last commands, by their numbers.
+    /// The outcomes of the last requests, by their numbers.
     answers: HashMap<u64, Result<String, String>>,
     next: u64,
     ends: bool,
 }
 
-/// How the scene is rendered: what no bit of the image depends on.
+/// The scheduling of the work, which does not affect any bit of the image.
 #[derive(Clone, Copy, Debug)]
 pub struct RenderWork {
-    /// In which order.
+    /// The order of the work.
     pub schedule: Schedule,
-    /// Paths of a wave.
+    /// The number of paths per wave.
     pub wave: usize,
 }
 
@@ -131,7 +131,7 @@ impl RenderWork {
 }
 
 impl Viewer {
-    /// For a scene; nothing is rendered before [`Viewer::run`].
+    /// Creates the viewer of a scene; nothing is rendered before [`Viewer::run`].
     pub fn new(scene: &LiveScene, work: RenderWork) -> Viewer {
         let setup = scene.setup();
         let nothing = RenderState::nothing(Region::whole(setup.size), setup.unit, false);
@@ -155,33 +155,33 @@ impl Viewer {
         }
     }
 
-    /// Shows the image elsewhere too.
+    /// Also shows the image in an external viewer.
     pub fn with_tev(self, tev: Option<Tev>) -> Viewer {
         Viewer { tev, ..self }
     }
 
-    /// What is shown now.
+    /// The current snapshot.
     pub fn shown(&self) -> Snapshot {
         self.lock().shown.clone()
     }
 
-    /// The status now.
+    /// The current status.
     pub fn status(&self) -> Value {
         self.lock().status.json()
     }
 
-    /// The picture's serial number.
+    /// The serial number of the current image.
     pub fn serial(&self) -> u64 {
         self.lock().status.serial
     }
 
-    /// Notifies of news.
+    /// Returns a receiver that is notified of every change.
     pub fn news(&self) -> watch::Receiver<u64> {
         self.news.subscribe()
     }
 
-    /// Gets something done, and waits for it: the outcome, or why it is impossible. Successive movements of the
-    /// camera are combined.
+    /// Carries out a request and waits for its outcome, or the reason why it is impossible. All requests in the queue
+    /// are carried out before the next pass.
     pub fn command(&self, request: ViewRequest) -> Result<String, String> {
         let mut state = self.lock();
         let number = state.next;
@@ -207,17 +207,17 @@ impl Viewer {
         self.wake.notify_all();
     }
 
-    /// Renders until it is told to end.
+    /// Renders until [`Viewer::end`] is called.
     pub fn run(&self, scene: LiveScene, work: RenderWork) {
         let (files, changed) = (scene.files(), AtomicBool::new(false));
         std::thread::scope(|scope| {
-            // If no thread can be started, edits are noticed when someone asks for them.
+            // Without this thread, edits show only after requests that read the files again.
             let _ = std::thread::Builder::new().spawn_scoped(scope, || self.watch(&files, &changed));
             self.render(scene, work, &changed);
         });
     }
 
-    /// Checks files until it is told to end.
+    /// Checks files for changes until the viewer ends.
     fn watch(&self, files: &Mutex<Watched>, changed: &AtomicBool) {
         while !self.lock().ends {
             let mut files = files.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -275,7 +275,7 @@ impl Viewer {
         }
     }
 
-    /// Waits for something to do; none: it is to end.
+    /// Waits for work; none if the viewer is to end.
     fn wait(&self, rendering: &Rendering, changed: &AtomicBool) -> Option<Vec<NumberedRequest>> {
         let mut state = self.lock();
         let is_idle = rendering.paused || rendering.session.as_ref().is_some_and(Session::is_done);
@@ -283,7 +283,7 @@ impl Viewer {
             let waited = self.wake.wait_timeout(state, LOOK);
             state = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
         }
-        // Before the lock is given back: what comes later stops what is done next.
+        // Still under the lock: later requests stop the work that follows.
         self.stop.store(false, Ordering::Release);
         (!state.ends).then(|| state.requests.drain(..).collect())
     }
@@ -304,14 +304,14 @@ impl Viewer {
         self.wake.notify_all();
     }
 
-    /// Others wait meanwhile: the change must not take long.
+    /// Changes the state and notifies of it. The change must be quick: other threads wait for the lock.
     fn publish<T>(&self, change: impl FnOnce(&mut ViewerState) -> T) -> T {
         let outcome = change(&mut self.lock());
         self.news.send_modify(|serial| *serial += 1);
         outcome
     }
 
-    /// Shows other pixels.
+    /// Replaces the current snapshot.
     fn show(&self, shown: Snapshot, elapsed: Duration, described: Option<Described>) {
         let pixels = Pixels::of(&shown);
         let before = self.publish(|state| {
@@ -320,7 +320,7 @@ impl Viewer {
             let generation = state.status.generation;
             std::mem::replace(&mut state.shown, Snapshot { generation, ..shown })
         });
-        // Freeing many of them takes time, too.
+        // Freed outside the lock: that takes time for many pixels.
         drop(before);
     }
 
@@ -330,17 +330,17 @@ impl Viewer {
     }
 }
 
-/// A rendering from its first small picture to its last sample.
+/// A rendering, from its first small image to its last sample.
 struct Rendering {
     work: RenderWork,
-    /// None before the first picture.
+    /// The session; none before the first small image.
     session: Option<Session>,
-    /// The first picture, if it has been made.
+    /// The first small image; none until it is complete.
     small: Option<Arc<Film>>,
-    /// Time of all passes.
+    /// The time of all passes.
     spent: Duration,
     paused: bool,
-    /// When the queues were last examined.
+    /// The time of the last queue measurement.
     looked: Option<Instant>,
     /// See [`Snapshot::features`].
     features: Arc<OnceLock<Vec<Features>>>,
@@ -352,7 +352,7 @@ impl Rendering {
         (self.paused, self.looked, self.features) = (false, None, Arc::default());
     }
 
-    /// The next picture or pass.
+    /// Renders the next small image or pass.
     fn go_on(&mut self, viewer: &Viewer, scene: &LiveScene) {
         let Some(small) = self.small.clone() else { return self.first_picture(viewer, scene) };
         let options = self.work.options();
@@ -369,7 +369,7 @@ impl Rendering {
         let prepared = Some(session.prepared());
         let features = self.features.clone();
         let setup = session.setup().clone();
-        // A pass has some of its tiles long before others.
+        // Some tiles of a pass are ready long before others.
         let small = (session.samples_done().0 == 0).then_some(small);
         let shown = Snapshot {
             small,
@@ -387,7 +387,7 @@ impl Rendering {
             }
         };
         let watch = |progress: &Progress| {
-            // One thread at a time takes a picture; the others go on.
+            // One thread at a time takes a snapshot; the others go on rendering.
             let Ok(mut last) = last.try_lock() else { return };
             if last.elapsed() >= PICTURE && !viewer.stop.load(Ordering::Acquire) {
                 *last = Instant::now();
@@ -414,11 +414,11 @@ impl Rendering {
         }
     }
 
-    /// A small picture of one sample a pixel, at once.
+    /// Renders a small image of one sample per pixel, which is visible immediately.
     fn first_picture(&mut self, viewer: &Viewer, scene: &LiveScene) {
         let whole = scene.setup();
         let pixels = |by: u32| whole.size.iter().map(|side| u64::from(side.div_ceil(by))).product::<u64>();
-        // At most half as wide. An image that takes no time at all could do without.
+        // At most half as wide, even for images so small that they would not need this step.
         let by = (2..).find(|by| pixels(*by) <= FIRST_PIXELS).unwrap_or(2);
         let size = whole.size.map(|side: u32| side.div_ceil(by));
         let options = self.work.options();
@@ -435,7 +435,7 @@ impl Rendering {
     }
 }
 
-/// Samples of the next pass: as many as fit into its time, by what those before took.
+/// The number of samples of the next pass: as many as fit into its duration, given the time of those before.
 fn next_count(session: &Session, spent: Duration) -> u32 {
     let (done, _) = session.samples_done();
     if done == 0 {

@@ -1,4 +1,4 @@
-//! Whether files have changed.
+//! Detection of changed files.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,30 +6,30 @@ use std::time::{Duration, SystemTime};
 
 use crate::world::{FileDigest, SourceFiles};
 
-/// How often files are looked at.
+/// The interval between checks of the files.
 pub const LOOK: Duration = Duration::from_millis(40);
 
-/// Files that something was made of. They are looked at again and again: what a system tells of changes differs from
-/// system to system, is silent on network drives, and is not told of files that are not there yet.
+/// The files that a scene was read from, checked by polling: the change notifications of operating systems differ, are
+/// silent on network drives, and do not cover files that do not exist yet.
 #[derive(Debug, Default)]
 pub struct Watched(BTreeMap<PathBuf, Seen>);
 
 /// The state of a file when it was last checked.
 #[derive(Debug)]
 struct Seen {
-    /// Its content when it was read; none of one that could not be.
+    /// Its content when it was read; none if it could not be read.
     content: Option<FileDigest>,
-    /// What the system said about it then. None: it has not been checked yet.
+    /// Its metadata at that time; none if it has not been checked yet.
     stamp: Option<Stamp>,
 }
 
-/// What changes with a file: length, time, and which file it is, for editors put another one in its place. None of
-/// what is not there.
+/// Metadata that change with a file: length, modification time and inode number (editors put another file in its
+/// place). None if the file does not exist.
 type Stamp = Option<(u64, Option<SystemTime>, u64)>;
 
 impl Watched {
-    /// Those that were read, and those that could not be. What they hold is compared at the first look: they may have
-    /// changed since they were read.
+    /// Watches the files that were read and those that could not be. Their contents are compared at the first check:
+    /// they may have changed since they were read.
     pub fn new(files: &SourceFiles) -> Watched {
         let read = files.all().into_iter().map(|(path, content)| (path, Some(content)));
         let missing = files.missing().into_iter().map(|path| (path, None));
@@ -37,20 +37,20 @@ impl Watched {
         Watched(all.collect())
     }
 
-    /// Adds those of another list that are not known.
+    /// Adds the files of another list that are not in this one.
     pub fn extend(&mut self, others: Watched) {
         for (path, seen) in others.0 {
             self.0.entry(path).or_insert(seen);
         }
     }
 
-    /// Whether a file held this when it was read.
+    /// True if the file held these bytes when it was read.
     pub fn is_as_read(&self, path: &Path, bytes: &[u8]) -> bool {
         self.0.get(path).is_some_and(|seen| seen.content == Some(FileDigest::of(bytes)))
     }
 
-    /// Whether any holds something else than what was read. One that is gone has not changed: it is about to be
-    /// replaced, or what was read of it will do.
+    /// True if the content of any file differs from what was read. A deleted file does not count as changed: it is
+    /// about to be replaced, or its old content will do.
     pub fn have_changed(&mut self) -> bool {
         let mut changed = false;
         for (path, seen) in &mut self.0 {
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_changes_is_noticed_whoever_changes_it_and_how() {
+    fn have_changed_reports_new_content_replaced_and_new_files() {
         let folder = tempfile::tempdir().unwrap();
         let [scene, texture] = ["a.ron", "b.png"].map(|name| folder.path().join(name));
         std::fs::write(&scene, "one").unwrap();
@@ -93,17 +93,17 @@ mod tests {
         assert!(files.read(&texture).is_err());
         let mut watched = Watched::new(&files);
         assert!(!watched.have_changed());
-        // Written again with the same content.
+        // Rewritten with the same content.
         std::fs::write(&scene, "one").unwrap();
         assert!(!watched.have_changed());
         std::fs::write(&scene, "two").unwrap();
         assert!(watched.have_changed());
-        // As editors do it: another file takes its name.
+        // Editors save so: another file takes the name.
         let mut watched = Watched::new(&files);
         std::fs::write(folder.path().join("new"), "six").unwrap();
         std::fs::rename(folder.path().join("new"), &scene).unwrap();
         assert!(watched.have_changed());
-        // A file that appears, and one that disappears.
+        // A file that appears, and a file that is deleted.
         let mut watched = Watched::new(&files);
         std::fs::write(&scene, "one").unwrap();
         assert!(!watched.have_changed());

@@ -1,5 +1,5 @@
-//! The contract: the same scene and flags give the same film, bit for bit, for every
-//! schedule, wave size, instruction set, tile size, number of threads and split.
+//! The contract: the same scene and options give the same film, bit for bit, for every schedule, wave size, instruction
+//! set, tile size, number of threads and split.
 
 use rayfront::compile::compile;
 use rayfront::internals::film::{Film, Region};
@@ -10,8 +10,8 @@ use rayfront::world::{Sharing, Transport, World};
 
 use crate::support;
 
-/// Every kind of shape, flat and smooth, once and several times, mirrored and stretched,
-/// under lights without a surface.
+/// Every kind of shape, flat and smooth, as single copies and instances, mirrored and stretched, under lights without
+/// an area.
 pub const SHAPES: &str = r#"(
     settings: (size: (24, 18), samples: 4, background: Gradient(bottom: 0.1, top: (0.3, 0.5, 0.9)), ambient: 0.02,
                copied_triangles: 0),
@@ -42,7 +42,7 @@ pub const SHAPES: &str = r#"(
     ],
 )"#;
 
-/// Glass within glass within glass, beneath a water surface that reflects totally, deep.
+/// Glass within glass within glass, below a water surface with total internal reflection, at a high depth.
 pub const GLASS: &str = r#"(
     settings: (size: (24, 18), samples: 4, max_depth: 256, min_throughput: 0.004, filter: Gaussian(radius: 1.2),
                copied_triangles: 0,
@@ -66,7 +66,7 @@ pub const GLASS: &str = r#"(
     ],
 )"#;
 
-/// Bodies that scatter light, one in another, with every kind of boundary.
+/// Nested bodies that scatter light, with every kind of boundary.
 const MEDIA: &str = r#"(
     settings: (size: (24, 18), samples: 4, transport: Path, background: (0.5, 0.7, 1)),
     entities: [
@@ -87,7 +87,7 @@ const MEDIA: &str = r#"(
     ],
 )"#;
 
-/// Panes of all kinds before lamps of all kinds, in fog within fog around the camera.
+/// Panes of all kinds in front of lights of all kinds, in nested fog around the camera.
 const WINDOWS: &str = r#"(
     settings: (size: (24, 18), samples: 4, transport: Path, background: (0.1, 0.2, 0.4), copied_triangles: 0),
     materials: {
@@ -122,13 +122,13 @@ const WINDOWS: &str = r#"(
     ],
 )"#;
 
-/// The same with the camera in air, where paths can be shared.
+/// Variant with the camera in air, where paths can be reused.
 pub fn windows_in_air() -> String {
     let without = |line: &&str| !line.contains("// around the camera");
     WINDOWS.lines().filter(without).collect::<Vec<_>>().join("\n")
 }
 
-/// Facing mirrors with textured weights, through a lens, under two area lights of several samples.
+/// Facing mirrors with textured weights, through a lens, under area lights with several samples.
 pub const MIRRORS: &str = r#"(
     settings: (size: (24, 18), samples: 4, max_depth: 20, filter: Tent(radius: 1.25)),
     materials: {
@@ -152,7 +152,7 @@ pub const MIRRORS: &str = r#"(
     ],
 )"#;
 
-/// Every way to look a texture up, seen in parallel, and emission.
+/// Every kind of texture lookup in an orthographic view, and emission.
 const TEXTURES: &str = r#"(
     settings: (size: (24, 18), samples: 4, filter: Box, pixel_pattern: Uniform, ambient: 0.3),
     entities: [
@@ -174,7 +174,7 @@ const TEXTURES: &str = r#"(
     ],
 )"#;
 
-/// A lens with independent points, a regular grid over the pixel, and a spot in a room.
+/// A lens with independent samples, a regular grid over the pixel, and a spotlight.
 const LENS: &str = r#"(
     settings: (size: (24, 18), samples: 4, filter: BlackmanHarris(radius: 2), pixel_pattern: Regular, seed: 77,
                background: 0.05),
@@ -193,7 +193,7 @@ struct Rendered {
     rays: RayCounts,
 }
 
-/// `passes` says how many samples each pass renders; the rest is rendered in one more.
+/// Renders `passes` of the given numbers of samples, and the rest in one more.
 fn render(world: &World, options: Options, threads: usize, passes: &[u32]) -> Rendered {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
@@ -207,7 +207,7 @@ fn render(world: &World, options: Options, threads: usize, passes: &[u32]) -> Re
     })
 }
 
-/// A different picture in most pixels, lit somewhere.
+/// Checks that most pixels differ and have all their samples.
 fn is_worth_comparing(film: &Film) {
     let pixels: std::collections::HashSet<_> =
         film.radiance().iter().map(|p| p.to_array().map(f32::to_bits)).collect();
@@ -215,7 +215,7 @@ fn is_worth_comparing(film: &Film) {
     assert!(film.pixels().iter().all(|pixel| pixel.count == [2, 2]));
 }
 
-/// Under both transports, with paths that are shared and without.
+/// Checks both transports, with and without path reuse.
 fn check(text: &str) {
     let path = [Sharing::Off, Sharing::Auto, Sharing::Groups(32)].map(|sharing| (Transport::Path, sharing));
     for (transport, sharing) in [(Transport::Whitted, Sharing::Off)].into_iter().chain(path) {
@@ -268,7 +268,7 @@ fn check_world(made: &dyn Fn() -> World) {
     assert_ne!(other.film.hash(), expected.film.hash(), "another seed, the same film");
 }
 
-/// Films of some of the samples add up to the whole; a part of the image is as it is in the whole.
+/// Checks that films of ranges of samples merge to the whole, and that a crop equals that part of the whole.
 fn parts_make_the_whole(world: &World, options: Options, expected: &Film) {
     let mut merged = Film::new(Region::whole(world.settings.size), expected.unit());
     for range in [2..4, 0..1, 1..2] {
@@ -291,21 +291,21 @@ fn parts_make_the_whole(world: &World, options: Options, expected: &Film) {
 }
 
 #[test]
-fn shapes() {
+fn shapes_render_identically_in_all_ways() {
     check(SHAPES);
 }
 
 #[test]
-fn glass() {
+fn glass_renders_identically_in_all_ways() {
     check(GLASS);
 }
 
 #[test]
-fn media() {
+fn media_render_identically_in_all_ways() {
     check(MEDIA);
 }
 
-/// Bodies within each other, some of which touch or overlap, in fog.
+/// Nested bodies, some of which touch or overlap, in fog.
 fn nested() -> String {
     let drink = crate::nested::DRINK;
     format!(
@@ -338,34 +338,34 @@ fn nested() -> String {
 }
 
 #[test]
-fn bodies_within_bodies() {
+fn nested_bodies_render_identically_in_all_ways() {
     check(&nested());
 }
 
 #[test]
-fn windows() {
+fn windows_render_identically_in_all_ways() {
     check(WINDOWS);
     check(&windows_in_air());
 }
 
 #[test]
-fn mirrors() {
+fn mirrors_render_identically_in_all_ways() {
     check(MIRRORS);
 }
 
 #[test]
-fn textures() {
+fn textures_render_identically_in_all_ways() {
     check(TEXTURES);
 }
 
 #[test]
-fn lens() {
+fn lens_renders_identically_in_all_ways() {
     check(LENS);
 }
 
-/// All of the glass scene's rays to the bitter end: forks outgrow the wave and wait.
+/// All rays of the glass scene down to a tiny throughput: forks outgrow the wave and are deferred.
 #[test]
-fn forks_that_outgrow_the_wave() {
+fn forks_that_outgrow_the_wave_give_the_same_film() {
     let mut world = support::world(GLASS);
     world.settings.size = [6, 4];
     world.settings.samples = 1;

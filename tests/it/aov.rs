@@ -1,4 +1,4 @@
-//! Output variables: answers known by hand, the same bits in all ways, and the file that holds them.
+//! Output variables: analytic results, identical bits in all ways to render, and their file.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use rayfront::world::{Aov, Sampler, Transport, World};
 
 use crate::support;
 
-/// Seen in parallel from z = 5, one pixel a half metre: a floating square 2 m wide at z = 1, and in
-/// front of its right half a ball of radius 0.5 m around (0.5, 0, 2).
+/// Orthographic view from z = 5, half a metre per pixel: a floating square 2 m wide at z = 1, and in front of its right
+/// half a ball of radius 0.5 m at (0.5, 0, 2).
 const PLANE_AND_BALL: &str = r#"(
     settings: (size: (8, 8), samples: 4, filter: Box, pixel_pattern: Regular, background: 0.5),
     materials: { "paint": (diffuse: (0.1, 0.2, 0.3), specular: 0.5), "rubber": (diffuse: (0.9, 0.5, 0.1)) },
@@ -41,11 +41,11 @@ fn near(a: [f32; 3], b: [f32; 3]) -> bool {
 }
 
 #[test]
-fn a_plane_and_a_ball_by_hand() {
+fn features_of_a_plane_and_a_ball_match_analytic_values() {
     for transport in [Transport::Whitted, Transport::Path] {
         let mut world = support::world(PLANE_AND_BALL);
         world.settings.transport = transport;
-        // The path transport has no regular pattern; a pixel of the square is the same all over.
+        // The path transport has no regular pattern; a pixel within the square is uniform.
         let found = features(&world);
         let at = |x: usize, y: usize| found[y * 8 + x];
 
@@ -66,7 +66,8 @@ fn a_plane_and_a_ball_by_hand() {
         let ball = at(4, 3);
         assert_eq!((ball.entity, ball.material, ball.coverage), (3, 3, 1.0));
         if transport == Transport::Whitted {
-            // Of the four samples that at (0.375, 0.375) is more than 0.5 m from the ball's axis: the square.
+            // Of the four samples, the one at (0.375, 0.375) is more than 0.5 m from the ball's axis and shows the
+            // square.
             assert!(near(ball.albedo.to_array(), [0.7, 0.425, 0.15]), "{ball:?}");
         }
     }
@@ -75,7 +76,7 @@ fn a_plane_and_a_ball_by_hand() {
 #[test]
 fn normals_of_a_ball_are_its_radii() {
     let mut world = support::world(PLANE_AND_BALL);
-    // One sample a pixel, in its centre: pixel (4, 3) is (0.25, 0.25).
+    // One sample per pixel, at its centre: pixel (4, 3) is (0.25, 0.25).
     world.settings.samples = 1;
     let ball = features(&world)[3 * 8 + 4];
     let z = (0.25f32 - 2.0 * 0.0625).sqrt();
@@ -86,7 +87,7 @@ fn normals_of_a_ball_are_its_radii() {
 
 #[test]
 fn depth_is_along_the_cameras_axis() {
-    // 90 degrees wide: rays to the corners are 1.7 times as long as the one straight ahead.
+    // 90 degrees wide: rays to the corners are 1.7 times as long as the central one.
     let world = support::world(
         r#"(settings: (size: (9, 9), samples: 4), entities: [
             (camera: ThinLens(vertical_fov_degrees: 90, lens_radius_m: 0.2, focus_distance_m: 3)),
@@ -98,7 +99,7 @@ fn depth_is_along_the_cameras_axis() {
     }
 }
 
-/// What is cut out is not there: the sheet's left half is alpha 0, its right half alpha ½.
+/// The sheet's left half is masked out, its right half has alpha ½.
 const CUT_OUT: &str = r#"(
     settings: (size: (8, 4), samples: 256, transport: Path, filter: Box),
     materials: {
@@ -116,11 +117,11 @@ const CUT_OUT: &str = r#"(
 )"#;
 
 #[test]
-fn what_is_cut_out_is_not_hit() {
+fn masked_out_surfaces_have_no_features() {
     let found = features(&support::world(CUT_OUT));
     let (through, veiled) = (found[8 + 1], found[8 + 6]);
     assert_eq!((through.depth_m, through.entity, through.albedo.r), (5.0, 4, 0.75));
-    // Half of the samples see the veil, half the wall behind it; a draw may go either way.
+    // Half of the samples hit the veil, half the wall behind it, at random.
     assert!((veiled.depth_m - 4.5).abs() < 0.1, "{veiled:?}");
     assert!((veiled.albedo.r - 0.5).abs() < 0.05, "{veiled:?}");
     assert_eq!(veiled.coverage, 1.0);
@@ -141,7 +142,7 @@ fn bits(world: &World, options: Options, threads: usize, passes: &[u32]) -> Bits
 }
 
 #[test]
-fn the_same_bits_in_all_ways() {
+fn film_features_and_moments_are_identical_in_all_ways() {
     for text in [crate::agreement::SHAPES, crate::agreement::GLASS, crate::agreement::MIRRORS, CUT_OUT] {
         for transport in [Transport::Whitted, Transport::Path] {
             let mut world = support::world(text);
@@ -168,7 +169,7 @@ fn the_same_bits_in_all_ways() {
 }
 
 #[test]
-fn a_crop_is_as_in_the_whole() {
+fn features_and_variance_of_a_crop_equal_those_of_the_whole() {
     let world = support::world(crate::agreement::SHAPES);
     let region = rayfront::internals::film::Region { x0: 5, y0: 3, x1: 18, y1: 16 };
     let whole = session(&world, Options { variance: true, ..Options::default() });
@@ -184,8 +185,7 @@ fn a_crop_is_as_in_the_whole() {
     assert_eq!(some[0], all[3 * 24 + 5]);
 }
 
-/// Of all pixels: the mean of the estimated variances of 64 renderings, and the variance of their
-/// values over the seeds.
+/// Returns the mean over all pixels of the estimated variances of 64 renderings, and of the variance over their seeds.
 fn variances(text: &str, transport: Transport, sampler: Sampler) -> (f64, f64) {
     const SEEDS: u64 = 64;
     let mut world = support::world(text);
@@ -208,7 +208,7 @@ fn variances(text: &str, transport: Transport, sampler: Sampler) -> (f64, f64) {
     (estimated / (SEEDS as usize * pixels) as f64, over_seeds / pixels as f64)
 }
 
-/// A ball, glass before it, under a rectangle, everything drawn independently.
+/// A ball with glass in front of it, under a rectangular light, with independent samples.
 const NOISY: &str = r#"(
     settings: (size: (12, 10), samples: 16, max_depth: 4, filter: Box, pixel_pattern: Uniform, background: 0.1),
     entities: [
@@ -221,20 +221,20 @@ const NOISY: &str = r#"(
 )"#;
 
 #[test]
-fn variance_is_that_over_seeds() {
+fn estimated_variance_matches_the_variance_over_seeds() {
     for transport in [Transport::Whitted, Transport::Path] {
         let (estimated, over_seeds) = variances(NOISY, transport, Sampler::Independent);
         let ratio = estimated / over_seeds;
         println!("{transport:?}: estimated {estimated:e}, over seeds {over_seeds:e}, ratio {ratio:.3}");
         assert!((0.9..1.1).contains(&ratio), "{transport:?}: {estimated:e} for {over_seeds:e}");
     }
-    // Stratified samples differ as much, and their means less.
+    // Stratified samples vary as much, but their means less.
     let (estimated, over_seeds) = variances(NOISY, Transport::Path, Sampler::Sobol);
     println!("Sobol: estimated {estimated:e}, over seeds {over_seeds:e}");
     assert!(estimated > over_seeds, "{estimated:e} for {over_seeds:e}");
 }
 
-/// The layers of an OpenEXR file by name.
+/// The channels of an OpenEXR file, by name.
 fn read(path: &Path) -> Vec<(String, FlatSamples)> {
     let image = read_all_flat_layers_from_file(path).expect("an image");
     assert_eq!(image.layer_data.len(), 1);
@@ -243,7 +243,7 @@ fn read(path: &Path) -> Vec<(String, FlatSamples)> {
 }
 
 #[test]
-fn files_hold_what_the_session_has() {
+fn exr_files_contain_all_output_variables() {
     let folder = tempfile::tempdir().expect("a folder");
     let world = support::world(PLANE_AND_BALL);
     let setup = Arc::new(rayfront::internals::render::setup(

@@ -1,5 +1,5 @@
-//! The page of `rayfront view` in a real browser: Chromium without a window, told what to do by its driver. Only where
-//! `RAYFRONT_BROWSER` is set, which `.ci/run` does; then both must be there.
+//! The page of `rayfront view` in headless Chromium, controlled through its driver. Runs only if `RAYFRONT_BROWSER` is
+//! set, as `.ci/run` does; then both programs are required.
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ struct Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It ends its browser, too.
+        // This closes the browser, too.
         let _ = self.agent.delete(&self.session).call();
         let _ = self.driver.kill();
         let _ = self.driver.wait();
@@ -69,12 +69,12 @@ impl Browser {
         self.post("/url", json!({"url": address}));
     }
 
-    /// What a script returns.
+    /// Runs a script and returns its value.
     fn run(&self, script: &str) -> Value {
         self.post("/execute/sync", json!({"script": script, "args": []}))
     }
 
-    /// What a script returns, as soon as the condition holds for it.
+    /// Repeats a script until its value is neither null, false nor empty, and returns that.
     fn when(&self, what: &str, script: &str) -> Value {
         let start = Instant::now();
         loop {
@@ -87,7 +87,8 @@ impl Browser {
         }
     }
 
-    /// The pointer goes down at a place of the image (in its width and height), perhaps along a way, and up.
+    /// Presses the mouse button at a point of the image (as fractions of its width and height), optionally drags, and
+    /// releases.
     fn drag(&self, from: [f64; 2], way: [i32; 2]) {
         let place = self.run("const r = document.getElementById('image').getBoundingClientRect(); return [r.x, r.y, r.width, r.height];");
         let number = |i: usize| place[i].as_f64().expect("a place");
@@ -105,7 +106,7 @@ impl Browser {
         self.post("/actions", json!({"actions": [pointer]}));
     }
 
-    /// Saves what is seen, for people to look at.
+    /// Saves a screenshot for manual inspection.
     fn photograph(&self, name: &str) {
         let mut response =
             self.agent.get(format!("{}/screenshot", self.session)).call().expect("a screenshot");
@@ -117,7 +118,7 @@ impl Browser {
         std::fs::write(folder.join(name), bytes).expect("a picture");
     }
 
-    /// What went wrong on the page.
+    /// Returns the errors in the page's log.
     fn complaints(&self) -> Vec<String> {
         let log = self.post("/se/log", json!({"type": "browser"}));
         let lines = log.as_array().cloned().unwrap_or_default();
@@ -126,7 +127,7 @@ impl Browser {
     }
 }
 
-/// Of base 64.
+/// Decodes base 64.
 fn decoded(text: &str) -> Vec<u8> {
     const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut bytes = Vec::new();
@@ -141,14 +142,14 @@ fn decoded(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// A sum over the pixels that the page shows, and how many they are.
+/// A checksum of the pixels that the page shows, and the size of the image.
 const PIXELS: &str = "const c = document.getElementById('image'); if (!c.width || c.width < 96) return null; \
     const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let s = 0; \
     for (let i = 0; i < d.length; i++) s = (s * 31 + d[i]) % 1000000007; return [s, c.width, c.height];";
 const DONE: &str = "return document.getElementById('time-left').textContent === 'done';";
 
 #[test]
-fn the_page_shows_explains_and_obeys_in_a_real_browser() {
+fn page_shows_explains_and_updates_the_image_in_a_browser() {
     if std::env::var_os("RAYFRONT_BROWSER").is_none() {
         eprintln!("not asked for: RAYFRONT_BROWSER is not set");
         return;
@@ -163,7 +164,7 @@ fn the_page_shows_explains_and_obeys_in_a_real_browser() {
     assert_eq!((&first[1], &first[2]), (&json!(96), &json!(54)));
     browser.photograph("image.png");
 
-    // A click explains.
+    // A click on a pixel explains it.
     browser.drag([0.5, 0.55], [0, 0]);
     let text = "return document.getElementById('explanation').textContent;";
     browser.when(
@@ -184,7 +185,7 @@ fn the_page_shows_explains_and_obeys_in_a_real_browser() {
     assert!(drawn.as_u64() >= Some(2), "the path is drawn over the image: {drawn}");
     browser.photograph("explanation.png");
 
-    // A layer and an exposure without another render.
+    // Changing the layer and the exposure does not render again.
     let serial = shown.when("a status", |_| true)["serial"].clone();
     browser.run("const l = document.getElementById('layer'); l.value = 'normal'; l.dispatchEvent(new Event('change', {bubbles: true}));");
     browser.when("normals", &changed(&first));
@@ -193,13 +194,13 @@ fn the_page_shows_explains_and_obeys_in_a_real_browser() {
     browser.when("the image again", &same(&first));
     assert_eq!(shown.when("a status", |_| true)["serial"], serial, "nothing was rendered for it");
 
-    // A hand turns the camera.
+    // Dragging rotates the camera.
     browser.drag([0.5, 0.5], [120, 40]);
     shown.when("a moved camera", |status| status["camera"]["is_moved"] == true && status["is_done"] == true);
     browser.when("another image", &changed(&first));
     browser.photograph("moved.png");
 
-    // A broken edit is told, and the image stays.
+    // An invalid edit is reported, and the image stays.
     let text = std::fs::read_to_string(shown.scene()).expect("the scene");
     std::fs::write(shown.scene(), text.replace("radius_m", "radus")).expect("an edit");
     let error = browser.when(
@@ -215,15 +216,15 @@ fn the_page_shows_explains_and_obeys_in_a_real_browser() {
     browser.when("its mending", "return !document.getElementById('error').checkVisibility();");
     assert_eq!(browser.complaints(), [""; 0]);
 
-    // Without the token nothing is shown.
+    // Without the token the page is denied.
     browser.open(&shown.address().replace("token=", "token=0"));
     let refused = browser.run("return document.body.textContent;");
     assert!(refused.as_str().is_some_and(|text| text.contains("token")), "{refused}");
 }
 
-/// Photons lie over the image for as long as they belong to it.
+/// Photons are drawn over the image as long as they belong to it.
 #[test]
-fn the_page_shows_photons_in_a_real_browser() {
+fn page_draws_photons_in_a_browser() {
     if std::env::var_os("RAYFRONT_BROWSER").is_none() {
         eprintln!("not asked for: RAYFRONT_BROWSER is not set");
         return;
@@ -246,7 +247,7 @@ fn the_page_shows_photons_in_a_real_browser() {
     let many = browser.when("the points", painted);
     assert!(many.as_u64() > Some(5_000), "{many}");
     browser.photograph("photons.png");
-    // A hand turns the camera: others lie there.
+    // After a rotation of the camera other photons are drawn.
     browser.drag([0.5, 0.5], [80, 20]);
     shown.when("a moved camera", |status| status["camera"]["is_moved"] == true && status["is_done"] == true);
     let other = "const n = document.getElementById('photons-count').textContent; return n !== FIRST && \
@@ -258,12 +259,12 @@ fn the_page_shows_photons_in_a_real_browser() {
     assert_eq!(browser.complaints(), [""; 0]);
 }
 
-/// Whether the page shows other pixels than these.
+/// A script that returns true if the page shows other pixels than these.
 fn changed(pixels: &Value) -> String {
     format!("const pixels = (() => {{ {PIXELS} }})(); return pixels && pixels[0] !== {};", pixels[0])
 }
 
-/// Whether it shows these.
+/// A script that returns true if the page shows these pixels.
 fn same(pixels: &Value) -> String {
     format!("const pixels = (() => {{ {PIXELS} }})(); return pixels && pixels[0] === {};", pixels[0])
 }

@@ -1,4 +1,4 @@
-//! Where cameras stand that the command line has placed, or that nobody has.
+//! Positions of cameras placed by the command line, and of default cameras.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -28,7 +28,7 @@ fn film(folder: &Path, line: &str) -> String {
 }
 
 #[test]
-fn cameras_turn_about_what_they_see_and_come_nearer() {
+fn orbit_and_zoom_move_the_camera_like_look_at() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
     let film = |line: &str| film(folder.path(), line);
@@ -37,7 +37,7 @@ fn cameras_turn_about_what_they_see_and_come_nearer() {
         ("--orbit 90,0", "--look-at 5,0,0 0,0,0"),
         ("--orbit=-90,0 --zoom 2", "--look-at -2.5,0,0 0,0,0"),
         ("--orbit 0,30", "--look-at 0,2.5,4.33013 0,0,0"),
-        // About what is looked at.
+        // Around the point that it is aimed at.
         ("--look-at 1,0,5 1,0,1 --orbit 180,0", "--look-at 1,0,-3 1,0,1"),
     ] {
         assert_eq!(film(options), film(written), "{options}");
@@ -50,20 +50,20 @@ fn cameras_turn_about_what_they_see_and_come_nearer() {
     assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// The camera of a scene as a picture of some size has it.
+/// The camera of a scene for an image of some size.
 fn camera(path: &Path, size: [u32; 2], time_s: Option<f32>) -> Camera {
     let options = LoadOptions { size: Some(size), time_s, ..LoadOptions::default() };
     let world = load_with(path, &options).expect("a world");
     compile(&world, None).expect("a scene").camera
 }
 
-/// What has no camera fills the picture, of whatever shape: its outermost vertex is where a margin of 8 % begins.
+/// Without a camera the scene fills an image of any aspect ratio: its outermost vertex is where a margin of 8 % begins.
 #[test]
-fn a_mesh_by_itself_fills_the_picture() {
+fn default_camera_frames_the_mesh_with_a_margin() {
     let folder = tempfile::tempdir().expect("a folder");
     let vertices = [[0, 0, 0], [9, 0, 0], [9, 2, 0], [0, 2, -5], [4, 1, 3]];
     let mut text: String = vertices.map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
-    // Which no face uses: it is not seen.
+    // No face uses this vertex, so it is not visible.
     text += "v 100 100 100\nf 1 2 3\nf 1 3 4\nf 1 4 5\n";
     let path = folder.path().join("a.obj");
     std::fs::write(&path, text).expect("a mesh");
@@ -82,7 +82,7 @@ fn a_mesh_by_itself_fills_the_picture() {
 }
 
 #[test]
-fn what_moves_does_not_move_the_camera() {
+fn default_camera_does_not_depend_on_the_time() {
     let Some(corpus) = std::env::var_os("RAYFRONT_CORPUS") else { return };
     let path =
         Path::new(&corpus).join("khronos-sample-assets/Models/BoxAnimated/glTF-Binary/BoxAnimated.glb");

@@ -1,4 +1,4 @@
-//! Light through glass and off mirrors, as photons bring it: known answers, and what paths find.
+//! Caustics by photons: analytic results, and comparisons with path tracing.
 
 use rayfront::internals::integrator::Schedule;
 use rayfront::render::Options;
@@ -19,16 +19,16 @@ fn mean(picture: &Picture) -> f64 {
     sum / picture.pixels.len() as f64
 }
 
-/// A dark floor, so that light falls on it once.
+/// A dark floor, so that interreflection is negligible.
 const FLOOR: &str = r#"(shape: Plane(corners: ((-50, 0, 50), (50, 0, 50), (50, 0, -50), (-50, 0, -50))),
                         material: (diffuse: 0.001)),"#;
-/// A camera that looks at the floor, and one that sees it in a mirror.
+/// A camera that faces the floor, and one that sees it in a mirror.
 const CAMERA: &str =
     "(camera: Pinhole(vertical_fov_degrees: 12), transform: LookAt(from: (2, 1, 0), to: (0, 0, 0))),";
 const IN_MIRROR: &str = r#"
     (camera: Pinhole(vertical_fov_degrees: 5), transform: LookAt(from: (2, 1, 0), to: (-1, 0.2, 0))),
     (shape: Plane(corners: ((-1, -1, 3), (-1, -1, -3), (-1, 1.5, -3), (-1, 1.5, 3))), material: (kr: 1, diffuse: 0)),"#;
-/// A pane, and lamps of all kinds above.
+/// A pane, and lights of all kinds above.
 const PANE: &str = r#"(shape: Mesh("cube.ply"), material: (ior: 1.5), transform: (translate: (0, 2, 0), scale: (9, 0.2, 9))),"#;
 const LAMPS: [&str; 7] = [
     "(light: Directional(irradiance: 5), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
@@ -40,17 +40,17 @@ const LAMPS: [&str; 7] = [
     "(shape: Sphere(radius_m: 0.2), material: (diffuse: 0, emission: 1000), transform: (translate: (0, 10, 0))),",
 ];
 
-/// Light that falls straight on a pane goes through it with (1 − R) / (1 + R), all its reflections counted. Nothing of
-/// that is light that paths could find, but for lamps that they can hit.
+/// At normal incidence a pane transmits (1 − R) / (1 + R), including all its internal reflections. Paths could find
+/// none of that light, except for emitters that they can hit.
 #[test]
-fn panes_let_through_what_fresnel_says_from_lamps_of_all_kinds() {
+fn photons_through_panes_match_fresnel_for_all_lights() {
     let passes = (1.0 - 0.04) / (1.0 + 0.04);
     for lamp in LAMPS {
         for camera in [CAMERA, IN_MIRROR] {
             let bare = mean(&Picture::of(&scene(256, &format!("{camera}{FLOOR}{lamp}"))));
             let mut covered = scene(128, &format!("{camera}{FLOOR}{PANE}{lamp}"));
             covered.settings.caustics = Caustics::Photons { photons: 24.0, radius: 1.4 };
-            // A pane shifts light that comes from one point, and brings it nearer by a third of its thickness.
+            // A pane shifts the light of a point and brings it nearer by a third of the pane's thickness.
             let nearer = if lamp.contains("Directional") || lamp.contains("Constant") { 1.0 } else { 1.014 };
             let found = mean(&Picture::of(&covered)) / bare;
             assert!((found / (passes * nearer) - 1.0).abs() < 0.012, "{lamp} {camera}: {found}");
@@ -66,7 +66,7 @@ fn panes_let_through_what_fresnel_says_from_lamps_of_all_kinds() {
     }
 }
 
-/// A ball and a ring-like bowl under a lamp that is large enough to be found by chance: smooth and rough.
+/// A ball of some material under an emitter that is large enough to be hit by chance.
 fn ball(samples: u32, material: &str) -> World {
     scene(samples, &ball_of(material))
 }
@@ -97,7 +97,7 @@ fn assert_alike(found: &Picture, expected: &Picture, most: f64, what: &str) {
 }
 
 #[test]
-fn photons_bring_what_paths_find_by_chance() {
+fn photons_match_paths_that_hit_emitters_by_chance() {
     for material in [
         "(ior: 1.5)",
         "(kr: (0.9, 0.7, 0.5), diffuse: 0)",
@@ -119,16 +119,16 @@ fn photons_bring_what_paths_find_by_chance() {
     }
 }
 
-/// The camera's rays pass surfaces without a back from behind, so light passes them from the front, and not from behind.
+/// Camera rays pass single-sided surfaces from behind, so light passes them from the front, and not from behind.
 #[test]
-fn photons_meet_the_sides_that_the_camera_sees() {
+fn photons_respect_single_sided_surfaces() {
     let shell = |roughness: f32| {
         format!(
             "(shape: Sphere(radius_m: 0.85), material: Principled(metallic: 0, roughness: {roughness}, transmission: 1),
               transform: (translate: (0.2, 0.95, 0.2))),"
         )
     };
-    // Planes always have a back.
+    // Planes are always two-sided.
     let wall = |material: &str, vertices: &str, transform: &str| {
         format!("(shape: Triangle(vertices: ({vertices})), material: {material}, transform: ({transform})),")
     };
@@ -156,9 +156,9 @@ fn photons_meet_the_sides_that_the_camera_sees() {
     }
 }
 
-/// No light counts twice, or not at all: photons and paths share what either could bring, and paths bring the rest.
+/// No light is counted twice or lost: photons and paths divide what either can find, and paths find the rest.
 #[test]
-fn photons_leave_to_paths_what_they_do_not_bring() {
+fn photons_and_paths_together_count_all_light_once() {
     let rough = "Principled(metallic: 1, roughness: 0.3, base_color: (0.9, 0.8, 0.6))";
     let ball = |material: &str| {
         format!(
@@ -216,15 +216,15 @@ fn photons_leave_to_paths_what_they_do_not_bring() {
         let mut by_chance = scene(4096, &entities);
         by_chance.settings.caustics = Caustics::Off;
         let mut with_photons = scene(512, &entities);
-        // Pixels are large here: the usual radius would blur the edges of shadows.
+        // Pixels are large here: the default radius would blur the edges of shadows.
         with_photons.settings.caustics = Caustics::Photons { photons: 4.0, radius: 0.6 };
         assert_alike(&Picture::of(&with_photons), &Picture::of(&by_chance), 0.12, what);
     }
 }
 
-/// Lamps whose light does not fall with distance shine on a ball behind a thin pane as without it.
+/// Lights without falloff illuminate a ball behind a thin pane as without the pane.
 #[test]
-fn panes_do_not_change_how_light_falls_with_distance() {
+fn photons_through_panes_keep_the_falloff_of_lights() {
     let ball = single_ball(1.0, "(ior: 1.000001)");
     for lamp in [
         "(light: Point(power_w: 1000, falloff: Constant), transform: (translate: (0, 6, 0))),",
@@ -238,10 +238,10 @@ fn panes_do_not_change_how_light_falls_with_distance() {
     }
 }
 
-/// Photons are as many as it takes. They are left out where they would be single dots on an image that has enough other
-/// light, and nowhere else.
+/// The number of photons adapts to the scene. Photons are only omitted where they would be single dots on an image with
+/// enough other light.
 #[test]
-fn photons_are_as_many_as_it_takes_and_none_where_they_would_be_dots() {
+fn photon_counts_adapt_to_the_scene() {
     let photons = |entities: &str| {
         use rayfront::render::Session;
         let world = scene(1, entities);
@@ -279,9 +279,9 @@ fn photons_are_as_many_as_it_takes_and_none_where_they_would_be_dots() {
     assert_eq!(photons(&pool.replace(water, "(ior: 1.333, caustics: false)")), 0, "water without caustics");
 }
 
-/// The same with few photons and with many, and with other radii: nothing but noise and blur depends on them.
+/// The number of photons and their radius affect only noise and blur.
 #[test]
-fn the_number_of_photons_does_not_change_the_mean() {
+fn photon_count_and_radius_do_not_change_the_mean() {
     let usual = Picture::of(&ball(256, "(ior: 1.5)"));
     for (photons, radius) in [(0.1, 1.4), (4.0, 1.4), (1.0, 0.5), (1.0, 4.0)] {
         let mut other = ball(256, "(ior: 1.5)");
@@ -291,8 +291,8 @@ fn the_number_of_photons_does_not_change_the_mean() {
 }
 
 #[test]
-fn a_lamp_that_moves_a_little_moves_its_caustic() {
-    // The camera looks from aside, past the ball, at the floor below it.
+fn moving_a_light_moves_its_caustic() {
+    // The camera views the floor below the ball from the side.
     let at = |x: f64| {
         let text = format!(
             r#"(camera: Orthographic(height_m: 1.2), transform: LookAt(from: (0, 2, 5), to: (0, 0, 0))),
@@ -304,7 +304,7 @@ fn a_lamp_that_moves_a_little_moves_its_caustic() {
         let height = picture.pixels.len() / picture.width;
         let (mut sum, mut weighted) = (0.0, 0.0);
         for (i, pixel) in picture.pixels.iter().enumerate() {
-            // Below the ball in the image, what is brighter than the lamp alone could make it.
+            // Below the ball in the image, pixels brighter than direct light can make them.
             let light = f64::from(pixel.g) - 0.3;
             if light > 0.0 && i / picture.width >= height * 2 / 5 {
                 sum += light;
@@ -313,14 +313,14 @@ fn a_lamp_that_moves_a_little_moves_its_caustic() {
         }
         weighted / sum
     };
-    // A pixel is 5 cm wide. Through the middle of the ball, the spot goes the other way by a fifth of what the lamp does:
-    // it is 0.5 m below that, and the lamp 2.5 m above.
+    // A pixel is 5 cm wide. Light through the ball's centre moves the spot in the opposite direction by a fifth of the
+    // light's movement: it is 0.5 m below the centre, and the light 2.5 m above.
     let (middle, aside) = (at(0.0), at(0.25));
     let moved = (aside - middle).abs();
     assert!((0.8..1.2).contains(&moved), "the spot is at column {aside}, and was at {middle}");
 }
 
-/// Every kind of lamp, lens and filter, absorbing, rough and dispersing glass, mirrors, instances, fog.
+/// Every kind of light, lens and filter, absorbing, rough and dispersive glass, mirrors, instances, fog.
 const EVERYTHING: &str = r#"(
     settings: (size: (24, 18), samples: 5, max_depth: 12, transport: Path, copied_triangles: 0,
                filter: Gaussian(radius: 1.6), background: (0.1, 0.2, 0.3)),
@@ -358,7 +358,7 @@ const EVERYTHING: &str = r#"(
 )"#;
 
 #[test]
-fn photons_are_the_same_in_all_ways_to_render() {
+fn photons_are_identical_in_all_ways_to_render() {
     for transport in [Transport::Path, Transport::Whitted] {
         for sharing in [Sharing::Auto, Sharing::Off] {
             let mut world = world(EVERYTHING);
@@ -384,7 +384,7 @@ fn photons_are_the_same_in_all_ways_to_render() {
 }
 
 #[test]
-fn photons_are_the_same_for_parts_of_images_and_of_samples() {
+fn photons_are_identical_in_crops_and_ranges_of_samples() {
     use rayfront::compile::compile;
     use rayfront::internals::film::{Film, Region};
     use rayfront::render::Session;
@@ -407,7 +407,7 @@ fn photons_are_the_same_for_parts_of_images_and_of_samples() {
     }
 }
 
-/// The light that has ended, in watts, of `samples` samples on average, and how many photons each has.
+/// Returns the power of landed photons in watts, averaged over `samples` samples, and the number of photons in each.
 fn landed(entities: &str, samples: u32) -> (f64, u32) {
     use rayfront::internals::integrator::{RayStatistics, Stop, Worker};
     use rayfront::internals::render::{Prepared, setup};
@@ -429,18 +429,18 @@ fn landed(entities: &str, samples: u32) -> (f64, u32) {
     (sum / f64::from(2 * samples), plan.count())
 }
 
-/// A room around a ball: photons that come from the ball end there.
+/// A room around a ball, in which photons from the ball land.
 const ROOM: &str = "(shape: Sphere(radius_m: 20), material: (diffuse: 0.5)),";
 
 fn single_ball(radius: f64, material: &str) -> String {
     format!("(shape: Sphere(radius_m: {radius}), material: {material}),")
 }
 
-/// Of a point's light, what falls on a ball ends somewhere, but for what the ball absorbs.
+/// All light of a point light that hits a ball lands somewhere, except for what the ball absorbs.
 #[test]
-fn no_light_is_lost_between_a_lamp_and_the_walls() {
+fn point_light_through_a_ball_lands_completely() {
     let lamp = "(light: Point(power_w: 1000), transform: (translate: (0, 3, 0))),";
-    // 4 π of 1000 W; the ball takes up 2 π (1 − √(1 − 1/9)).
+    // 4 π steradians have 1000 W; the ball subtends 2 π (1 − √(1 − 1/9)).
     let falls = 1000.0 * 0.5 * (1.0 - (1.0f64 - 1.0 / 9.0).sqrt());
     for (material, part) in [
         ("(ior: 1.5)", 1.0),
@@ -455,10 +455,10 @@ fn no_light_is_lost_between_a_lamp_and_the_walls() {
     }
 }
 
-/// The same of lamps with a surface, and from far away.
+/// Lights with an area, and distant ones, emit the analytic power towards a ball.
 #[test]
-fn lamps_of_all_kinds_send_what_falls_on_a_ball() {
-    // A small surface far away: its intensity straight ahead is its power over π.
+fn lights_of_all_kinds_send_the_analytic_power_to_a_ball() {
+    // A small surface far away: its intensity along the normal is its power over π.
     let solid_angle =
         |distance: f64| 2.0 * std::f64::consts::PI * (1.0 - (1.0 - 1.0 / (distance * distance)).sqrt());
     for (lamp, falls) in [
@@ -479,7 +479,7 @@ fn lamps_of_all_kinds_send_what_falls_on_a_ball() {
             1000.0 / (4.0 * std::f64::consts::PI) * solid_angle(10.0),
         ),
     ] {
-        // A directional light begins outside of the room.
+        // A directional light starts outside the room.
         let room = if lamp.contains("Directional") {
             "(shape: Plane(corners: ((-99, -3, 99), (99, -3, 99), (99, -3, -99), (-99, -3, -99))), material: (diffuse: 0.5)),"
         } else {
@@ -490,9 +490,9 @@ fn lamps_of_all_kinds_send_what_falls_on_a_ball() {
     }
 }
 
-/// Balls that overlap and balls that are apart: light that is aimed at several counts once.
+/// Light that is aimed at several balls counts once.
 #[test]
-fn light_that_is_aimed_at_several_things_counts_once() {
+fn light_aimed_at_several_balls_counts_once() {
     let lamp = "(light: Point(power_w: 1000), transform: (translate: (0, 5, 0))),";
     let at = |x: f64| {
         format!(

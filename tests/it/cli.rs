@@ -1,4 +1,4 @@
-//! The program as a person or a script runs it.
+//! The program as run by users and scripts.
 
 mod manners;
 
@@ -22,7 +22,7 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-/// A folder with `scene.ron` in it.
+/// A folder with `scene.ron`.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a file");
@@ -43,7 +43,7 @@ fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).expect("UTF-8")
 }
 
-/// What a successful run prints.
+/// Returns the standard output of a successful run.
 #[track_caller]
 fn stdout(folder: &Path, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
@@ -57,7 +57,7 @@ fn json(folder: &Path, arguments: &[&str]) -> serde_json::Value {
     serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}"))
 }
 
-/// The one line on stderr of a run that fails with `code`, having rendered nothing.
+/// Returns the single line on standard error of a run that fails with `code` and renders nothing.
 #[track_caller]
 fn failure(folder: &Path, arguments: &[&str], code: i32) -> String {
     let output = run(folder, arguments);
@@ -75,7 +75,7 @@ fn failure(folder: &Path, arguments: &[&str], code: i32) -> String {
 }
 
 #[test]
-fn images_of_every_kind_and_a_default_name() {
+fn images_have_all_formats_and_a_default_name() {
     let folder = folder();
     let out = stdout(folder.path(), &["scene.ron"]);
     assert!(out.contains("scene.png") && out.contains("camera") && out.contains("film"), "{out}");
@@ -99,7 +99,7 @@ fn images_of_every_kind_and_a_default_name() {
 }
 
 #[test]
-fn the_film_is_the_same_however_it_is_rendered() {
+fn film_hash_does_not_depend_on_schedule_threads_or_isa() {
     let folder = folder();
     let report = json(folder.path(), &["scene.ron", "--json"]);
     let hash = report["film_hash"].as_str().expect("a hash").to_owned();
@@ -126,7 +126,7 @@ fn the_film_is_the_same_however_it_is_rendered() {
 }
 
 #[test]
-fn parts_sizes_and_tone_curves() {
+fn crops_sizes_and_tone_curves_apply() {
     let folder = folder();
     let render = |name: &str, more: &[&str]| {
         stdout(folder.path(), &[&["scene.ron", "-q", "-o", name][..], more].concat());
@@ -149,12 +149,12 @@ fn parts_sizes_and_tone_curves() {
         let (_, _, toned) = render("toned.png", &["--tonemap", curve]);
         assert_eq!(toned == plain, curve == "clamp", "{curve}");
     }
-    // Radiance itself has no tone curve.
+    // Tone curves do not apply to radiance.
     assert_eq!(render("toned.exr", &["--tonemap", "agx", "--exposure", "2"]).2, whole);
 }
 
 #[test]
-fn output_variables_go_into_an_exr() {
+fn output_variables_are_saved_as_exr() {
     let folder = folder();
     let here = folder.path();
     let files = |name: &str| here.join(name).exists();
@@ -190,7 +190,7 @@ fn output_variables_go_into_an_exr() {
 }
 
 #[test]
-fn images_without_noise_lie_beside_those_with_it() {
+fn denoised_images_are_saved_beside_the_others() {
     let folder = folder();
     let here = folder.path();
     let out = stdout(here, &["scene.ron", "--denoise", "-o", "a.png", "-o", "a.exr"]);
@@ -201,12 +201,12 @@ fn images_without_noise_lie_beside_those_with_it() {
     let load = |name: &str| picture::load_linear(&here.join(name)).expect(name).2;
     assert_eq!(load("a.exr"), load("b.exr"));
     assert!(load("a.denoised.exr") == load("b.denoised.exr") && load("b.denoised.exr") != load("b.exr"));
-    // Whatever the schedule, the threads and the instructions.
+    // With any schedule, number of threads and instruction set.
     for ways in [["--schedule", "recursive"], ["--threads", "1"], ["--simd", "portable"]] {
         let other = report(&[&["--denoise"][..], &ways].concat());
         assert_eq!(other["denoised"]["hash"], clean["denoised"]["hash"], "{ways:?}");
     }
-    // A part of the image is denoised on its own: it knows nothing about its surroundings.
+    // A crop is denoised by itself, without its surroundings.
     assert!(report(&["--denoise", "--crop", "3,2,9,7"])["denoised"]["hash"].is_string());
     let one = run(here, &["scene.ron", "--spp", "1", "--denoise", "-o", "one.png"]);
     assert!(text(&one.stderr).contains("--spp 2 or more"), "{}", text(&one.stderr));
@@ -214,7 +214,7 @@ fn images_without_noise_lie_beside_those_with_it() {
 }
 
 #[test]
-fn an_exposure_that_the_image_chooses_can_be_kept() {
+fn automatic_exposure_can_be_reused() {
     let folder = folder();
     let here = folder.path();
     let flat = "(settings: (size: (4, 4), samples: 1, background: 720), entities: [(camera: Pinhole())])";
@@ -242,7 +242,7 @@ fn an_exposure_that_the_image_chooses_can_be_kept() {
 }
 
 #[test]
-fn mistakes_in_scenes_are_one_line_with_the_place() {
+fn errors_in_scenes_are_one_line_with_the_position() {
     let folder = folder();
     let here = folder.path();
     let error = failure(here, &["nowhere.ron"], 1);
@@ -255,7 +255,7 @@ fn mistakes_in_scenes_are_one_line_with_the_place() {
     let error = failure(here, &["scene.txt"], 1);
     assert!(error.contains(".ron"), "{error}");
 
-    // Two thousand lines, one of which is wrong.
+    // Two thousand lines, one of them wrong.
     let mut lines = vec!["(entities: [".to_owned()];
     for i in 2..2000 {
         lines.push(match i {
@@ -274,7 +274,7 @@ fn mistakes_in_scenes_are_one_line_with_the_place() {
 }
 
 #[test]
-fn mistakes_on_the_command_line_exit_with_2() {
+fn errors_on_the_command_line_exit_with_2() {
     let folder = folder();
     for arguments in [
         &[][..],
@@ -295,9 +295,9 @@ fn mistakes_on_the_command_line_exit_with_2() {
 }
 
 #[test]
-fn what_cannot_be_written_is_refused_before_rendering() {
+fn unwritable_outputs_are_refused_before_rendering() {
     let folder = folder();
-    // Would take hours.
+    // This would take hours.
     let long = ["scene.ron", "--spp", "4000000", "--size", "2000x2000"];
     for output in ["missing/image.png", "image.jpg", "image", "."] {
         let start = Instant::now();
@@ -308,7 +308,7 @@ fn what_cannot_be_written_is_refused_before_rendering() {
 }
 
 #[test]
-fn info_tells_what_there_is() {
+fn info_lists_the_contents_of_a_scene() {
     let folder = folder();
     let out = stdout(folder.path(), &["info", "scene.ron"]);
     for word in ["entities   5", "triangles  2", "spheres    1", "front", "above", "area ", "2 samples"] {
@@ -323,7 +323,7 @@ fn info_tells_what_there_is() {
 }
 
 #[test]
-fn a_saved_scene_is_the_same_scene() {
+fn saved_scenes_render_identically() {
     let folder = folder();
     let path = folder.path().join("scene.ron");
     let world = rayfront::internals::formats::load(&path).expect("the scene");
@@ -334,7 +334,7 @@ fn a_saved_scene_is_the_same_scene() {
 }
 
 #[test]
-fn a_mesh_by_itself_is_framed_and_lit() {
+fn mesh_files_get_a_camera_and_a_light() {
     let folder = folder();
     std::fs::write(folder.path().join("quad.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
         .expect("a file");
@@ -344,7 +344,7 @@ fn a_mesh_by_itself_is_framed_and_lit() {
     assert!(folder.path().join("quad.png").is_file());
 }
 
-/// Starts a rendering that takes hours, and returns how it ends after signals that follow each other closely.
+/// Starts a rendering that takes hours, sends signals in quick succession, and returns its exit code and output.
 #[cfg(unix)]
 fn interrupted(folder: &Path, prefix: &[&str], signals: &[&str]) -> (Option<i32>, String) {
     let arguments = ["scene.ron", "--size", "320x240", "--spp", "4000000", "--json"];
@@ -383,7 +383,7 @@ fn interrupted(folder: &Path, prefix: &[&str], signals: &[&str]) -> (Option<i32>
 #[cfg(unix)]
 #[test]
 fn signals_end_a_rendering_with_an_image() {
-    // Twice at once, as when a signal is sent to a program and to its group.
+    // Twice in a row, as when a signal is sent to a program and to its group.
     for (signals, code) in [(&["-TERM", "-TERM"][..], 143), (&["-INT", "-INT"], 130)] {
         let folder = folder();
         let (status, _) = interrupted(folder.path(), &[], signals);
@@ -394,7 +394,7 @@ fn signals_end_a_rendering_with_an_image() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_terminal_that_is_closed_ends_it_but_under_nohup() {
+fn hangup_ends_a_rendering_except_under_nohup() {
     let folder = folder();
     let (status, _) = interrupted(folder.path(), &["nohup"], &["-HUP", "-TERM"]);
     assert_eq!(status, Some(143));
@@ -410,7 +410,7 @@ fn a_terminal_that_is_closed_ends_it_but_under_nohup() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_rendering_is_saved_whole() {
+fn interrupted_renderings_save_a_complete_image_and_checkpoint() {
     let folder = folder();
     let (code, out) = interrupted(folder.path(), &[], &["-INT"]);
     assert_eq!(code, Some(130));

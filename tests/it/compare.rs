@@ -1,4 +1,4 @@
-//! `rayfront compare` as a script runs it.
+//! `rayfront compare` as run by scripts.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -17,7 +17,7 @@ fn save(path: &Path, width: u32, pixels: &[Rgb]) {
     picture::save(path, &output).expect("a picture");
 }
 
-/// A folder with an image, the same brighter, and one of another size.
+/// A folder with an image, a brighter copy, and one of another size.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let image = |gain: f32, count: usize| -> Vec<Rgb> {
@@ -52,7 +52,7 @@ fn json(folder: &Path, arguments: &[&str], code: i32) -> serde_json::Value {
 }
 
 #[test]
-fn numbers_and_limits() {
+fn compare_reports_metrics_and_exceeded_limits() {
     let folder = folder();
     let same = json(
         folder.path(),
@@ -76,7 +76,7 @@ fn numbers_and_limits() {
 }
 
 #[test]
-fn a_heat_map_shows_where() {
+fn heatmap_shows_the_differences() {
     let folder = folder();
     json(folder.path(), &["b.exr", "a.exr", "--heatmap", "map.png"], 0);
     let (width, height, pixels) = picture::load_linear(&folder.path().join("map.png")).expect("a map");
@@ -85,7 +85,7 @@ fn a_heat_map_shows_where() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_no_difference() {
+fn images_that_cannot_be_compared_are_errors() {
     let folder = folder();
     for (arguments, code, wanted) in [
         (&["a.exr", "none.exr"][..], 1, "none.exr"),

@@ -1,8 +1,8 @@
-//! The folder of foreign files that `RAYFRONT_CORPUS` names, for the tests that go through it.
+//! The folder of third-party files named by `RAYFRONT_CORPUS`, for the tests that iterate over it.
 
 use std::path::{Path, PathBuf};
 
-/// The folder; without one says that the test is skipped.
+/// Returns the folder; if there is none, prints that the test is skipped.
 pub fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("RAYFRONT_CORPUS").map(PathBuf::from);
     if folder.is_none() {
@@ -11,7 +11,7 @@ pub fn folder() -> Option<PathBuf> {
     folder
 }
 
-/// All files below a folder with one of these extensions, in order. There must be some.
+/// Returns all files below a folder with one of these extensions, sorted. Panics if there are none.
 pub fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let mut files = Vec::new();
     collect(folder, extensions, &mut files);
@@ -32,11 +32,11 @@ fn collect(folder: &Path, extensions: &[&str], files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Files that must be refused, by folder, and words that the message must have.
+/// Files that must be refused, by folder, and words that the message must contain.
 pub type Refusals = [(&'static str, &'static [(&'static str, &'static str)])];
 
-/// What is surprising about how a file of the corpus was read: an error that was not
-/// expected or does not name the file and the reason in one line, or none that was.
+/// Describes an unexpected outcome of reading a file of the corpus: an unexpected error, an error without the file's
+/// name or the expected reason in one line, or a missing error.
 pub fn surprise(
     refusals: &Refusals,
     corpus: &Path,

@@ -1,5 +1,4 @@
-//! Whatever is edited, in whatever order: a scene that shares unchanged parts with the one before it is the same as
-//! the scene on its own.
+//! A scene compiled after edits, in any order, reuses unchanged parts and equals the scene compiled from scratch.
 
 use std::path::Path;
 
@@ -9,10 +8,10 @@ use rayfront::internals::compile::{MemoizedScene, compile, compile_after};
 use rayfront::internals::formats::{LoadOptions, load_again};
 use rayfront::internals::world::{AssetCache, SourceFiles};
 
-/// Edits, one after another.
+/// The number of successive edits.
 const EDITS: usize = 250;
 
-/// What can be edited: each a choice among texts.
+/// Editable parts, each with the texts to choose from.
 const CHOICES: [(&str, &[&str]); 14] = [
     ("SETTINGS", &["", "build_quality: Fast, ", "copied_triangles: 0, ", "background: (0.1, 0.2, 0.3), "]),
     (
@@ -89,7 +88,7 @@ fn ply(corner: f32) -> String {
     format!("{head}0 0 0\n1 0 0\n{corner} 1 0\n0 0 1\n3 0 1 2\n3 0 2 3\n")
 }
 
-/// An image of four by four pixels, one of which is different.
+/// An image of four by four pixels that depends on `value`.
 fn png(path: &Path, value: u8) {
     let pixel = |x: u32, y: u32| {
         image::Rgba([(40 * x) as u8, value, (40 * y) as u8, if x > y { 255 } else { value }])
@@ -110,7 +109,7 @@ fn model(color: f32) -> String {
 }
 
 #[test]
-fn edits_in_any_order_come_to_what_the_files_say() {
+fn incremental_compilation_equals_compilation_from_scratch() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str| folder.path().join(name);
     let write = |name: &str, text: &str| std::fs::write(file(name), text).expect("a file");
@@ -153,6 +152,6 @@ fn edits_in_any_order_come_to_what_the_files_say() {
         before = Some(after);
         kept.forget_unused();
     }
-    // Most edits leave most things as they are.
+    // Most edits leave most parts unchanged.
     assert!(trees > EDITS / 3 && textures > EDITS / 2, "{trees} trees and {textures} textures of {EDITS}");
 }

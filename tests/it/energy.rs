@@ -1,5 +1,5 @@
-//! Light is neither made nor lost: white things of all kinds in white surroundings, lamps of all sizes, within bodies and
-//! beside what hides them.
+//! Energy conservation: white materials of all kinds in white surroundings, lights of all sizes, within bodies and next
+//! to blockers.
 
 use std::f64::consts::PI;
 
@@ -18,7 +18,7 @@ fn mean(picture: &Picture) -> f64 {
     sum / picture.pixels.len() as f64
 }
 
-/// Numbers between 0 and 1 (Steele and others 2014).
+/// Random numbers between 0 and 1 (SplitMix, Steele and others 2014).
 struct Chance(u64);
 
 impl Chance {
@@ -33,13 +33,13 @@ impl Chance {
         self.unit() < probability
     }
 
-    /// Nothing, all or any part.
+    /// Nothing, all, or a random fraction.
     fn part(&mut self) -> f32 {
         [0.0, 1.0, self.unit(), self.unit()][(self.unit() * 4.0) as usize]
     }
 }
 
-/// A surface that reflects or transmits all light, with every field at random, also at its ends.
+/// A surface that reflects or transmits all light, with random fields that include their extreme values.
 fn white(chance: &mut Chance) -> Principled {
     let white = ColorInput::Constant(Rgb::WHITE);
     let sometimes = |chance: &mut Chance| if chance.happens(0.3) { chance.part() } else { 0.0 };
@@ -73,7 +73,7 @@ fn white(chance: &mut Chance) -> Principled {
     }
 }
 
-/// What a ball shows before white surroundings, and the deviation of that.
+/// The mean radiance of a ball in white surroundings, and its standard error.
 fn before_white(material: &Principled) -> (f64, f64) {
     let mut world = World::default();
     let settings = &mut world.settings;
@@ -98,12 +98,12 @@ fn before_white(material: &Principled) -> (f64, f64) {
 }
 
 #[test]
-fn whatever_a_white_ball_is_made_of_it_vanishes_in_white() {
+fn white_balls_of_random_materials_conserve_energy() {
     let mut chance = Chance(7);
     let (mut gained, mut lost, mut count) = (0.0, 0.0, 0.0);
     for number in 0..400 {
         let material = white(&mut chance);
-        // Where microfacets lose most light, and it meets them again and again, a few paths have most of it.
+        // If microfacets lose most light and the path meets them repeatedly, a few paths carry most of it.
         let width = material.roughness.factor.max(material.anisotropy.strength);
         if material.volume.is_some() && width * (material.ior - 1.0) > 1.0 {
             continue;
@@ -111,7 +111,7 @@ fn whatever_a_white_ball_is_made_of_it_vanishes_in_white() {
         let (found, deviation) = before_white(&material);
         let layers = material.clearcoat.factor + material.iridescence.factor.factor > 0.0
             || material.sheen_color != ColorInput::Constant(Rgb::BLACK);
-        // About as often as light meets a boundary before it leaves the body.
+        // The approximate number of boundaries that light meets before it leaves the body.
         let leaves = (material.transmission.factor + material.diffuse_transmission.factor).clamp(0.05, 1.0);
         let meetings = if material.volume.is_some() { material.ior.powi(2) / leaves } else { 1.0 };
         let most = f64::from(0.01 + 0.002 * meetings + if layers { 0.04 } else { 0.0 }) + 4.0 * deviation;
@@ -128,7 +128,7 @@ fn whatever_a_white_ball_is_made_of_it_vanishes_in_white() {
     assert!(gained / count < 0.002 && lost / count < 0.003, "gained {gained}, lost {lost} of {count}");
 }
 
-/// A floor that is seen from where a lamp is not in the way.
+/// The radiance of a floor, viewed from below the light.
 fn floor(lamp: &str, samples: u32) -> f64 {
     mean(&picture(&format!(
         "(settings: (size: (4, 4), samples: {samples}, transport: Path, filter: Box, max_depth: 0, sharing: Off),
@@ -142,17 +142,17 @@ fn floor(lamp: &str, samples: u32) -> f64 {
     )))
 }
 
-/// Radiance of a floor below a ball of radiance L, radius r, at a height h and a distance d: albedo · L (r/d)² h/d
-/// (PBRT 4th ed., 4.2: the ball's irradiance does not depend on how it is spread over its cone, if all of that is above
-/// the horizon).
+/// The radiance of a floor below a ball of radiance L, radius r, at height h and distance d: albedo · L (r/d)² h/d
+/// (PBRT 4th ed., 4.2: the ball's irradiance does not depend on the distribution over its cone, if that is entirely
+/// above the horizon).
 #[test]
-fn glowing_balls_of_all_sizes_light_by_their_solid_angle() {
+fn spherical_emitters_of_all_sizes_light_by_their_solid_angle() {
     let (place, distance) = ([0.3f64, 2.0, -0.7], (0.09f64 + 4.0 + 0.49).sqrt());
     for scale in [1.0, 1e-4, 1e4] {
         for ratio in [0.4, 0.1, 1e-2, 4e-3, 2e-3, 1e-3, 4e-4, 1e-4, 1e-5, 3e-6, 1e-6, 1e-7, 1e-9, 1e-12] {
             let radius = ratio * distance;
             let light = 1.0 / ratio.powi(2);
-            // Lamp and floor are scaled together.
+            // Light and floor are scaled together.
             let text = format!(
                 "(settings: (size: (2, 2), samples: 256, transport: Path, filter: Box, max_depth: 0, sharing: Off),
                   entities: [
@@ -177,9 +177,9 @@ fn glowing_balls_of_all_sizes_light_by_their_solid_angle() {
     }
 }
 
-/// A cover that is next to a lamp hides it, however next; the lamp does not hide itself.
+/// A blocker next to a light hides it at any distance; the light does not shadow itself.
 #[test]
-fn covers_next_to_lamps_hide_them() {
+fn blockers_next_to_lights_hide_them() {
     let plane = |half: f64, height: f64| {
         format!(
             "shape: Plane(corners: ((-{half}, {height}, -{half}), ({half}, {height}, -{half}),
@@ -216,7 +216,7 @@ fn covers_next_to_lamps_hide_them() {
             };
             let bare = of("");
             if transport == "Whitted" && bare == 0.0 {
-                // Only lights that are entities light surfaces there.
+                // Under Whitted's transport only light entities light surfaces.
                 continue;
             }
             assert!(bare > 0.0, "{lamp} {transport}");
@@ -228,9 +228,9 @@ fn covers_next_to_lamps_hide_them() {
     }
 }
 
-/// What emits but is no emitter, such as an ellipsoid, hides lights in both schedules.
+/// Emissive shapes that are no emitters, such as ellipsoids, block lights in both schedules.
 #[test]
-fn glowing_ellipsoids_cast_shadows() {
+fn emissive_ellipsoids_cast_shadows() {
     for transport in ["Path", "Whitted"] {
         let of = |light: &str, schedule: Schedule| {
             let text = format!(
@@ -253,9 +253,9 @@ fn glowing_ellipsoids_cast_shadows() {
     }
 }
 
-/// A light in the plane of a ceiling is not hidden by it.
+/// A light in the plane of a ceiling is not blocked by it.
 #[test]
-fn lights_in_ceilings_are_not_hidden_by_them() {
+fn lights_in_the_plane_of_a_ceiling_are_not_blocked() {
     for height in [2.0, 2.7, 3.1, 5.3] {
         for size in [1.0, 7.0, 60.0] {
             let lamp = |lower: f64, ceiling: bool| {
@@ -280,9 +280,9 @@ fn lights_in_ceilings_are_not_hidden_by_them() {
     }
 }
 
-/// Radiance within a body of index n is n² times that outside of the light that goes in or comes out.
+/// Radiance within a body of index n is n² times that outside, for light that enters or leaves.
 #[test]
-fn radiance_changes_with_the_square_of_the_index() {
+fn radiance_scales_with_the_square_of_the_index() {
     for ior in [1.33f64, 1.5, 2.4] {
         let reflected = ((ior - 1.0) / (ior + 1.0)).powi(2);
         let ball = |light: &str, from: f64| {
@@ -297,22 +297,22 @@ fn radiance_changes_with_the_square_of_the_index() {
                 u8::from(light.is_empty())
             )
         };
-        // From outside, at a lamp in the middle.
+        // From outside, at an emitter in the centre.
         let lamp = "(shape: Sphere(radius_m: 0.2), material: (diffuse: 0, emission: 1))";
         let (found, expected) = (mean(&picture(&ball(lamp, 5.0))), (1.0 - reflected) / (ior * ior));
         assert!((found / expected - 1.0).abs() < 0.02, "{ior}: {found}, not {expected}");
-        // From the middle, at white surroundings, however often light is reflected before it comes.
+        // From the centre, at white surroundings, after any number of internal reflections.
         let (found, expected) = (mean(&picture(&ball("", 0.0))), ior * ior);
         assert!((found / expected - 1.0).abs() < 0.02, "{ior}: {found}, not {expected}");
-        // Both within: nothing changes.
+        // Both within: the radiance does not change.
         let found = mean(&picture(&ball(lamp, 0.5)));
         assert!((found - 1.0).abs() < 1e-6, "{ior}: {found}");
     }
 }
 
-/// Light that a lamp within a ball of glass gives off comes out of it, by whatever way it is found.
+/// The light of an emitter within a glass ball leaves it, however it is found.
 #[test]
-fn lamps_within_rough_glass_give_off_all_their_light() {
+fn emitters_within_glass_lose_no_light() {
     let of = |glass: &str| {
         mean(&picture(&format!(
             "(settings: (size: (24, 24), samples: 256, transport: Path, filter: Box, max_depth: 200, sharing: Off),
@@ -323,7 +323,7 @@ fn lamps_within_rough_glass_give_off_all_their_light() {
         )))
     };
     let bare = of("");
-    // Rougher glass is not reciprocal enough for this.
+    // Rougher glass is not reciprocal enough for this test.
     for (roughness, ior) in [(0.0, 1.5), (0.0, 2.2), (0.3, 1.5), (0.3, 2.5)] {
         let found = of(&format!(
             "(shape: Sphere(radius_m: 0.95), material: Principled(metallic: 0, roughness: {roughness},
@@ -333,9 +333,9 @@ fn lamps_within_rough_glass_give_off_all_their_light() {
     }
 }
 
-/// What is seen directly is not cut, though a texture says how bright it is.
+/// Directly visible emission is not clamped, even if a texture gives its radiance.
 #[test]
-fn textures_that_shine_are_not_cut() {
+fn emissive_textures_are_not_clamped() {
     let text = "(settings: (size: (4, 4), samples: 4, transport: Path, filter: Box),
                  entities: [
                      (camera: Orthographic(height_m: 2), transform: LookAt(from: (0, 0, 5), to: (0, 0, 0))),
@@ -363,9 +363,9 @@ fn textures_that_shine_are_not_cut() {
     }
 }
 
-/// A profile that is a narrow cone is as quiet as a spotlight of that cone.
+/// A photometric profile that is a narrow cone has no more noise than a spotlight with that cone.
 #[test]
-fn narrow_profiles_are_chosen_where_they_shine() {
+fn narrow_photometric_profiles_have_the_noise_of_spotlights() {
     let of = |lamp: &str, seed: u32| {
         let mut world = world(&format!(
             "(settings: (size: (48, 27), samples: 16, seed: {seed}, transport: Path, max_depth: 0, sharing: Off),
@@ -392,7 +392,7 @@ fn narrow_profiles_are_chosen_where_they_shine() {
     };
     let (photometric, its_noise) = noise("Photometric(power_w: 9.046, profile: \"lamp.ies\")");
     let cosine = (10.0 * PI / 180.0).cos();
-    // The same intensity: Φ / (2π (1 − cos)), of a point Φ / 4π.
+    // The same intensity: Φ / (2π (1 − cos)), of a point light Φ / 4π.
     let power = 9.046 * 2.0 / (1.0 - cosine);
     let (spot, spot_noise) =
         noise(&format!("Spot(power_w: {power}, inner_degrees: 9.99, outer_degrees: 10)"));

@@ -1,4 +1,4 @@
-//! Films on disk: what is interrupted, cut into parts or continued has the same bits as what is rendered in one go.
+//! Films on disk: interrupted, split or continued renderings have the same bits as uninterrupted ones.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Everything that depends on how samples are numbered: paths that are shared, textures by their footprints,
-/// a lens, lights of many kinds.
+/// A scene with everything that depends on the numbering of samples: path reuse, textures with footprints, a lens, and
+/// lights of several kinds.
 const SCENE: &str = r#"(
     settings: (size: (70, 50), samples: 24, transport: Path, max_depth: 5),
     entities: [
@@ -66,7 +66,7 @@ fn failure(folder: &Path, code: i32, line: &str) -> String {
 }
 
 #[test]
-fn parts_in_any_order_are_the_whole() {
+fn merged_parts_in_any_order_equal_the_whole() {
     let folder = folder();
     let here = folder.path();
     let whole = hash(here, "scene.ron -o whole.png --aov variance");
@@ -84,7 +84,7 @@ fn parts_in_any_order_are_the_whole() {
         let merged = json(here, &format!("merge {} -o merged.exr -o merged.film", parts.join(" ")));
         assert_eq!(merged["film_hash"], whole[..], "{count} parts");
         assert_eq!((&merged["samples"], &merged["missing"]), (&24.into(), &"".into()));
-        // A film that is whole needs no rendering, and shows the same.
+        // A complete film needs no rendering and gives the same image.
         let again = json(here, "resume merged.film -o again.exr");
         assert_eq!((&again["film_hash"], &again["rays"]["camera"]), (&whole.clone().into(), &0.into()));
     }
@@ -110,7 +110,7 @@ fn parts_in_any_order_are_the_whole() {
 }
 
 #[test]
-fn merging_says_what_is_missing_and_refuses_strangers() {
+fn merge_reports_missing_samples_and_refuses_other_films() {
     let folder = folder();
     let here = folder.path();
     for index in [0, 2, 3] {
@@ -132,7 +132,7 @@ fn merging_says_what_is_missing_and_refuses_strangers() {
     json(here, "scene.ron --shard 1/4 --seed 3 -o other.film");
     let error = failure(here, 1, "merge part-0.film other.film");
     assert!(error.contains("other.film: of other settings: seed is 3, not 0"), "{error}");
-    // Another picture of the same name.
+    // Another image of the same name.
     image::GrayImage::new(64, 64).save(here.join("checks.png")).expect("a picture");
     json(here, "scene.ron --shard 1/4 -o changed.film");
     let error = failure(here, 1, "merge part-0.film changed.film");
@@ -144,7 +144,7 @@ fn merging_says_what_is_missing_and_refuses_strangers() {
 }
 
 #[test]
-fn a_film_gets_more_samples_with_the_bits_of_the_longer_rendering() {
+fn resumed_films_equal_longer_renderings() {
     let folder = folder();
     let here = folder.path();
     let elsewhere = "--size 40x60 --orbit 30,10 --zoom 0.5 --ground --hide \"glass\"";
@@ -170,7 +170,7 @@ fn a_film_gets_more_samples_with_the_bits_of_the_longer_rendering() {
 }
 
 #[test]
-fn an_audit_finds_what_another_machine_has_made_of_it() {
+fn audit_detects_a_single_altered_quantum() {
     let folder = folder();
     let here = folder.path();
     json(here, "scene.ron --shard 0/2 -o a.film");
@@ -180,7 +180,7 @@ fn an_audit_finds_what_another_machine_has_made_of_it() {
         sound["audited"][0],
         serde_json::json!({"film": "a.film", "hosts": sound["hosts"], "tiles": 20, "differing": 0})
     );
-    // One quantum in one pixel.
+    // A difference of one quantum in one pixel.
     let mut forged = rayfront::internals::formats::film_file::load(&here.join("b.film")).expect("a film");
     let mut pixels = forged.film.pixels().to_vec();
     pixels[70 * 20 + 35].sum[0][1] += 1;
@@ -193,17 +193,17 @@ fn an_audit_finds_what_another_machine_has_made_of_it() {
     assert!(error.contains("b.film (rendered on") && error.contains("1 of 20 tiles"), "{error}");
 }
 
-/// Of a pass that was interrupted some tiles have the samples, and these are rendered again, too.
+/// After an interrupted pass only some tiles have its samples; an audit renders these again, too.
 #[cfg(unix)]
 #[test]
-fn an_audit_also_renders_what_was_interrupted() {
+fn audit_checks_tiles_of_interrupted_passes() {
     use rayfront::internals::film::Film;
     use rayfront::internals::formats::film_file::{load, save};
 
     let folder = folder();
     let here = folder.path();
     let path = here.join("a.film");
-    // The first tile of the image, and the last, are 64 pixels wide and lie far apart.
+    // The first and the last tile of the image are 64 pixels wide and far apart.
     let line = "scene.ron --size 320x100 --spp 4000 -o a.film --checkpoint 10ms --quiet --threads 1";
     let (begun, film) = loop {
         let mut child = begun(here, line, "a.film");
@@ -217,7 +217,7 @@ fn an_audit_also_renders_what_was_interrupted() {
     };
     let sound = json(here, "merge a.film --partial --audit 100% -o a.png");
     assert_eq!((&sound["audited"][0]["tiles"], &sound["audited"][0]["differing"]), (&140.into(), &0.into()));
-    // One quantum in a tile that has the samples, and one in a tile that has not.
+    // A difference of one quantum in a tile with the samples, and in tiles without them.
     let columns = 320_u32.div_ceil(begun.tile);
     let all = 0..columns * 100_u32.div_ceil(begun.tile);
     let (with, without): (Vec<u32>, Vec<u32>) = all.partition(|tile| begun.tiles.contains(tile));
@@ -235,7 +235,7 @@ fn an_audit_also_renders_what_was_interrupted() {
 }
 
 #[test]
-fn rules_stop_a_rendering_and_say_how_to_get_the_same() {
+fn stop_rules_print_a_command_for_the_same_image() {
     let folder = folder();
     let here = folder.path();
     let stopped = json(here, "scene.ron --spp 4096 --until noise=40% -o a.png -o a.film");
@@ -252,12 +252,12 @@ fn rules_stop_a_rendering_and_say_how_to_get_the_same() {
     assert_eq!(stopped["film_hash"], hash(here, &format!("{line} -o b.png"))[..]);
     let timed = json(here, "scene.ron --spp 4194304 --max-time 300ms -o c.png");
     assert!(timed["stopped_by"].as_str().is_some_and(|rule| rule.contains("time")), "{timed}");
-    // The film goes on from where it was.
+    // The film is continued.
     let more = json(here, "resume a.film --until noise=10%");
     assert!(more["samples"].as_u64() > Some(samples), "{more}");
 }
 
-/// A rendering under way that has saved a film.
+/// Starts a rendering and waits until it has saved a film.
 fn begun(here: &Path, line: &str, film: &str) -> std::process::Child {
     let child =
         command(here, &line.split_whitespace().collect::<Vec<_>>()).spawn().expect("the program runs");
@@ -267,8 +267,8 @@ fn begun(here: &Path, line: &str, film: &str) -> std::process::Child {
     child
 }
 
-/// A rendering that was ended by a signal some time after it began, or after there was a film, and then continued:
-/// its exit code, its hash, and whether there was a film.
+/// Ends a rendering by a signal some time after its start, or after its first film, and continues it. Returns its exit
+/// code, its hash, and true if there was a film.
 fn after(signal: &str, has_film: bool, time: Duration, here: &Path) -> (Option<i32>, String, bool) {
     let _ = std::fs::remove_file(here.join("a.film"));
     let line = "scene.ron --size 96x64 --spp 96 -o a.film --checkpoint 5ms --quiet";
@@ -288,7 +288,7 @@ fn after(signal: &str, has_film: bool, time: Duration, here: &Path) -> (Option<i
 
 #[cfg(unix)]
 #[test]
-fn whatever_ends_it_a_rendering_is_gone_on_with() {
+fn killed_renderings_resume_to_the_same_film() {
     let folder = folder();
     let here = folder.path();
     let start = Instant::now();
@@ -296,7 +296,7 @@ fn whatever_ends_it_a_rendering_is_gone_on_with() {
     let time = start.elapsed();
     let mut gone_on_with = 0;
     for moment in 0..30u32 {
-        // As if at random, and no two alike.
+        // Pseudo-random and all different.
         let part = f64::from(moment.wrapping_mul(2_654_435_769)) / f64::from(u32::MAX);
         let has_film = moment % 2 == 0;
         let wait = if has_film { time.mul_f64(0.5 * part) } else { time.mul_f64(part) };
@@ -312,10 +312,10 @@ fn whatever_ends_it_a_rendering_is_gone_on_with() {
     }
 }
 
-/// The effect of a full disk on a checkpoint; simulated by files that must not grow any further.
+/// A full disk while a checkpoint is written, simulated by a limit on the size of files.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_costs_no_older_checkpoint() {
+fn full_disk_keeps_the_previous_checkpoint() {
     let folder = folder();
     let here = folder.path();
     json(here, "scene.ron --spp 8 -o a.film");
@@ -334,7 +334,7 @@ fn a_full_disk_costs_no_older_checkpoint() {
 }
 
 #[test]
-fn images_say_how_they_are_rendered_again() {
+fn images_are_reproduced_from_their_metadata() {
     let folder = folder();
     let here = folder.path();
     let names = ["a.png", "a.exr", "a.hdr", "a.film"];
@@ -346,14 +346,14 @@ fn images_say_how_they_are_rendered_again() {
         let found = json(here, &format!("reproduce {name} --schedule recursive"));
         assert_eq!(found["identical"], true, "{name}: {found}");
     }
-    // The same image is the same file, whoever rendered it and in how many parts.
+    // The same image is the same file, whoever rendered it and in however many parts.
     let before = ["a.png", "a.exr", "a.hdr"].map(|name| std::fs::read(here.join(name)).expect(name));
     let line = "scene.ron --crop 10,5,40,45 --sampler jittered --seed 4 --spp 3";
     (0..2).for_each(|i| drop(json(here, &format!("{line} --threads 1 --shard {i}/2 -o part-{i}.film"))));
     json(here, "merge part-1.film part-0.film -o a.png -o a.exr -o a.hdr");
     let after = ["a.png", "a.exr", "a.hdr"].map(|name| std::fs::read(here.join(name)).expect(name));
     assert!(before == after);
-    // A picture that was painted over still says the same of itself.
+    // An image with other pixels still has the original metadata.
     let bytes = std::fs::read(here.join("a.png")).expect("a picture");
     let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a picture");
     let mut info = png::Info::with_size(reader.info().width, reader.info().height);
@@ -367,7 +367,7 @@ fn images_say_how_they_are_rendered_again() {
     let error = run(here, "reproduce black.png");
     let text = String::from_utf8_lossy(&error.stdout).into_owned();
     assert_eq!((error.status.code(), text.contains("its pixels are others")), (Some(5), true), "{text}");
-    // What has been changed is named.
+    // The error names the changed file.
     let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
     std::fs::write(here.join("scene.ron"), scene.replace("power_w: 300", "power_w: 301")).expect("a scene");
     let error = failure(here, 1, "reproduce a.png");
@@ -379,7 +379,7 @@ fn images_say_how_they_are_rendered_again() {
 
 #[cfg(unix)]
 #[test]
-fn what_was_interrupted_is_reproduced_as_it_is() {
+fn interrupted_renderings_are_reproduced() {
     let folder = folder();
     let here = folder.path();
     let line = "scene.ron --size 320x200 --spp 4000 -o a.exr -o a.film --checkpoint 20ms --quiet";
@@ -394,7 +394,7 @@ fn what_was_interrupted_is_reproduced_as_it_is() {
 
 #[cfg(unix)]
 #[test]
-fn planned_commands_are_what_a_shell_takes() {
+fn planned_commands_run_in_a_shell() {
     let folder = folder();
     let here = folder.path().join("it's a $cene; & so on");
     std::fs::create_dir(&here).expect("a folder");
@@ -406,7 +406,7 @@ fn planned_commands_are_what_a_shell_takes() {
     let lines = std::fs::read_to_string(here.join("scene.jobs/parts.txt")).expect("commands");
     assert_eq!(lines.lines().count(), 3);
     for line in lines.lines() {
-        // Wherever it is run.
+        // In any folder.
         let status = Command::new("sh").args(["-c", line]).current_dir(folder.path()).status();
         assert!(status.expect("a shell").success(), "{line}");
     }
@@ -416,7 +416,7 @@ fn planned_commands_are_what_a_shell_takes() {
     let parts = (0..3).map(|i| format!("scene.jobs/part-{i}.film")).collect::<Vec<_>>().join(" ");
     let whole = hash(&here, "scene.ron --spp 6 --size 40x30 -o whole.png");
     assert_eq!(hash(&here, &format!("merge {parts}")), whole);
-    // Frames need no merging, and every one of them is some task's.
+    // Frames need no merging, and each belongs to a task.
     let plan = "plan scene.ron --for commands -o f.##.png -- --frames 3-7x4,12 --spp 2 --size 40x30";
     assert_eq!(run(&here, plan).status.code(), Some(0));
     let lines = std::fs::read_to_string(here.join("scene.jobs/parts.txt")).expect("commands");
@@ -448,10 +448,10 @@ fn planned_commands_are_what_a_shell_takes() {
     assert!(error.contains("--sppp"), "{error}");
 }
 
-/// Adaptive samples: the same whatever renders and interrupts, and fit to be continued.
+/// Adaptive samples do not depend on the way of rendering or on interruptions, and can be continued.
 #[cfg(unix)]
 #[test]
-fn adaptive_samples_are_chosen_alike_by_all() {
+fn adaptive_samples_are_identical_in_all_ways() {
     let folder = folder();
     let here = folder.path();
     let line = "scene.ron --adaptive --spp 32 --aov samples";
@@ -463,7 +463,7 @@ fn adaptive_samples_are_chosen_alike_by_all() {
     let verified = json(here, "verify scene.ron --adaptive --size 48x40 --spp 32");
     assert_eq!(verified["mismatches"], 0, "{verified}");
     assert_eq!(json(here, "reproduce a.exr")["identical"], true);
-    // Killed, and continued.
+    // Killed and continued.
     let longer = "scene.ron --adaptive --aov samples --size 120x80 --spp 64 -o long.film";
     let whole = hash(here, longer);
     for moment in [0, 50, 150] {
@@ -483,10 +483,10 @@ fn adaptive_samples_are_chosen_alike_by_all() {
     }
 }
 
-/// A checkpoint that nobody asked for by name: it exists as long as there is something to continue.
+/// A default checkpoint exists as long as there is something to continue.
 #[cfg(unix)]
 #[test]
-fn a_checkpoint_goes_when_its_image_is_done() {
+fn default_checkpoint_is_removed_when_the_image_is_done() {
     let folder = folder();
     let here = folder.path();
     let line = "scene.ron --size 160x120 --spp 64 -o a.png --checkpoint 2ms --threads 1 --quiet";
@@ -495,12 +495,12 @@ fn a_checkpoint_goes_when_its_image_is_done() {
     child.kill().expect("killed");
     child.wait().expect("an end");
     assert!(!here.join("a.png").exists());
-    // Another rendering of that name leaves it alone.
+    // Another rendering with the same output does not touch it.
     let before = std::fs::read(&checkpoint).expect("a film");
     let other = run(here, "scene.ron --spp 2 -o a.png --checkpoint 1ms");
     assert!(String::from_utf8_lossy(&other.stderr).contains("this rendering is saved to a.checkpoint-"));
     assert!(std::fs::read(&checkpoint).expect("a film") == before);
-    // Interrupted, it is saved beside it, and the same command goes on there.
+    // Interrupted, that one has a checkpoint of its own, which the same command continues.
     let interrupted = "scene.ron --size 160x120 --spp 4096 -o a.png --threads 1";
     let mut child = Command::new(env!("CARGO_BIN_EXE_rayfront"))
         .args(interrupted.split_whitespace())
@@ -517,11 +517,11 @@ fn a_checkpoint_goes_when_its_image_is_done() {
     let goes_on = run(here, &format!("{interrupted} --max-time 1ms"));
     assert!(String::from_utf8_lossy(&goes_on.stderr).contains("going on with"));
     std::fs::remove_file(here.join("a.png")).expect("an image");
-    // Not to its end: it stays, and says so.
+    // Stopped before its end, it keeps its checkpoint.
     json(here, "resume a.checkpoint.film --max-time 1ms");
     assert!(checkpoint.exists() && here.join("a.png").exists());
     let whole = hash(here, "scene.ron --size 160x120 --spp 64 -o b.png");
-    // The same command goes on, too.
+    // The same command continues it, too.
     let again = run(here, &line.replace("--quiet", "--json"));
     let found: Value = serde_json::from_slice(&again.stdout).expect("JSON");
     assert_eq!(found["film_hash"], whole[..]);
@@ -529,8 +529,8 @@ fn a_checkpoint_goes_when_its_image_is_done() {
     assert!(!checkpoint.exists());
 }
 
-/// A square of one metre that shines (2) and moves from x = -1 to 1 within a second, before an orthographic camera
-/// that sees 4 × 4 metres.
+/// A square of one metre that emits 2 and moves from x = −1 to 1 within a second, in front of an orthographic camera
+/// with a view of 4 × 4 metres.
 fn moving() -> String {
     let floats = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
     let corners = floats(&[-0.5, -0.5, 0.0, 0.5, -0.5, 0.0, 0.5, 0.5, 0.0, -0.5, 0.5, 0.0]);
@@ -574,7 +574,7 @@ fn base64_of(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn what_moves_is_blurred_by_how_long_it_is_where() {
+fn motion_blur_follows_the_time_of_coverage() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
     std::fs::write(here.join("moving.gltf"), moving()).expect("a model");
@@ -592,7 +592,7 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
         row.iter().map(|pixel| pixel.r / 2.0).collect::<Vec<f32>>()
     };
     for file in ["moving.gltf", "scene.ron", "keys.ron"] {
-        // Pixels are a quarter of a metre wide. At half a second the square is in the middle.
+        // Pixels are a quarter of a metre wide. At half a second the square is at the centre.
         let options = "--size 16x16 --spp 32";
         let name = file.replace('.', "-");
         let frames = run(here, &format!("{file} {options} --fps 4 --frames 0-4x2 -o {name}.##.exr --quiet"));
@@ -600,7 +600,7 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
         let (first, middle) = (red(&format!("{name}.00.exr")), red(&format!("{name}.02.exr")));
         assert!(first[4] > 0.99 && first[9] < 0.01, "{first:?}");
         assert!(middle[8] > 0.99 && middle[3] < 0.01, "{middle:?}");
-        // While the shutter is open for the whole second each place within is covered for half of it.
+        // With the shutter open for the whole second, each place inside is covered for half of it.
         let blur = format!("{file} {options} --time 0 --fps 1 --shutter 1");
         let whole = hash(here, &format!("{blur} -o {name}.exr -o {name}.film"));
         let blurred = red(&format!("{name}.exr"));
@@ -610,7 +610,7 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
             }
         };
         is_blurred(&blurred, 0.07);
-        // A quarter of the samples shows all of the time, too, and what shows less says so.
+        // A quarter of the samples also covers the whole time; fewer cause a warning.
         for (range, few) in [("0..32", false), ("0..16", true)] {
             let line = format!("{blur} --spp 128 --samples {range} -o early.exr --quiet");
             let output = run(here, &line.replace("--spp 32 ", ""));
@@ -620,7 +620,7 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
         }
         let error = failure(here, 2, &format!("resume {name}.film --spp 64"));
         assert!(error.contains("render it anew with --spp 64"), "{error}");
-        // In parts, and once more.
+        // In parts, and repeated.
         for index in 0..3 {
             json(here, &format!("{blur} --shard {index}/3 -o {name}-{index}.film --overwrite"));
         }
@@ -629,7 +629,7 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
         assert_eq!(json(here, &format!("reproduce {name}.exr"))["identical"], true);
         assert_eq!(hash(here, &format!("resume {name}.film")), whole);
     }
-    // All frames as a video: each is what its image shows.
+    // All frames as a video: each shows the same as its image.
     let video = run(here, "keys.ron --size 16x16 --spp 32 --fps 4 --frames 0-4x2 -o - -o again.#.png");
     let header = b"YUV4MPEG2 W16 H16 F4:1 Ip A1:1 C444 XCOLORRANGE=LIMITED\n";
     let stream = video.stdout.strip_prefix(header).expect("a video");
@@ -645,7 +645,7 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
             assert!((f32::from(*luma) - 16.0 - 219.0 * shown).abs() < 1.0, "{luma} for {pixel:?}");
         }
     }
-    // Frames that are there stay.
+    // Existing frames are kept.
     let before =
         std::fs::metadata(here.join("moving-gltf.02.exr")).expect("a frame").modified().expect("a time");
     let output = run(here, "moving.gltf --size 16x16 --spp 32 --fps 4 --frames 2 -o moving-gltf.##.exr");
@@ -657,10 +657,10 @@ fn what_moves_is_blurred_by_how_long_it_is_where() {
     assert!(error.contains("####"), "{error}");
 }
 
-/// What a pilot has chosen can be rendered anywhere, in parts and in any order.
+/// Sample counts chosen by a pilot can be rendered anywhere, in parts and in any order.
 #[cfg(unix)]
 #[test]
-fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
+fn unbiased_adaptive_renderings_can_be_split_into_parts() {
     let folder = folder();
     let here = folder.path();
     let options = "scene.ron --adaptive=unbiased --size 72x56 --seed 5";
@@ -671,7 +671,7 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     }
     assert_ne!(hash(here, "scene.ron --spp 64 --size 72x56 --seed 5 -o b.exr"), expected);
     assert_eq!(json(here, "reproduce whole.png")["identical"], true);
-    // With a saved pilot, or each with its own.
+    // With a saved pilot, or each part with its own.
     assert_eq!(run(here, &format!("{line} --pilot pilot.film --pilot-only")).status.code(), Some(0));
     let of_pilot = json(here, &format!("{line} --pilot pilot.film -o b.exr"));
     assert_eq!(of_pilot["film_hash"], expected);
@@ -681,7 +681,7 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     assert_eq!(hash(here, "merge part-1.film part-2.film part-0.film --audit 100%"), expected);
     let error = failure(here, 1, "merge part-0.film part-2.film");
     assert!(error.contains("are missing") && error.contains("--shard 1/3"), "{error}");
-    // A part of the image, by what was chosen for the whole.
+    // A crop uses the choice for the whole image.
     json(here, &format!("{line} --pilot pilot.film -o whole.exr"));
     json(here, &format!("{line} --pilot pilot.film --crop 21,9,60,50 -o crop.exr"));
     let pixels =
@@ -689,14 +689,14 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     let (whole, crop) = (pixels("whole.exr"), pixels("crop.exr"));
     let rows = (9..50).flat_map(|y| whole[y * 72 + 21..y * 72 + 60].iter().copied());
     assert!(rows.eq(crop), "the crop shows other pixels");
-    // Killed in the middle, and continued.
+    // Killed midway and continued.
     let long = format!("{options} --spp 512");
     let mut child = begun(here, &format!("{long} -o long.film --checkpoint 2ms --quiet"), "long.film");
     std::thread::sleep(Duration::from_millis(30));
     child.kill().expect("killed");
     child.wait().expect("an end");
     assert_eq!(hash(here, "resume long.film"), hash(here, &format!("{long} -o other.film")));
-    // Another rendering's pilot does not count.
+    // A pilot of another rendering is refused.
     let error = failure(
         here,
         1,
@@ -716,9 +716,9 @@ fn what_a_pilot_has_chosen_can_be_cut_into_parts() {
     assert_eq!(hash(here, "merge scene.jobs/part-0.film scene.jobs/part-1.film"), expected);
 }
 
-/// However many tiles a pass or a round has reached: whatever continues it ends where it would have ended.
+/// After any number of tiles of a pass or round, continuing gives the same result.
 #[test]
-fn any_tile_may_be_the_last() {
+fn renderings_can_be_interrupted_after_any_tile() {
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
     use rayfront::internals::integrator::Stop;

@@ -1,4 +1,4 @@
-//! What is reported about broken scenes, and that nothing is reported about good ones.
+//! Findings about broken scenes, and their absence for good ones.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use rayfront::world::{Settings, World};
 
 use super::support::world;
 
-/// Everything reported about a scene: by its compilation, by the rules, and about its image.
+/// Returns all findings about a scene: from its compilation, from the rules, and about its image.
 fn told(world: &World) -> Vec<String> {
     let mut settings = world.settings.clone();
     (settings.size, settings.samples) = ([96, 54], 2);
@@ -27,7 +27,7 @@ fn told(world: &World) -> Vec<String> {
     told
 }
 
-/// What its image is told.
+/// Returns the finding about its image.
 fn told_of_image(session: &Session, settings: &Settings) -> Option<String> {
     let radiance = session.film().radiance();
     let shown = FinishedImage::new(settings, session.film().region(), &radiance);
@@ -47,12 +47,12 @@ fn scene(entities: &[&str]) -> String {
     format!("(settings: (transport: Path), entities: [{}])", entities.join(", "))
 }
 
-/// A pane before the camera.
+/// A pane in front of the camera.
 const PANE: &str = r#"(name: "pane", shape: Plane(corners: ((-3, 3, 3), (-3, -1, 3), (3, -1, 3), (3, 3, 3))),
     material: Principled(metallic: 0, roughness: 0, transmission: 1,
                          volume: (attenuation_color: 0.5, attenuation_distance_m: 0.02)))"#;
 
-/// A mesh of glass.
+/// A glass mesh.
 fn glass(mesh: &str, scale: f32, more: &str) -> String {
     format!(
         "(name: \"glass\", shape: Mesh(\"{mesh}\"), transform: (translate: (0, 0, 0), scale: {scale}),
@@ -60,7 +60,7 @@ fn glass(mesh: &str, scale: f32, more: &str) -> String {
     )
 }
 
-/// A name, the scene, and parts of the sentence that it gets.
+/// Names, scenes, and parts of the expected finding.
 fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
     let lamp = |text: &str| format!("(name: \"lamp\", {text})");
     let ball_of =
@@ -454,7 +454,7 @@ fn broken() -> Vec<(&'static str, String, Vec<&'static str>)> {
 }
 
 #[test]
-fn broken_scenes_are_told_why() {
+fn broken_scenes_get_their_findings() {
     let mut table = String::new();
     let mut wrong = Vec::new();
     for (name, text, parts) in broken() {
@@ -469,9 +469,9 @@ fn broken_scenes_are_told_why() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The scene that all of these were made of.
+/// The scene that all broken ones are derived from.
 #[test]
-fn a_good_scene_is_told_nothing() {
+fn good_scenes_get_no_findings() {
     let pane = r#"(name: "window", shape: Plane(corners: ((3, -1, -4), (3, 9, -4), (3, 9, 4), (3, -1, 4))),
         material: Principled(metallic: 0, roughness: 0, transmission: 1))"#;
     let fog = |radius: f32| {
@@ -487,7 +487,7 @@ fn a_good_scene_is_told_nothing() {
     }
 }
 
-/// A scene's findings, without its loader's and compilation's notes.
+/// Returns a scene's findings, without the messages of loading and compilation.
 fn findings(path: &Path) -> Vec<String> {
     let world = rayfront::internals::formats::load(path).expect("a scene");
     let mut settings = world.settings.clone();
@@ -503,11 +503,11 @@ fn findings(path: &Path) -> Vec<String> {
 }
 
 #[test]
-fn our_own_scenes_are_told_nothing() {
+fn shipped_scenes_get_no_findings() {
     let mut told = Vec::new();
     for entry in std::fs::read_dir("scenes").expect("scenes") {
         let path = entry.expect("a file").path();
-        // What it shows is silhouettes.
+        // It shows silhouettes.
         let is_dark = path.ends_with("figure_01_pinhole.ron");
         if path.extension().is_some_and(|extension| extension == "ron") && !is_dark {
             told.extend(findings(&path).iter().map(|finding| format!("{}: {finding}", path.display())));

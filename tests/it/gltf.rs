@@ -1,4 +1,4 @@
-//! Every glTF file of the corpus, if there is one: set RAYFRONT_CORPUS to its folder.
+//! Every glTF file of the corpus, if present: set RAYFRONT_CORPUS to its folder.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use rayfront::world::{Camera, Light, Settings, Tonemap, Transport, World};
 
 use crate::corpus::{self, Refusals};
 
-/// What must hold of every world.
+/// Checks the invariants of every world.
 fn check(world: &World) {
     for mesh in &world.assets.meshes {
         let vertices = mesh.positions.len();
@@ -31,7 +31,7 @@ fn check(world: &World) {
     assert!(world.warnings.iter().all(|warning| !warning.contains('\n')), "{:?}", world.warnings);
 }
 
-/// A small picture's hash under either schedule.
+/// The hashes of a small image under both schedules.
 fn hashes(world: &World, scene: CompiledScene) -> [u128; 2] {
     let settings = Settings { size: [32, 24], samples: 1, ..world.settings.clone() };
     let setup = Arc::new(rayfront::internals::render::setup(scene, &settings));
@@ -43,7 +43,7 @@ fn hashes(world: &World, scene: CompiledScene) -> [u128; 2] {
 }
 
 #[test]
-fn the_corpus_looks_the_same_both_ways_or_says_why_not() {
+fn corpus_models_render_identically_with_both_schedules_or_fail_as_expected() {
     let Some(corpus) = corpus::folder() else { return };
     let files = corpus::files(&corpus, &["gltf", "glb"]);
     let (mut surprises, mut loaded) = (Vec::new(), 0);
@@ -68,7 +68,7 @@ fn the_corpus_looks_the_same_both_ways_or_says_why_not() {
     assert!(surprises.is_empty(), "{}", surprises.join("\n"));
 }
 
-/// A triangle without anything to see it by, and a wide camera if wished.
+/// A triangle without a light, and optionally with a camera.
 fn triangle(name: &str, camera: bool) -> std::path::PathBuf {
     let vertices: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let bytes: Vec<u8> = vertices.iter().flat_map(|number| number.to_le_bytes()).collect();
@@ -93,7 +93,7 @@ fn triangle(name: &str, camera: bool) -> std::path::PathBuf {
 }
 
 #[test]
-fn a_model_alone_stands_in_a_studio() {
+fn models_get_a_camera_and_a_studio() {
     let world = formats::load(triangle("alone.gltf", false)).unwrap();
     let settings = &world.settings;
     assert_eq!((settings.transport, settings.tonemap), (Transport::Path, Tonemap::PbrNeutral));
@@ -105,9 +105,9 @@ fn a_model_alone_stands_in_a_studio() {
     assert!(world.warnings[0].contains("no camera") && world.warnings[1].contains("a studio"));
 }
 
-/// A scene file that only puts a model somewhere is looked at from where all of it is seen, as the model alone is.
+/// A scene file that only places a model gets a camera that shows all of it, like the model itself.
 #[test]
-fn a_scene_that_places_a_model_gets_a_camera() {
+fn scenes_that_only_place_a_model_get_a_camera() {
     triangle("placed.gltf", false);
     let scene = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("placed.ron");
     std::fs::write(&scene, r#"(entities: [(gltf: "placed.gltf"), (light: Sky)])"#).unwrap();
@@ -119,9 +119,9 @@ fn a_scene_that_places_a_model_gets_a_camera() {
     assert!(seen.radiance().iter().any(|pixel| pixel.luminance() > 0.0));
 }
 
-/// What `--env` names takes the place of what a scene has around it, and of what it would get.
+/// `--env` replaces a scene's environment and the default one.
 #[test]
-fn surroundings_can_be_chosen() {
+fn env_option_replaces_the_environment() {
     let around = |path: &std::path::Path, name: &str| {
         let options = LoadOptions { surroundings: Some(name.parse().unwrap()), ..LoadOptions::default() };
         let world = formats::load_with(path, &options).unwrap();
@@ -149,7 +149,7 @@ fn surroundings_can_be_chosen() {
 }
 
 #[test]
-fn what_is_unlit_keeps_its_colours() {
+fn unlit_models_are_not_tone_mapped() {
     let plain = std::fs::read_to_string(triangle("lit.gltf", false)).unwrap();
     let with = |name: &str, materials: &str| {
         let primitives = plain.replace(
@@ -169,13 +169,13 @@ fn what_is_unlit_keeps_its_colours() {
 }
 
 #[test]
-fn a_picture_has_its_cameras_shape() {
+fn image_size_follows_the_cameras_aspect_ratio() {
     let path = triangle("upright.gltf", true);
     assert_eq!(formats::load(&path).unwrap().settings.size, [480, 960]);
 }
 
 #[test]
-fn what_models_alone_have_is_refused_elsewhere() {
+fn options_for_models_are_refused_for_other_files() {
     let options = LoadOptions { time_s: Some(1.0), ..LoadOptions::default() };
     let path = triangle("moment.gltf", false);
     let still = formats::load_with(&path, &options).unwrap();
@@ -189,7 +189,7 @@ fn what_models_alone_have_is_refused_elsewhere() {
     assert!(message.starts_with("variant: this is for .gltf and .glb files, not for "), "{message}");
 }
 
-/// The corners of all triangles, rounded and in order.
+/// The corners of all triangles, rounded and sorted.
 fn corners(world: &World) -> Vec<[i64; 9]> {
     let mut corners: Vec<[i64; 9]> = Vec::new();
     for mesh in &world.assets.meshes {
@@ -206,7 +206,7 @@ fn corners(world: &World) -> Vec<[i64; 9]> {
 }
 
 #[test]
-fn compressed_copies_hold_the_same() {
+fn compressed_meshes_equal_their_uncompressed_copies() {
     let Some(corpus) = corpus::folder() else { return };
     let load = |path: &str| corners(&formats::load(corpus.join(path)).unwrap_or_else(|e| panic!("{e}")));
     let models = "khronos-sample-assets/Models/Box";
@@ -217,7 +217,7 @@ fn compressed_copies_hold_the_same() {
         load(&format!("{meshopt}/EXT_meshopt_compression/meshopt-no-fallback/meshopt-no-fallback.gltf"));
     let khr = load(&format!("{meshopt}/KHR_meshopt_compression/meshopt-fallback/meshopt-fallback.gltf"));
     assert_eq!(ext, khr);
-    // What the accessors say that they hold.
+    // The ranges stated by the accessors.
     let path = format!("{meshopt}/EXT_meshopt_compression/meshopt-no-fallback/meshopt-no-fallback.gltf");
     let world = formats::load(corpus.join(path)).unwrap();
     for (mesh, (least, most)) in world.assets.meshes.iter().zip([(0.0, 16_383.0), (1315.0, 15_068.0)]) {
@@ -253,7 +253,7 @@ fn damaged_draco_data_are_refused_or_read() {
 }
 
 #[test]
-fn some_of_the_corpus_render_to_something() {
+fn corpus_models_render_visible_images() {
     let Some(corpus) = corpus::folder() else { return };
     let models = corpus.join("khronos-sample-assets/Models");
     for name in [
@@ -279,7 +279,7 @@ fn some_of_the_corpus_render_to_something() {
     }
 }
 
-/// Files that must be refused, by folder, and words that the message must have.
+/// Files that must be refused, by folder, and words that the message must contain.
 const EXPECTED_FAILURES: &Refusals = &[
     (
         "apache-bsd/gltf-pipeline/specs/data/1.0/box-materials-common",
@@ -465,12 +465,12 @@ const EXPECTED_FAILURES: &Refusals = &[
     ),
 ];
 
-/// A picture of one texel that is red, and one that is cut off.
+/// An image of one red texel, and a truncated one.
 const RED: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP4z8DwHwAFAAH/VscvDQAAAABJRU5ErkJggg==";
 const CUT_OFF: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAf";
 
 #[test]
-fn pictures_are_those_that_visible_materials_ask_for() {
+fn only_images_of_visible_materials_are_loaded() {
     use serde_json::json;
     let shows = |index: usize| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": index}}});
     let triangle =
@@ -485,7 +485,7 @@ fn pictures_are_those_that_visible_materials_ask_for() {
         "scenes": [{"nodes": [0, 2, 3, 4]}, {"nodes": [5]}],
         "nodes": [{"children": [1]}, {"mesh": 0}, {"mesh": 1}, {"mesh": 2}, {"mesh": 3}, {"mesh": 4}],
         "meshes": [triangle(0), triangle(1), triangle(1), triangle(2), triangle(3)],
-        // Red; cut off; red with a coat's picture; another scene's.
+        // Red; truncated; red with a coat's texture; that of another scene.
         "materials": [red, shows(1), coated, shows(3)],
         "textures": [{"source": 0}, {"source": 1}, {"source": 2}, {"source": 3}],
         "images": [{"uri": RED}, {"uri": CUT_OFF}, {"uri": RED}, {"uri": CUT_OFF}],
@@ -498,7 +498,7 @@ fn pictures_are_those_that_visible_materials_ask_for() {
     formats::gltf::parse(&bytes, path, &LoadOptions::default(), &mut assets, &mut warnings).unwrap();
     let red = rayfront::world::Texels::Rgba8(vec![[255, 0, 0, 255]]);
     assert_eq!(assets.images.iter().map(|image| &image.texels).collect::<Vec<_>>(), [&red; 2]);
-    // Each is reported once, and what is not shown is not reported.
+    // Each broken image is reported once, and unused ones are not reported.
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
         warnings[0].starts_with("pictures.gltf: /images/1: the picture cannot be decoded"),

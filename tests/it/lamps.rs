@@ -1,4 +1,4 @@
-//! Surfaces that shine as lights of the path transport, wherever they are placed.
+//! Emissive surfaces as lights of the path transport, with any placement.
 
 use rayfront::compile::compile;
 use rayfront::internals::film::Film;
@@ -9,7 +9,7 @@ use rayfront::world::{Settings, Shape, World};
 
 use crate::support::world;
 
-/// A floor under what shines, of which nothing else is seen.
+/// A floor below emitters that are out of view.
 fn scene(lamps: &str) -> World {
     world(&format!(
         "(
@@ -30,7 +30,7 @@ fn scene(lamps: &str) -> World {
     ))
 }
 
-/// The same with a mesh of its own for each entity.
+/// Gives each entity a mesh of its own.
 fn apart(mut world: World) -> World {
     let mut entities = world.in_order();
     entities.retain(|entity| world.entities.get::<&Shape>(*entity).is_ok());
@@ -49,7 +49,7 @@ fn film(world: &World, sampled: bool) -> Film {
     film_of(world, world.settings.samples, sampled)
 }
 
-/// Light that is only found by chance takes many more samples to be as good.
+/// Light that is only hit by chance takes many more samples for the same accuracy.
 const MORE: u32 = 64;
 
 fn film_of(world: &World, samples: u32, sampled: bool) -> Film {
@@ -69,7 +69,7 @@ fn mean(film: &Film) -> f64 {
     pixels.iter().map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum::<f64>() / pixels.len() as f64
 }
 
-/// Turned, mirrored and made larger.
+/// Three instances: rotated, mirrored and scaled.
 fn three(mesh: &str, materials: [&str; 3]) -> World {
     let places = [
         "(translate: (-1.5, 2.2, 0.5), rotate_degrees: (20, 40, 60), scale: 0.4)",
@@ -83,7 +83,7 @@ fn three(mesh: &str, materials: [&str; 3]) -> World {
 }
 
 #[test]
-fn a_lamp_placed_three_times_is_three_lamps() {
+fn emissive_instances_light_like_separate_meshes() {
     for (mesh, materials) in [
         ("tetrahedron", ["glow"; 3]),
         ("tetrahedron", ["front", "front", "bright"]),
@@ -91,7 +91,7 @@ fn a_lamp_placed_three_times_is_three_lamps() {
     ] {
         let shared = three(mesh, materials);
         let emitters = |world: &World| compile(world, None).unwrap().emitters.len();
-        // Moved corners may be too inexact for two triangles to be one parallelogram.
+        // Transformed corners may be too inexact for two triangles to be one parallelogram.
         assert!((1..=emitters(&apart(three(mesh, materials)))).contains(&emitters(&shared)));
         let (placed, apart) = (film(&shared, true), film(&apart(three(mesh, materials)), true));
         let mut copied = three(mesh, materials);
@@ -108,9 +108,9 @@ fn a_lamp_placed_three_times_is_three_lamps() {
     }
 }
 
-/// Instances that shine among others that do not, whichever mesh comes first.
+/// Emissive instances among others that are not, whichever mesh comes first.
 #[test]
-fn only_what_shines_is_a_lamp() {
+fn only_emissive_instances_become_emitters() {
     let dark = "(shape: Mesh(\"ball.ply\"), material: (diffuse: 0.5), transform: (translate: (-2, 0, 0))),";
     let lamp = |x: f32| {
         format!(
@@ -129,7 +129,7 @@ fn only_what_shines_is_a_lamp() {
 }
 
 #[test]
-fn a_sphere_with_a_picture_is_a_lamp() {
+fn textured_emissive_spheres_are_sampled_as_lights() {
     let lamp = "(shape: Sphere(radius_m: 0.4), material: \"colours\",
                  transform: (translate: (0.3, 2.2, 0), rotate_degrees: (30, 70, 10))),";
     let world = scene(lamp);
@@ -140,7 +140,7 @@ fn a_sphere_with_a_picture_is_a_lamp() {
     assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
     let (noise, before) = (sampled.noise().unwrap(), by_chance.noise().unwrap());
     assert!(noise < 0.5 * before, "{noise} {before}");
-    // Each side of the floor has the colours of what it sees.
+    // Each half of the floor has the colours that it faces.
     let (sampled, by_chance) = (many.radiance(), more.radiance());
     for side in 0..2 {
         let sum = |pixels: &[Rgb]| {
@@ -152,7 +152,7 @@ fn a_sphere_with_a_picture_is_a_lamp() {
     }
 }
 
-/// Lamps below the floor, suns of a millionth and a picture that is black where it shows.
+/// Lights that do not reach the floor or are a million times weaker.
 fn beside() -> [(&'static str, String); 3] {
     let place = |i: i32| format!("{}, {}, {}", (i % 8) as f32 * 0.5 - 2.0, -0.3, (i / 8) as f32 * 0.5 - 2.0);
     let below = |i| format!("(light: Point(power_w: 300), transform: (translate: ({}))),", place(i));
@@ -168,9 +168,9 @@ fn beside() -> [(&'static str, String); 3] {
     ]
 }
 
-/// One light that counts is chosen as if it were alone.
+/// A single relevant light is chosen as if it were the only one.
 #[test]
-fn lights_that_bring_nothing_cost_nothing() {
+fn lights_without_contribution_add_no_noise() {
     let sun = "(light: Directional(irradiance: 2, angle_degrees: 2), transform: LookAt(from: (1, 2, 1), to: (0, 0, 0))),";
     let lamp = "(light: Point(power_w: 100), transform: (translate: (0.5, 2, 0.5))),";
     let noise = |lights: &str| film(&scene(lights), true).noise().expect("more than one sample");
@@ -183,10 +183,10 @@ fn lights_that_bring_nothing_cost_nothing() {
     }
 }
 
-/// Light adds up, whatever is chosen from whatever else.
+/// Light adds up, whatever the choice of lights.
 #[test]
-fn all_lights_together_are_the_sum_of_each() {
-    // Shapes stay where they are when they do not shine.
+fn light_of_several_lights_adds_up() {
+    // Shapes stay in place when their emission is removed.
     let (colours, front, dark) = ("material: \"colours\"", "material: \"front\"", "material: (diffuse: 0)");
     let lights = [
         "(light: Directional(irradiance: 0.5, angle_degrees: 1), transform: LookAt(from: (1, 2, 1), to: (0, 0, 0))),",

@@ -1,11 +1,11 @@
-//! Light that is scattered within bodies.
+//! Scattering within bodies.
 
 use rayfront::math::Rgb;
 
 use crate::support::picture;
 
-/// A ball of 1 m whose boundary does not bend light, in white surroundings, seen straight on by `size` pixels that
-/// are `height` metres together.
+/// The radiance of a ball of 1 m with a non-refracting boundary in white surroundings, viewed from the front by `size`
+/// × `size` pixels that cover `height` metres.
 fn ball(volume: &str, size: u32, samples: u32, height: f32) -> [f64; 3] {
     let text = format!(
         "(settings: (size: ({size}, {size}), samples: {samples}, transport: Path, background: 1, filter: Box,
@@ -25,9 +25,9 @@ fn mean(text: &str) -> [f64; 3] {
     [sum(|p| p.r), sum(|p| p.g), sum(|p| p.b)].map(|sum| sum / pixels.len() as f64)
 }
 
-/// What scatters all light, whatever its colours and wherever it goes, cannot be seen in white surroundings.
+/// A medium that scatters all light is invisible in white surroundings, whatever its colours and phase function.
 #[test]
-fn scattering_alone_neither_loses_nor_adds_light() {
+fn scattering_without_absorption_conserves_energy() {
     for anisotropy in [-0.6, 0.0, 0.8] {
         let volume = format!(
             "attenuation_color: (0.1, 0.3, 0.8), attenuation_distance_m: 0.2, multiscatter_color: 1,
@@ -40,7 +40,7 @@ fn scattering_alone_neither_loses_nor_adds_light() {
     }
 }
 
-/// Chandrasekhar's H function of isotropic scattering by iteration (Radiative Transfer, 1950, chapter V).
+/// Chandrasekhar's H function for isotropic scattering, by iteration (Radiative Transfer, 1950, chapter V).
 fn h_function(albedo: f64, cosine: f64) -> f64 {
     const NODES: usize = 400;
     let nodes: Vec<f64> = (0..NODES).map(|i| (i as f64 + 0.5) / NODES as f64).collect();
@@ -56,14 +56,14 @@ fn h_function(albedo: f64, cosine: f64) -> f64 {
     1.0 / inverse(&h, cosine)
 }
 
-/// A body without end that scatters light evenly sends 1 − H(μ) √(1 − ϖ) back of light that comes from
-/// everywhere; its colour by the extension's formula is the mean of that over all directions.
+/// An infinite half-space with isotropic scattering reflects 1 − H(μ) √(1 − ϖ) of uniform light; its colour by the
+/// extension's formula is the mean of that over all directions.
 #[test]
-fn bodies_of_many_scatterings_have_their_colour() {
+fn multiple_scattering_matches_the_multiscatter_colour() {
     let colors: [f64; 3] = [0.9, 0.5, 0.2];
     let volume =
         "attenuation_color: 0.01, attenuation_distance_m: 0.005, multiscatter_color: (0.9, 0.5, 0.2)";
-    // Seen from above: of a ball, 1/20 of whose middle is looked at.
+    // Viewed from the front: the central 1/20 of a ball.
     let found = ball(volume, 20, 64, 0.1);
     for (found, color) in found.into_iter().zip(colors) {
         let root = 4.09712 + 4.20863 * color - (9.59217 + 41.6808 * color + 17.7126 * color * color).sqrt();
@@ -78,10 +78,10 @@ fn bodies_of_many_scatterings_have_their_colour() {
     }
 }
 
-/// Once scattered light of a thin body: of each metre σₛ goes everywhere.
+/// Single scattering in a thin body, which scatters σₛ per metre isotropically.
 #[test]
-fn little_scattering_is_as_much_as_the_coefficient_says() {
-    // Behind the ball is a black square, all around it is white.
+fn single_scattering_matches_the_coefficient() {
+    // A black square behind the ball, white all around.
     let text = "(settings: (size: (8, 8), samples: 1024, transport: Path, filter: Box, sharing: Off),
           entities: [
               (camera: Orthographic(height_m: 0.01), transform: LookAt(from: (0, 0, 5), to: (0, 0, 0))),
@@ -92,8 +92,8 @@ fn little_scattering_is_as_much_as_the_coefficient_says() {
                volume: (attenuation_color: 0.99, attenuation_distance_m: 1, multiscatter_color: 1))),
           ])";
     let found = mean(text)[1];
-    // What is scattered once comes from all around but from the black square, whose solid angle from each point of
-    // the ray is known.
+    // Light scattered once comes from all around except from the black square, whose solid angle from each point of the
+    // ray is known.
     let sigma = -0.99f64.ln();
     let square = |z: f64| {
         let (a, d) = (0.5f64, 2.0 + z);
@@ -110,7 +110,7 @@ fn little_scattering_is_as_much_as_the_coefficient_says() {
 }
 
 #[test]
-fn what_is_to_scatter_and_cannot_is_told() {
+fn volumes_that_scatter_nothing_are_reported() {
     let told = |volume: &str, more: &str| {
         let text = format!(
             "(entities: [(camera: Pinhole), (light: Point(power_w: 1)), (shape: Sphere,

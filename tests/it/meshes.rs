@@ -1,4 +1,4 @@
-//! Every mesh file of the corpus, if there is one: set RAYFRONT_CORPUS to its folder.
+//! Every mesh file of the corpus, if present: set RAYFRONT_CORPUS to its folder.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use rayfront::world::{Assets, ImageId, Mesh};
 
 use crate::corpus::{self, Refusals};
 
-/// What must hold of every mesh.
+/// Checks the invariants of every mesh.
 fn check(mesh: &Mesh, assets: &Assets) {
     let vertices = mesh.positions.len();
     assert!(!mesh.triangles.is_empty());
@@ -36,7 +36,7 @@ fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Assets), LoadE
 }
 
 #[test]
-fn the_corpus_loads_or_says_why_not() {
+fn corpus_meshes_load_or_fail_as_expected() {
     let Some(corpus) = corpus::folder() else { return };
     let files = corpus::files(&corpus, &["ply", "obj"]);
     let mut surprises = Vec::new();
@@ -61,7 +61,7 @@ fn the_corpus_loads_or_says_why_not() {
     assert!(surprises.is_empty(), "{}", surprises.join("\n"));
 }
 
-/// Files that must be refused, by folder, and words that the message must have.
+/// Files that must be refused, by folder, and words that the message must contain.
 const EXPECTED_FAILURES: &Refusals = &[
     (
         "apache-bsd/obj2gltf/specs/data/box-incomplete-attributes",

@@ -1,4 +1,4 @@
-//! Bodies within bodies, that touch or overlap: light bends by what lies on both sides of a surface.
+//! Nested, touching and overlapping bodies: refraction depends on the media on both sides of a surface.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ fn mean(picture: &Picture) -> [f64; 3] {
     [sum(|p| p.r), sum(|p| p.g), sum(|p| p.b)].map(|sum| sum / picture.pixels.len() as f64)
 }
 
-/// A slab across the view, of that index, between two places on the axis.
+/// A slab of some index across the view, between two points of the axis.
 fn slab(ior: f64, from: f64, to: f64, priority: i32) -> String {
     format!(
         "(shape: Mesh(\"cube.ply\"), transform: (translate: (0, 0, {}), scale: (900, 900, {})),
@@ -26,7 +26,7 @@ const TRANSPORTS: [&str; 2] = [
     "transport: Path, max_depth: 60, samples: 512",
 ];
 
-/// The part of a white surface's light that comes through slabs at an angle of so many degrees.
+/// The fraction of a white surface's light that passes slabs at an angle in degrees.
 fn transmittance(transport: &str, slabs: &str, degrees: f64) -> f64 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let text = format!(
@@ -43,7 +43,7 @@ fn transmittance(transport: &str, slabs: &str, degrees: f64) -> f64 {
     mean(&picture(&text))[1]
 }
 
-/// Unpolarised light that a boundary reflects, of a ray that has that sine in air.
+/// The reflectance of a boundary for unpolarised light, for a ray whose angle in air has this sine.
 fn reflected(from: f64, to: f64, sine: f64) -> f64 {
     let [a, b] = [from, to].map(|index| (1.0 - (sine / index) * (sine / index)).sqrt());
     let across = (from * a - to * b) / (from * a + to * b);
@@ -51,7 +51,7 @@ fn reflected(from: f64, to: f64, sine: f64) -> f64 {
     (across * across + along * along) / 2.0
 }
 
-/// What comes through a row of bodies, with all light that goes to and fro between their boundaries.
+/// The transmittance of a row of bodies, including all interreflection between their boundaries.
 fn through(indices: &[f64], degrees: f64) -> f64 {
     let sine = degrees.to_radians().sin();
     let lost = |pair: &[f64]| {
@@ -65,7 +65,7 @@ const GLASS: f64 = 1.5;
 const WATER: f64 = 1.33;
 
 #[test]
-fn water_between_panes_lets_through_what_fresnels_equations_say() {
+fn water_between_panes_transmits_by_fresnels_equations() {
     let panes = |priority| slab(GLASS, -1.5, -0.5, priority) + &slab(GLASS, 0.5, 1.5, priority);
     let touching = [1.0, GLASS, WATER, GLASS, 1.0];
     let apart = [1.0, GLASS, 1.0, WATER, 1.0, GLASS, 1.0];
@@ -98,9 +98,9 @@ fn water_between_panes_lets_through_what_fresnels_equations_say() {
     }
 }
 
-/// Interfaces that meet in an edge far away: each bends light by the index behind it over that in front.
+/// Interfaces that meet in a distant edge: each refracts by the index behind it relative to the one in front.
 #[test]
-fn interfaces_that_meet_in_an_edge_let_through_what_fresnels_equations_say() {
+fn interfaces_that_meet_in_an_edge_transmit_by_fresnels_equations() {
     let interface =
         |ior: f64, corners: &str| format!("(shape: Plane(corners: ({corners})), material: (ior: {ior})),");
     let slabs = interface(GLASS, "(-900, -99, 0), (900, -99, 3), (900, 99, 3), (-900, 99, 0)")
@@ -116,7 +116,7 @@ fn interfaces_that_meet_in_an_edge_let_through_what_fresnels_equations_say() {
     }
 }
 
-/// A ball in water, seen from within the water; lamps and camera are there, too.
+/// A ball in water, with camera and lights in the water, too.
 fn in_water(transport: &str, water: Option<&str>, material: &str) -> Picture {
     let around = water.map_or(String::new(), |volume| {
         format!(
@@ -138,10 +138,10 @@ fn in_water(transport: &str, water: Option<&str>, material: &str) -> Picture {
     ))
 }
 
-/// Only the ratio of two indices matters: in water, all else looks as in air with an index that is smaller by as much.
-/// But the water gives back a hundredth of the light from its surface.
+/// Only the ratio of two indices matters: in water, everything looks as in air with its index divided by the water's.
+/// But the water's surface reflects a hundredth of the light.
 #[test]
-fn things_in_water_look_like_things_of_a_smaller_index_in_air() {
+fn bodies_in_water_look_like_a_smaller_index_in_air() {
     let cases = [
         "ior: IOR, transmission: 1, volume: ()",
         "ior: IOR, transmission: 1, volume: (), roughness: 0.3",
@@ -155,7 +155,7 @@ fn things_in_water_look_like_things_of_a_smaller_index_in_air() {
     ];
     for case in cases {
         for ior in [1.875, 1.0, 1.3] {
-            // What is opaque and refracts like air has no mirror image anywhere.
+            // Opaque materials with the index of air have no specular reflection anywhere.
             if ior == 1.0 && !case.contains("transmission") {
                 continue;
             }
@@ -192,7 +192,7 @@ pub const DRINK: &str = "
      material: Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1, volume: (priority: 6))),";
 
 #[test]
-fn clear_bodies_vanish_in_uniform_light() {
+fn clear_nested_bodies_are_invisible_in_uniform_light() {
     let without =
         DRINK.split("priority: ").enumerate().map(|(i, part)| if i == 0 { part } else { &part[1..] });
     let equal: String = without.collect();
@@ -208,16 +208,16 @@ fn clear_bodies_vanish_in_uniform_light() {
                       {drink}
                   ])"
             );
-            // Some light goes to and fro for longer than it is followed.
+            // Some light is reflected for longer than paths are traced.
             let found = mean(&picture(&text))[1];
             assert!((found - 1.0).abs() < 0.02, "{transport}: {found}");
         }
     }
 }
 
-/// Radiance within is n² times that outside, whatever lies between.
+/// Radiance within a body is n² times that outside, whatever lies between.
 #[test]
-fn a_camera_knows_the_bodies_that_it_is_in() {
+fn camera_within_bodies_sees_radiance_scaled_by_their_index() {
     let looks = |from: &str| {
         let text = format!(
             "(settings: (size: (8, 8), samples: 16, transport: Path, max_depth: 200, filter: Box, background: 1,
@@ -243,7 +243,7 @@ fn a_camera_knows_the_bodies_that_it_is_in() {
     }
 }
 
-/// What light loses on its way is what the bodies that it is in take.
+/// Light is attenuated by the body that fills each place on its way.
 #[test]
 fn light_is_absorbed_by_the_body_that_fills_a_place() {
     let body = |from: f64, to: f64, color: f64, priority: i32| {
@@ -266,7 +266,7 @@ fn light_is_absorbed_by_the_body_that_fills_a_place() {
     };
     let far = "(shape: Plane(corners: ((-9, -9, -9), (9, -9, -9), (9, 9, -9), (-9, 9, -9))),
                 material: (diffuse: 0, emission: 1)),";
-    // The same by rays to a lamp: light comes the way that the camera looks, and goes back.
+    // The same with rays to a light: light travels in the view direction, and back.
     let lit = "(shape: Plane(corners: ((-9, -9, -9), (9, -9, -9), (9, 9, -9), (-9, 9, -9))), material: (diffuse: 0.5)),
                (light: Directional(irradiance: 1), transform: LookAt(from: (0, 0, 9), to: (0, 0, 0))),";
     let cases = [
@@ -288,9 +288,9 @@ fn light_is_absorbed_by_the_body_that_fills_a_place() {
     }
 }
 
-/// Fog in glass bends light as air does, so no ray from a lamp gets straight into it; what is found is the same.
+/// Fog with the index of air within glass: rays to lights do not enter it straight, but paths find the same light.
 #[test]
-fn fog_within_glass_is_lit_by_what_gets_through_the_glass() {
+fn fog_within_glass_is_lit_through_the_glass() {
     let scene = |fog: f64| {
         let text = format!(
             "(settings: (size: (8, 8), samples: 1024, transport: Path, filter: Box, sharing: Off, max_depth: 30),

@@ -1,4 +1,4 @@
-//! The path transport compared with what is known without rendering.
+//! The path transport compared with analytic results.
 
 use rayfront::internals::integrator::Schedule;
 use rayfront::math::{Rgb, Vec3};
@@ -39,9 +39,9 @@ fn mean(picture: &Picture) -> f64 {
     sum / picture.pixels.len() as f64
 }
 
-/// Within a sphere that gives off 1 and gives back a, radiance is 1 + a + a² + … = 1/(1 − a).
+/// Within a sphere that emits 1 and reflects a, radiance is 1 + a + a² + … = 1/(1 − a).
 #[test]
-fn a_furnace_of_albedo_one_half_is_twice_as_bright() {
+fn furnace_of_albedo_one_half_doubles_the_radiance() {
     for sampler in [Sampler::Sobol, Sampler::Jittered, Sampler::Independent] {
         let mut world = world(16, 64);
         world.settings.sampler = sampler;
@@ -58,9 +58,9 @@ fn a_furnace_of_albedo_one_half_is_twice_as_bright() {
     }
 }
 
-/// White surfaces in white surroundings cannot be seen.
+/// White surfaces are invisible in white surroundings.
 #[test]
-fn white_vanishes_in_white() {
+fn white_surfaces_are_invisible_in_white_surroundings() {
     for (metallic, roughness) in
         [(0.0, 0.0), (0.0, 0.4), (0.0, 1.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0), (0.5, 0.7)]
     {
@@ -75,7 +75,7 @@ fn white_vanishes_in_white() {
     }
 }
 
-/// What a surface before white surroundings shows, in the middle.
+/// The radiance at the centre of a surface in white surroundings.
 fn before_white(material: BlinnPhong) -> Rgb {
     let mut world = world(1, 4096);
     world.settings.background = Background::Constant(Rgb::WHITE);
@@ -88,10 +88,10 @@ fn before_white(material: BlinnPhong) -> Rgb {
     Picture::of(&world).at(0, 0)
 }
 
-/// Of what `d` in an OBJ's library lets through, nothing is bent; the rest keeps its colour. And glass shows lamps by
-/// its own reflection, so `specular` adds none.
+/// Light that is transmitted by `d` of an OBJ's material library is not bent; the rest keeps its colour. Glass shows
+/// lights by its own reflection, so `specular` adds none.
 #[test]
-fn veils_keep_their_colour_and_glass_has_one_reflection() {
+fn veils_keep_their_colour_and_glass_reflects_once() {
     let red = ColorInput::Constant(Rgb::new(0.4, 0.0, 0.0));
     let veil = BlinnPhong { diffuse: red, kt: Rgb::splat(0.5), ior: Some(1.0), ..Default::default() };
     let found = before_white(veil);
@@ -106,16 +106,16 @@ fn veils_keep_their_colour_and_glass_has_one_reflection() {
         ior: Some(1.5),
         ..Default::default()
     };
-    // F is 0.04 straight on.
+    // F is 0.04 at normal incidence.
     for specular in [0.0, 0.5, 1.0] {
         let found = before_white(glass(specular)).g;
         assert!((found - (0.04 + 0.96 * 0.5)).abs() < 0.02, "{specular}: {found}");
     }
 }
 
-/// However wide a sun is, what faces it gets its irradiance.
+/// A surface that faces a sun receives its irradiance, however wide the sun is.
 #[test]
-fn wide_suns_give_their_irradiance() {
+fn directional_lights_of_any_angle_give_their_irradiance() {
     for angle in [0.0f32, 0.5, 2.0, 3.1] {
         let mut world = world(1, 4096);
         world.settings.max_depth = 0;
@@ -133,7 +133,7 @@ fn wide_suns_give_their_irradiance() {
 
 /// Direct light from a rectangle on a diffuse floor, by Lambert's formula for polygons.
 #[test]
-fn a_rectangle_lights_the_floor_as_lambert_says() {
+fn rectangular_light_matches_lamberts_formula() {
     let mut world = world(1, 4096);
     world.settings.max_depth = 0;
     let floor = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, -5.0));
@@ -143,7 +143,7 @@ fn a_rectangle_lights_the_floor_as_lambert_says() {
     });
     let material = world.assets.add_material(None, gray);
     world.entities.spawn((Shape::Plane { corners: floor }, material));
-    // A narrow view of the floor's middle.
+    // A narrow view of the floor's centre.
     for (_, camera) in world.entities.query_mut::<(hecs::Entity, &mut Camera)>() {
         *camera = Camera::Pinhole { vertical_fov: 1e-3 };
     }
@@ -156,7 +156,7 @@ fn a_rectangle_lights_the_floor_as_lambert_says() {
         pattern: Default::default(),
         visible: false,
     };
-    // It shines along −Z, from 3 m above the floor, beside the camera.
+    // It emits along −Z, from 3 m above the floor, beside the camera.
     world.entities.spawn((light, at(Vec3::new(2.0, 0.5, -2.0))));
     let found = Picture::of(&world).at(0, 0).r as f64;
 
@@ -180,9 +180,9 @@ fn a_rectangle_lights_the_floor_as_lambert_says() {
     assert!((found / expected - 1.0).abs() < 0.003, "{found} {expected}");
 }
 
-/// Emission is found by light sampling alone, by directions alone, or by both: the same light.
+/// Light sampling combined with sampled directions gives the same light as sampled directions only.
 #[test]
-fn both_ways_to_find_a_light_agree() {
+fn light_sampling_and_sampled_directions_agree() {
     let lit = |radius: f32, distance: f32| {
         let mut world = world(8, 16_384);
         world.settings.max_depth = 1;
@@ -199,7 +199,7 @@ fn both_ways_to_find_a_light_agree() {
         world
     };
     let with_lights = mean(&Picture::of(&lit(2.0, 6.0)));
-    // Stretched by next to nothing it is an instance, which light sampling does not know.
+    // The slightest stretch makes it an instance, which is not sampled as a light.
     let mut alone = lit(2.0, 6.0);
     for (shape, transform) in alone.entities.query_mut::<(&Shape, &mut Transform)>() {
         if *shape == (Shape::Sphere { radius_m: 2.0 })
@@ -212,12 +212,12 @@ fn both_ways_to_find_a_light_agree() {
     assert!((with_lights / by_directions - 1.0).abs() < 0.02, "{with_lights} {by_directions}");
 }
 
-/// The error falls with the square root of the samples.
+/// The error decreases with the square root of the number of samples.
 #[test]
-fn more_samples_less_noise() {
+fn noise_falls_with_the_root_of_the_samples() {
     let render = |samples: u32, seed: u64| {
         let mut world = world(12, samples);
-        // Of a pixel's own samples.
+        // Each pixel uses its own samples only.
         (world.settings.seed, world.settings.sharing) = (seed, Sharing::Off);
         world.settings.background = Background::Gradient { bottom: Rgb::BLACK, top: Rgb::WHITE };
         let material = world.assets.add_material(None, surface(0.7, 0.0, 0.6));
@@ -230,13 +230,13 @@ fn more_samples_less_noise() {
         (squares.sum::<f64>() / expected.len() as f64).sqrt()
     };
     let (few, many) = (error(8), error(128));
-    // A quarter, with what chance does to the estimate of two errors.
+    // A quarter, with a margin for the noise of the two estimated errors.
     assert!(many < few / 3.7, "{few} {many}");
 }
 
-/// What is cut out lets light through, what is half there half of it, and both schedules agree.
+/// Masked-out surfaces transmit light, half-transparent ones transmit half of it, and both schedules agree.
 #[test]
-fn alpha_lets_light_through() {
+fn alpha_transmits_light() {
     use rayfront::world::AlphaMode;
     let seen = |alpha: f32, mode: AlphaMode, schedule: Schedule| {
         let mut world = world(8, 256);
@@ -270,12 +270,12 @@ fn alpha_lets_light_through() {
     }
 }
 
-/// A shadow behind a sheet that is half there is half as dark.
+/// The shadow of a half-transparent sheet is half as dark.
 #[test]
-fn shadows_of_sheets_are_transparent() {
+fn shadows_of_half_transparent_sheets_are_half_as_dark() {
     use rayfront::world::{AlphaMode, Falloff};
     let lit = |sheet: Option<f32>| {
-        // Whether a shadow ray meets the sheet is left to chance.
+        // A shadow ray passes the sheet at random.
         let mut world = world(1, 1024);
         world.settings.max_depth = 0;
         let white = world.assets.add_material(None, surface(0.8, 0.0, 1.0));
@@ -303,9 +303,9 @@ fn shadows_of_sheets_are_transparent() {
     assert_eq!(lit(Some(1.0)), 0.0);
 }
 
-/// Glass that splits light up, and films, cannot be seen in white surroundings either, colour by colour.
+/// Glass with dispersion, and thin films, are invisible in white surroundings in each channel.
 #[test]
-fn colours_add_up_to_white() {
+fn dispersion_and_thin_films_conserve_each_channel() {
     use rayfront::world::{Iridescence, Volume};
     let clear = Volume::CLEAR;
     for (dispersion, film, transmission, roughness, allowed) in [
@@ -338,9 +338,9 @@ fn colours_add_up_to_white() {
     }
 }
 
-/// Beer and Lambert: a slab of a metre leaves the attenuation colour of what enters.
+/// The Beer-Lambert law: along the attenuation distance, the attenuation colour remains of the entering light.
 #[test]
-fn a_body_absorbs_by_its_thickness() {
+fn bodies_absorb_by_the_beer_lambert_law() {
     let mut world = world(1, 64);
     world.settings.background = Background::Constant(Rgb::WHITE);
     world.settings.max_depth = 16;
@@ -360,7 +360,7 @@ fn a_body_absorbs_by_its_thickness() {
         ..Principled::default()
     };
     let glass = world.assets.add_material(None, Material::Principled(Box::new(glass)));
-    // Two metres thick: as thick as the distance.
+    // Two metres thick, which is the attenuation distance.
     world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, glass, at(Vec3::new(0.0, 0.0, -5.0))));
     let found = Picture::of(&world).at(0, 0);
     assert!(
@@ -369,10 +369,10 @@ fn a_body_absorbs_by_its_thickness() {
     );
 }
 
-/// A sphere that gives off 1 and gives back half of what comes, seen from within: 1 + a + … up to
-/// the light of the last bounce and one more.
+/// From within a sphere that emits 1 and reflects half: 1 + a + … up to the light found one segment after the last
+/// bounce.
 #[test]
-fn limits_by_kind_cut_the_series_of_a_furnace() {
+fn depth_limits_by_kind_truncate_the_furnace_series() {
     let furnace = |mirrors: bool, depth_limits: DepthLimits| {
         let mut world = world(8, 64);
         world.settings.max_depth = 64;
@@ -396,13 +396,12 @@ fn limits_by_kind_cut_the_series_of_a_furnace() {
     }
 }
 
-/// Where all bounces are of one kind its limit is `max_depth`, to the bit: direct light keeps both
-/// of the ways in which it is found.
+/// If all bounces are of one kind, its limit equals `max_depth` to the bit: direct light is still found in both ways.
 #[test]
-fn a_limit_of_the_only_kind_there_is_is_max_depth() {
+fn depth_limit_of_the_only_kind_equals_max_depth() {
     let lit = |max_depth: u32, depth_limits: DepthLimits| {
         let mut world = world(12, 16);
-        // Limits by kind rule it out.
+        // Limits by kind disable path reuse.
         world.settings.sharing = Sharing::Off;
         (world.settings.max_depth, world.settings.depth_limits) = (max_depth, depth_limits);
         let matte = |emission: f32| {
@@ -427,9 +426,9 @@ fn a_limit_of_the_only_kind_there_is_is_max_depth() {
     assert_eq!(lit(9, DepthLimits::default()), lit(9, others));
 }
 
-/// Light passes a body by going in and coming out.
+/// Light enters a body and leaves it: two bounces.
 #[test]
-fn a_body_is_seen_through_with_two_bounces() {
+fn bodies_transmit_with_two_bounces() {
     let seen = |ior: f32, transmission: u32| {
         let mut world = world(1, 16);
         world.settings.background = Background::Constant(Rgb::WHITE);
@@ -441,15 +440,15 @@ fn a_body_is_seen_through_with_two_bounces() {
     };
     let bending = 1.0001;
     assert_eq!(seen(bending, 0), 0.0);
-    // The second way through is the last bounce and one more.
+    // The second transmission is the segment after the last bounce.
     assert!((seen(bending, 1) - 1.0).abs() < 1e-5 && (seen(bending, 2) - 1.0).abs() < 1e-5);
-    // Straight through is no bounce.
+    // Straight transmission is no bounce.
     assert!((seen(1.0, 0) - 1.0).abs() < 1e-5);
 }
 
-/// Kinds are drawn by the same numbers in every schedule.
+/// The kind of bounce is chosen with the same random numbers in every schedule.
 #[test]
-fn schedules_agree_within_limits() {
+fn schedules_agree_with_depth_limits_by_kind() {
     let text = "(
         settings: (size: (20, 16), samples: 4, max_depth: 12, transport: Path,
                    diffuse_depth: 1, glossy_depth: 2, transmission_depth: 3),
@@ -477,8 +476,8 @@ fn schedules_agree_within_limits() {
     assert_ne!(expected, support::film(&free, Options::default()).hash());
 }
 
-/// A sheet of frosted glass before a white wall is as white as the wall: what its microfacets do not let through at
-/// once they reflect, or let through later.
+/// A sheet of frosted glass in front of a white environment is equally white: light that microfacets do not transmit at
+/// first is reflected or transmitted later.
 #[test]
 fn frosted_sheets_lose_no_light() {
     for roughness in [0.25, 0.5, 1.0] {
@@ -494,9 +493,9 @@ fn frosted_sheets_lose_no_light() {
     }
 }
 
-/// F90 is `specular` alone: a specular colour of exactly zero leaves the rim, as one of nearly zero does.
+/// F90 is `specular` only: a black specular colour keeps its reflection at grazing angles, like a nearly black one.
 #[test]
-fn a_black_specular_colour_keeps_its_rim() {
+fn black_specular_colour_keeps_f90() {
     let rim = |color: &str| {
         let picture = crate::support::picture(&format!(
             "(settings: (size: (16, 16), samples: 64, transport: Path), entities: [
@@ -508,6 +507,6 @@ fn a_black_specular_colour_keeps_its_rim() {
         mean(&picture)
     };
     let [black, nearly] = ["0", "0.00001"].map(rim);
-    // Schlick's term at a cosine of 0.0995.
+    // Schlick's approximation at a cosine of 0.0995.
     assert!((nearly - 0.592).abs() < 0.02 && (black - nearly).abs() < 0.001, "{black} {nearly}");
 }

@@ -1,4 +1,4 @@
-//! Every picture of the corpus at `RAYFRONT_CORPUS` is read, or refused in one line.
+//! Every image of the corpus at `RAYFRONT_CORPUS` is read, or refused in one line.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ const EXTENSIONS: [&str; 8] = ["png", "jpg", "jpeg", "tga", "bmp", "webp", "hdr"
 
 /// Files that cannot be read, by the end of their path.
 const REFUSED: [&str; 16] = [
-    // PngSuite's that are broken on purpose.
+    // PngSuite's intentionally broken files.
     "corrupt/xc1n0g08.png",
     "corrupt/xc9n2c08.png",
     "corrupt/xcrn0g04.png",
@@ -27,14 +27,14 @@ const REFUSED: [&str; 16] = [
     "iphone/iphone_basi3p02.png",
     "iphone/iphone_bgyn6a16.png",
     "iphone/iphone_tbyn3p08.png",
-    // The glTF validator's that are broken on purpose.
+    // The glTF validator's intentionally broken files.
     "image/invalid_image_data.jpg",
     "image/png_eos.png",
     "image/unrecognized_format.png",
 ];
 
 #[test]
-fn every_picture_of_the_corpus() {
+fn corpus_images_load_or_fail_as_expected() {
     let Some(corpus) = corpus::folder() else { return };
     let pictures = corpus::files(&corpus, &EXTENSIONS);
     let mut surprises = Vec::new();
@@ -61,12 +61,12 @@ fn every_picture_of_the_corpus() {
 
 /// The render of a white sphere in a white room: 0.5 in every pixel.
 #[test]
-fn a_furnace_of_the_corpus_is_even() {
+fn corpus_furnace_image_is_uniform() {
     let Some(corpus) = corpus::folder() else { return };
     let path = corpus.join("apache-bsd/osl-testsuite/render-furnace-diffuse/ref/out.exr");
     let (width, height, pixels) = picture::load_linear(&path).expect("the furnace");
     assert_eq!((width, height), (160, 120));
-    // The sphere's rim is a little noisy.
+    // The sphere's edge is slightly noisy.
     let is_even = |pixel: &Rgb| pixel.to_array().iter().all(|value| (value - 0.5).abs() < 0.01);
     assert!(pixels.iter().all(is_even));
     assert!(pixels.iter().filter(|pixel| **pixel == Rgb::splat(0.5)).count() > pixels.len() * 9 / 10);

@@ -1,4 +1,5 @@
-//! Planned jobs: what they ask of an engine, what they report, and that they make what one process makes.
+//! Planned jobs: their requests for resources, their reports, and the equality of their result with that of one
+//! process.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -6,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A lamp that grows a hundred times brighter: frames that chose their own exposure would flicker.
+/// A light that becomes a hundred times brighter: frames with automatic exposure of their own would flicker.
 const FADE: &str = r#"(
     settings: (size: (48, 32), samples: 8, exposure: Auto),
     entities: [
@@ -51,7 +52,7 @@ fn refused(folder: &Path, code: i32, line: &str) -> String {
     error
 }
 
-/// The job files that a plan wrote, one after the other.
+/// Returns the job files written by a plan, concatenated.
 fn files(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let paths = entries.map(|entry| entry.expect("an entry").path());
@@ -63,7 +64,7 @@ fn template(folder: &Path) -> Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// The words of a task, with values in place of the parameters.
+/// Returns the words of a task, with values for the parameters.
 fn task(template: &Value, step: &str, values: &[(&str, &str)]) -> Vec<String> {
     let steps = template["steps"].as_array().expect("steps");
     let step = steps.iter().find(|found| found["name"] == step).expect("the step");
@@ -78,7 +79,7 @@ fn task(template: &Value, step: &str, values: &[(&str, &str)]) -> Vec<String> {
 
 #[cfg(unix)]
 #[test]
-fn planned_frames_are_those_of_one_process() {
+fn planned_frames_equal_those_of_one_process() {
     let folder = folder();
     let here = folder.path();
     printed(here, &format!("{}/fade.ron --frames 0-2 --fps 1 -o one.#.png", here.display()));
@@ -111,7 +112,7 @@ fn planned_frames_are_those_of_one_process() {
         assert!(output.status.success() && told.contains("openjd_progress: 100\n"), "{words:?}: {told}");
     }
     check("o");
-    // The tasks of an array all get the whole list.
+    // Each task of an array gets the whole list.
     for engine in ["slurm", "hyperqueue", "kubernetes"] {
         printed(here, &format!("plan fade.ron --for {engine} --folder {engine} -o a.#.png -- --frames 0-2"));
         assert!(files(&here.join(engine)).contains("auto/0-2"), "{engine}");
@@ -119,7 +120,7 @@ fn planned_frames_are_those_of_one_process() {
 }
 
 #[test]
-fn tasks_report_how_far_they_are_and_what_is_odd() {
+fn tasks_report_progress_and_findings() {
     let folder = folder();
     let here = folder.path();
     for engine in ENGINES {
@@ -127,7 +128,7 @@ fn tasks_report_how_far_they_are_and_what_is_odd() {
         printed(here, &format!("plan fade.ron --shards 2 --for {engine} --folder {engine}"));
         let text = files(&here.join(engine)).replace(['"', ',', '\n', ' '], "");
         assert!(text.contains(&format!("--progress{form}")) && !text.contains("--quiet"), "{engine}: {text}");
-        // Who wants something else gets that.
+        // The user's own options replace it.
         for wanted in ["--quiet", "-q", "--progress json"] {
             printed(here, &format!("plan fade.ron --shards 2 --for {engine} --folder {engine} -- {wanted}"));
             let text = files(&here.join(engine)).replace(['"', ',', '\n', ' '], "");
@@ -152,14 +153,14 @@ fn tasks_report_how_far_they_are_and_what_is_odd() {
     told("fade.ron -o f.png --size 8x8");
     assert!(bytes == std::fs::read(here.join("f.png")).expect("an image"));
     refused(here, 2, "fade.ron --progress lines --quiet");
-    // What is odd is told when it is planned, and by each task.
+    // Findings are reported by the plan and by each task.
     let scene = FADE.replace("power_w: Keys([(0, 20), (4, 2000)])", "power_w: 0");
     std::fs::write(here.join("fade.ron"), scene).expect("a scene");
     assert!(told("plan fade.ron --shards 2 --for commands").contains("warning: "));
 }
 
 #[test]
-fn what_would_fail_in_the_end_is_refused_when_it_is_planned() {
+fn plans_refuse_jobs_that_would_fail_at_the_end() {
     let folder = folder();
     let here = folder.path();
     let missing = |line: &str, what: &str| {
@@ -180,7 +181,7 @@ fn what_would_fail_in_the_end_is_refused_when_it_is_planned() {
 }
 
 #[test]
-fn tasks_ask_for_what_they_take() {
+fn tasks_request_cores_memory_and_time() {
     let folder = folder();
     let here = folder.path();
     let planned = |engine: &str, options: &str| {
@@ -208,7 +209,7 @@ fn tasks_ask_for_what_they_take() {
         assert_eq!(step["hostRequirements"]["amounts"], amounts);
         assert_eq!(step["script"]["actions"]["onRun"]["timeout"], 5400);
     }
-    // What nobody has said: memory by the forecast, and as many threads as cores.
+    // Defaults: memory by the estimate, and as many threads as cores.
     let slurm = planned("slurm", "");
     let number = |option: &str| -> u64 {
         let (_, rest) = slurm.split_once(option).unwrap_or_else(|| panic!("{option} in {slurm}"));
@@ -219,7 +220,7 @@ fn tasks_ask_for_what_they_take() {
     assert!(!slurm.contains("--time="), "{slurm}");
     let hyperqueue = planned("hyperqueue", "-- -t2");
     assert!(hyperqueue.contains("--cpus 2 ") && hyperqueue.contains("--threads 2"), "{hyperqueue}");
-    // A worker of a farm has one task at a time: all of its cores are for that.
+    // A worker of a farm runs one task at a time, which gets all of its cores.
     planned("openjd", "");
     let jobs = template(&here.join("openjd"));
     assert_eq!(jobs["steps"][0]["hostRequirements"]["amounts"].as_array().map(Vec::len), Some(1));
@@ -227,7 +228,7 @@ fn tasks_ask_for_what_they_take() {
 }
 
 #[test]
-fn a_farm_can_map_every_path() {
+fn openjd_templates_declare_every_path() {
     let folder = folder();
     let here = folder.path();
     let [what_to_do, _] =
@@ -245,15 +246,15 @@ fn a_farm_can_map_every_path() {
         assert!(what_to_do.contains(&format!(" -p {name}={}", here.display())), "{what_to_do}");
     }
     assert_eq!(kind("Folder"), Some((Some("PATH"), Some("."))));
-    // No path stands anywhere else.
+    // Paths occur in parameters only.
     let steps = jobs["steps"].to_string();
     assert!(!steps.contains(&*here.to_string_lossy()), "{steps}");
-    // The picture around the scene is found from any folder.
+    // The path of an environment image is absolute.
     image::GrayImage::new(8, 4).save(here.join("sky.png")).expect("a picture");
     printed(here, "plan fade.ron --shards 2 --for commands --folder c -- --env sky.png");
     let sky = here.join("sky.png");
     assert_eq!(files(&here.join("c")).matches(&format!("--env {}", sky.display())).count(), 2);
-    // And by the merge, which reads the scene again.
+    // And it is found by the merge, which reads the scene again.
     let run = |script: &str| {
         let done = std::process::Command::new("bash").arg("-c").arg(script).current_dir(here).output();
         let done = done.expect("a shell");
@@ -263,7 +264,7 @@ fn a_farm_can_map_every_path() {
 }
 
 #[test]
-fn the_image_of_the_container_is_the_one_that_is_pulled() {
+fn kubernetes_job_uses_the_containerfiles_image() {
     let folder = folder();
     printed(folder.path(), "plan fade.ron --shards 2 --for kubernetes --folder k");
     let text = files(&folder.path().join("k"));

@@ -1,9 +1,9 @@
-//! Pictures that other renderers made, with the scenes that they are of: those of the corpus at
-//! `RAYFRONT_CORPUS` that a description of geometry, materials and camera comes with.
+//! Images of other renderers with the scenes that they show: those of the corpus at `RAYFRONT_CORPUS` with a
+//! description of geometry, materials and camera.
 //!
-//! Each is rendered under the path transport and compared in linear light, after both have been
-//! averaged over blocks of 4 × 4 pixels, where the reference is not clipped. The limits are a little more than
-//! what an independent path tracer (Mitsuba 3.9.1) left of difference to the same pictures, for our own noise.
+//! Each is rendered under the path transport and compared in linear light, after both have been averaged over blocks of
+//! 4 × 4 pixels, where the reference is not clipped. The limits are slightly above the difference that an independent
+//! path tracer (Mitsuba 3.9.1) left to the same images, to allow for our own noise.
 
 use std::path::Path;
 
@@ -14,18 +14,18 @@ use rayfront::world::Texels;
 use crate::support::Picture;
 use crate::{corpus, support};
 
-/// Pixels of a block's side.
+/// The side of a block, in pixels.
 const BLOCK: usize = 4;
 
-/// How far a picture may be off.
+/// The largest allowed differences from the reference.
 struct Limits {
-    /// Of the ratio of the means from 1.
+    /// The difference of the ratio of the means from 1.
     mean: f64,
-    /// Root of the mean squared difference of blocks.
+    /// The root mean squared difference of blocks.
     rmse: f64,
 }
 
-/// The ratio of the means and the root of the mean squared difference, of blocks in which the reference has no
+/// Returns the ratio of the means and the root mean squared difference, over blocks in which the reference has no
 /// clipped pixel.
 fn difference(ours: &Picture, theirs: &Picture) -> (f64, f64) {
     assert_eq!((ours.width, ours.height), (theirs.width, theirs.height));
@@ -63,7 +63,7 @@ fn check(name: &str, text: &str, reference: &Picture, limits: Limits) {
     assert!(rmse < limits.rmse, "{name}: RMSE {rmse}");
 }
 
-/// A picture of eight bits, decoded.
+/// Loads an image of eight bits per channel and decodes its values.
 fn bytes(path: &Path, decode: impl Fn(f32) -> f32) -> Picture {
     let image = picture::load(path, &Default::default()).unwrap_or_else(|error| panic!("{error}"));
     let Texels::Rgba8(texels) = &image.texels else { panic!("{}: not of bytes", path.display()) };
@@ -112,7 +112,7 @@ mod weekend {
         format!("(camera: {camera}, transform: LookAt(from: (-2, 2, 1), to: (0, 0, -1)))")
     }
 
-    /// A diffuse ball between a hollow one of glass and one of metal.
+    /// A diffuse ball between a hollow glass ball and a metal one.
     fn three() -> Vec<String> {
         let balls = [
             ball(0.0, 0.5, "navy"),
@@ -125,12 +125,12 @@ mod weekend {
 
     fn reference(name: &str) -> Option<Picture> {
         let path = corpus::folder()?.join("rtow/images").join(name);
-        // Gamma 2, but for the one that is stored as it is.
+        // Gamma 2, except for the one that is stored linearly.
         Some(bytes(&path, |value| if name.contains("1.10") { value } else { value * value }))
     }
 
     #[test]
-    fn a_diffuse_ball() {
+    fn diffuse_ball_matches_the_reference() {
         let Some(reference) = reference("img-1.10-correct-lambertian.png") else { return };
         let ground = GROUND.replace("ground", "grey");
         let text = scene(front(), 36, &[ground, ball(0.0, 0.5, "grey")]);
@@ -138,7 +138,7 @@ mod weekend {
     }
 
     #[test]
-    fn mirrors() {
+    fn mirrors_match_the_reference() {
         let Some(reference) = reference("img-1.13-metal-shiny.png") else { return };
         let balls = [ball(0.0, 0.5, "brown"), ball(-1.0, 0.5, "silver"), ball(1.0, 0.5, "gold")];
         let text = scene(front(), 36, &[vec![GROUND.to_owned()], balls.to_vec()].concat());
@@ -146,14 +146,14 @@ mod weekend {
     }
 
     #[test]
-    fn hollow_glass() {
+    fn hollow_glass_matches_the_reference() {
         let Some(reference) = reference("img-1.18-glass-hollow.png") else { return };
         let text = scene(front(), 36, &three());
         check("img-1.18", &text, &reference, Limits { mean: 0.004, rmse: 0.012 });
     }
 
     #[test]
-    fn two_balls_side_by_side() {
+    fn wide_view_of_two_balls_matches_the_reference() {
         let Some(reference) = reference("img-1.19-wide-view.png") else { return };
         let r = std::f32::consts::FRAC_1_SQRT_2;
         let text = scene(front(), 36, &[ball(-r, r, "blue"), ball(r, r, "red")]);
@@ -161,21 +161,21 @@ mod weekend {
     }
 
     #[test]
-    fn from_afar() {
+    fn distant_view_matches_the_reference() {
         let Some(reference) = reference("img-1.20-view-distant.png") else { return };
         let text = scene(&from_above("Pinhole(vertical_fov_degrees: 90)"), 36, &three());
         check("img-1.20", &text, &reference, Limits { mean: 0.004, rmse: 0.005 });
     }
 
     #[test]
-    fn from_afar_through_a_long_lens() {
+    fn zoomed_view_matches_the_reference() {
         let Some(reference) = reference("img-1.21-view-zoom.png") else { return };
         let text = scene(&from_above("Pinhole(vertical_fov_degrees: 20)"), 36, &three());
         check("img-1.21", &text, &reference, Limits { mean: 0.007, rmse: 0.014 });
     }
 
     #[test]
-    fn out_of_focus() {
+    fn depth_of_field_matches_the_reference() {
         let Some(reference) = reference("img-1.22-depth-of-field.png") else { return };
         let lens = "ThinLens(vertical_fov_degrees: 20, lens_radius_m: 0.29746, focus_distance_m: 3.4)";
         let text = scene(&from_above(lens), 64, &three());
@@ -183,7 +183,7 @@ mod weekend {
     }
 }
 
-/// The same, the second book: rectangles.
+/// "Ray Tracing: The Next Week", the second book: rectangles.
 mod next_week {
     use super::*;
 
@@ -191,14 +191,14 @@ mod next_week {
         format!("({}, {}, {})", p.x, p.y, p.z)
     }
 
-    /// A rectangle by a corner and two edges, seen from both sides.
+    /// A rectangle with a corner and two edges, visible from both sides.
     fn quad(corner: [f32; 3], u: [f32; 3], v: [f32; 3], material: &str) -> String {
         let [corner, u, v] = [corner, u, v].map(Vec3::from_array);
         let corners = [corner, corner + u, corner + u + v, corner + v].map(point).join(", ");
         format!("(shape: Plane(corners: ({corners})), material: \"{material}\")")
     }
 
-    /// A box that is turned about a vertical edge and moved.
+    /// A box, rotated about a vertical edge and moved.
     fn block(size: [f32; 3], degrees: f32, corner: [f32; 3]) -> Vec<String> {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let turned = |p: Vec3| Vec3::new(cos * p.x + sin * p.z, p.y, -sin * p.x + cos * p.z).to_array();
@@ -234,7 +234,7 @@ mod next_week {
     }
 
     #[test]
-    fn five_rectangles() {
+    fn rectangles_match_the_reference() {
         let Some(reference) = reference("img-2.16-quads.png") else { return };
         let quads = [
             quad([-3.0, -2.0, 5.0], [0.0, 0.0, -4.0], [0.0, 4.0, 0.0], "left"),
@@ -258,21 +258,21 @@ mod next_week {
             quad([0.0, 0.0, 0.0], [555.0, 0.0, 0.0], [0.0, 0.0, 555.0], "white"),
             quad([555.0, 555.0, 555.0], [-555.0, 0.0, 0.0], [0.0, 0.0, -555.0], "white"),
             quad([0.0, 0.0, 555.0], [555.0, 0.0, 0.0], [0.0, 555.0, 0.0], "white"),
-            // It shines downwards alone.
+            // The black rectangle behind it makes it emit downwards only.
             quad([343.0, 554.0, 332.0], [-130.0, 0.0, 0.0], [0.0, 0.0, -105.0], "light"),
             quad([343.0, 554.1, 332.0], [-130.0, 0.0, 0.0], [0.0, 0.0, -105.0], "black"),
         ]
     }
 
     #[test]
-    fn an_empty_cornell_box() {
+    fn empty_cornell_box_matches_the_reference() {
         let Some(reference) = reference("img-2.19-cornell-empty.png") else { return };
         let text = scene("size: (400, 400), samples: 25, background: 0", CAMERA, &cornell());
         check("img-2.19", &text, &reference, Limits { mean: 0.02, rmse: 0.017 });
     }
 
     #[test]
-    fn a_cornell_box() {
+    fn cornell_box_with_blocks_matches_the_reference() {
         let Some(reference) = reference("img-2.21-cornell-standard.png") else { return };
         let blocks = [
             block([165.0, 330.0, 165.0], 15.0, [265.0, 0.0, 295.0]),

@@ -1,4 +1,4 @@
-//! Every scene that comes with the program loads, compiles and renders, the same both ways.
+//! Every scene that ships with the program loads, compiles and renders identically with both schedules.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use rayfront::render::Options;
 
 use crate::support;
 
-/// Scene files of the folder `scenes`, if there is one.
+/// Returns the scene files in the folder `scenes`, if it exists.
 pub fn files() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -18,7 +18,7 @@ pub fn files() -> Vec<PathBuf> {
 }
 
 #[test]
-fn all_scenes_render_the_same_both_ways() {
+fn shipped_scenes_render_identically_with_both_schedules() {
     let mut failures = Vec::new();
     for file in files() {
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -32,7 +32,7 @@ fn all_scenes_render_the_same_both_ways() {
         let [width, height] = world.settings.size;
         world.settings.size = [48, (48 * height).div_ceil(width)];
         world.settings.samples = 2;
-        // With copies of what is placed several times, and with instances.
+        // With copies of meshes that are placed several times, and with instances.
         for copied in [world.settings.copied_triangles, 0] {
             world.settings.copied_triangles = copied;
             let film = |schedule| support::film(&world, Options { schedule, ..Options::default() });
@@ -51,7 +51,7 @@ fn all_scenes_render_the_same_both_ways() {
 }
 
 #[test]
-fn all_studies_are_well_formed() {
+fn shipped_studies_and_their_scenes_load() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/studies");
     let mut count = 0;
     for entry in std::fs::read_dir(&folder).expect("the studies").flatten() {

@@ -1,4 +1,4 @@
-//! Shared paths: the same means, less noise, and no effect where there must be none.
+//! Path reuse: equal means, less noise, and no effect with settings that disable it.
 
 use rayfront::math::{Rgb, Vec3};
 use rayfront::render::Options;
@@ -32,7 +32,7 @@ fn principled(color: [f32; 3], change: impl Fn(&mut Principled)) -> Material {
     Material::Principled(Box::new(material))
 }
 
-/// A corner of a room with a ball in it and a lamp above, behind the camera.
+/// The corner of a room with a ball in it and a light above, behind the camera.
 fn room(size: u32, samples: u32, wall: &Material, ball: Material) -> World {
     let mut world = World::default();
     world.settings.size = [size, size];
@@ -60,7 +60,7 @@ fn room(size: u32, samples: u32, wall: &Material, ball: Material) -> World {
     world
 }
 
-/// Mean and standard error, over seeds, of pictures' means.
+/// Mean and standard error, over seeds, of the images' means.
 fn mean(world: &mut World, sharing: Sharing, seeds: u64) -> [(f64, f64); 3] {
     world.settings.sharing = sharing;
     let mut all = Vec::new();
@@ -86,7 +86,7 @@ fn check(name: &str, mut world: World) {
         let on = mean(&mut world, Sharing::Groups(size), 24);
         for ((on, on_error), (off, off_error)) in on.into_iter().zip(off) {
             let sigma = on_error.hypot(off_error);
-            // What differs by rounding may not differ by more than noise.
+            // Values that differ by rounding may not differ by more than noise.
             assert!((on - off).abs() < 4.0 * sigma + 1e-5, "{name}, {size}: {on} and {off} with {sigma}");
             assert!(on_error < 0.06 * on.max(0.01), "{name}: {on_error} is too much to find anything");
         }
@@ -94,7 +94,7 @@ fn check(name: &str, mut world: World) {
 }
 
 #[test]
-fn means_are_those_of_paths_for_themselves() {
+fn path_reuse_does_not_change_the_mean() {
     let white = matte([0.7, 0.7, 0.7]);
     let plastic = principled([0.6, 0.5, 0.4], |_| ());
     let smooth = principled([0.6, 0.5, 0.4], |m| m.roughness = ScalarInput::constant(0.05));
@@ -126,7 +126,7 @@ fn means_are_those_of_paths_for_themselves() {
 }
 
 #[test]
-fn there_is_far_less_noise_where_light_is_scattered_by_matte_walls() {
+fn path_reuse_reduces_noise_between_matte_walls() {
     let error = |sharing: Sharing| {
         let mut world = room(64, 16, &matte([0.7, 0.7, 0.7]), matte([0.7, 0.7, 0.7]));
         world.settings.sharing = sharing;
@@ -142,14 +142,14 @@ fn there_is_far_less_noise_where_light_is_scattered_by_matte_walls() {
         squares.sum::<f64>()
     };
     let (off, some, many) = (error(Sharing::Off), error(Sharing::Groups(4)), error(Sharing::Groups(32)));
-    // The point light's own light is exact, so all noise is of what is shared, but for the edges'.
+    // The point light's direct light is exact, so that all noise except at edges is in reused light.
     assert!(some < 0.6 * off && many < 0.35 * off, "{off} {some} {many}");
     let auto = error(Sharing::Auto);
     assert!(auto < 0.5 * off, "{off} {auto}");
 }
 
 #[test]
-fn settings_that_are_about_each_path_rule_sharing_out() {
+fn path_reuse_is_disabled_by_clamp_depth_limits_and_whitted() {
     let film = |sharing: Sharing, change: &dyn Fn(&mut World)| {
         let mut world = room(20, 2, &matte([0.7, 0.7, 0.7]), matte([0.7, 0.7, 0.7]));
         world.settings.sharing = sharing;

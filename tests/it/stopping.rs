@@ -1,4 +1,4 @@
-//! Renderings that end before they are done: soon, announced, and without a bit that is wrong.
+//! Renderings that are stopped early: promptly, with a warning, and without a wrong bit.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -13,12 +13,12 @@ use rayfront::world::{Sharing, World};
 
 use super::support::world;
 
-/// A stop takes seconds; the probes before it take half a second where the program is optimised.
+/// Stopping takes seconds; the probes before it take half a second in an optimised build.
 const PATIENCE: Duration = Duration::from_secs(100);
 
-/// Shells of glass: a path splits in two at each, up to 2^40 times.
+/// Glass shells: a path splits in two at each, up to 2^40 times.
 fn shells(settings: &str) -> String {
-    // Glass and air in turn, so that light is reflected at each of them.
+    // Alternately glass and air, so that light is reflected at each shell.
     let shells: String = (0..8)
         .map(|i| {
             let (radius, ior) = (1.0 + 0.01 * f64::from(i), if i % 2 == 1 { 1.5 } else { 1.0 });
@@ -34,7 +34,7 @@ fn shells(settings: &str) -> String {
     )
 }
 
-/// A closed room with a ball of glass, under the path transport.
+/// A closed room with a glass ball, under the path transport.
 fn room(samples: u32, sharing: Sharing) -> World {
     let mut world = world(
         "(settings: (size: (48, 40), transport: Path), entities: [
@@ -48,10 +48,10 @@ fn room(samples: u32, sharing: Sharing) -> World {
     world
 }
 
-/// A tile that is stopped within leaves nothing in the film, and nothing in its worker: whatever continues ends where
-/// it would have ended.
+/// A tile that is stopped midway leaves nothing in the film and nothing in its worker: continuing gives the same result
+/// as without the stop.
 #[test]
-fn a_tile_that_is_stopped_is_dropped_whole() {
+fn stopped_tiles_are_dropped_completely() {
     const SAMPLES: u32 = 4;
     let mut forks = world(&shells("size: (24, 20), samples: 4").replace("max_depth: 40", "max_depth: 5"));
     forks.settings.samples = SAMPLES;
@@ -100,14 +100,15 @@ fn start(folder: &Path, words: &[&str]) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program runs")
 }
 
-/// The exit code and what was said. Told to end once it has said `cue`, if that is not empty.
+/// Waits for the end of the program and returns its exit code and messages. Terminates it after it has printed `cue`,
+/// unless that is empty.
 fn end(mut child: Child, cue: &str) -> (Option<i32>, String) {
     let start = Instant::now();
     let mut lines = BufReader::new(child.stderr.take().expect("its messages"));
     let mut said = String::new();
     while !said.contains(cue) && lines.read_line(&mut said).expect("a line") > 0 {}
     if !cue.is_empty() {
-        // It has begun to render then, or is about to.
+        // By then it has started to render, or is about to.
         std::thread::sleep(Duration::from_secs(1));
         let id = child.id().to_string();
         assert!(Command::new("kill").args(["-TERM", &id]).status().expect("kill").success());
@@ -125,7 +126,7 @@ fn end(mut child: Child, cue: &str) -> (Option<i32>, String) {
 
 #[test]
 #[cfg(unix)]
-fn endless_forks_are_announced_and_end_when_they_are_told_to() {
+fn endless_forks_are_reported_and_end_at_limits_and_signals() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
     std::fs::write(here.join("scene.ron"), shells("size: (4, 4), samples: 1")).expect("a file");
@@ -151,10 +152,10 @@ fn endless_forks_are_announced_and_end_when_they_are_told_to() {
     assert!(code == Some(2) && said.contains("--exposure 0") && said.contains("glass splits"), "{said}");
 }
 
-/// A job that is stopped within has no result.
+/// A job that is stopped midway has no result.
 #[test]
 #[cfg(unix)]
-fn a_study_ends_within_a_job() {
+fn study_stops_in_the_middle_of_a_job() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
     std::fs::write(here.join("scene.ron"), shells("size: (4, 4), samples: 1")).expect("a file");

@@ -1,4 +1,4 @@
-//! Light that goes straight through surfaces on its way from lamps: through panes, and into fog.
+//! Light that passes straight through surfaces on its way from lights: through panes, and into fog.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use rayfront::world::Sharing;
 
 use crate::support::{Picture, picture, world};
 
-/// A spot of the floor about the origin, seen from aside, under whatever else there is; `settings` end with a comma.
+/// The radiance of the floor at the origin, viewed at a low angle, with further `entities`.
 fn floor(settings: &str, entities: &str) -> [f64; 3] {
     let text = format!(
         "(settings: (transport: Path, filter: Box, sharing: Off, {settings}),
@@ -31,7 +31,7 @@ fn assert_near(found: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) 
     }
 }
 
-/// Schlick's term for glass of index 1.5.
+/// Schlick's approximation for glass of index 1.5.
 fn reflected(cosine: f64) -> f64 {
     0.04 + 0.96 * (1.0 - cosine).powi(5)
 }
@@ -40,7 +40,7 @@ const FEW: &str = "size: (4, 4), samples: 4, max_depth: 1";
 const LAMP: &str = "(light: Point(power_w: 100), transform: (translate: (1, 2, 0))),";
 
 #[test]
-fn lamps_shine_through_all_panes_on_the_way() {
+fn light_passes_straight_through_all_panes_on_its_way() {
     let (square, cosine) = (5.0f64, 2.0 / 5.0f64.sqrt());
     let plain = 0.8 / PI * 100.0 / (4.0 * PI) / square * cosine;
     assert_near(floor(FEW, LAMP), [plain; 3], 1e-4, "nothing between");
@@ -113,7 +113,7 @@ fn lamps_shine_through_all_panes_on_the_way() {
 }
 
 #[test]
-fn glass_that_bends_light_and_rough_glass_stop_rays_to_lamps() {
+fn refracting_and_rough_glass_block_rays_to_lights() {
     for glass in ["roughness: 0, volume: ()", "roughness: 0.3"] {
         let pane = format!(
             "(shape: Plane(corners: ((-5, 1, -5), (5, 1, -5), (5, 1, 5), (-5, 1, 5))),
@@ -127,10 +127,9 @@ fn glass_that_bends_light_and_rough_glass_stop_rays_to_lamps() {
     }
 }
 
-/// What is found by rays that are drawn and what is found by rays to lamps is all there is, however few bounces there
-/// may be.
+/// Sampled directions and rays to lights together find all light, with any number of bounces.
 #[test]
-fn lamps_that_can_be_hit_are_as_bright_behind_panes_as_their_rays_say() {
+fn visible_area_lights_behind_panes_match_their_integral() {
     for side in [0.1, 1.0, 6.0] {
         for depth in [0, 1, 5] {
             let entities = format!(
@@ -141,7 +140,7 @@ fn lamps_that_can_be_hit_are_as_bright_behind_panes_as_their_rays_say() {
                  (shape: Plane(corners: ((-9, 1.5, -9), (9, 1.5, -9), (9, 1.5, 9), (-9, 1.5, 9))),
                   material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0)),"
             );
-            // No light comes back to the floor from the panes but by its own mirror image.
+            // Light returns from the panes to the floor only by the floor's own reflection.
             let settings = format!("size: (16, 16), samples: 64, max_depth: {depth}");
             let found = floor(&settings, &entities);
             let steps = 400;
@@ -156,7 +155,7 @@ fn lamps_that_can_be_hit_are_as_bright_behind_panes_as_their_rays_say() {
                 sum += radiance * (1.0 - reflected(cosine)) * cosine * cosine / square * cell * cell;
             }
             let expected = [1.0, 0.6, 0.3].map(|color| 0.8 / PI * sum * color);
-            // At a depth of 5 the floor also sees itself in the pane.
+            // At a depth of 5 the floor's reflection in the pane contributes.
             let more = if depth < 2 { 0.01 } else { 0.08 };
             for (found, expected) in found.iter().zip(expected) {
                 let ratio = found / expected;
@@ -166,9 +165,9 @@ fn lamps_that_can_be_hit_are_as_bright_behind_panes_as_their_rays_say() {
     }
 }
 
-/// A picture around the scene is sampled, too.
+/// An environment image is sampled, too.
 #[test]
-fn surroundings_are_as_bright_behind_panes() {
+fn environment_behind_a_pane_is_attenuated_by_its_colour() {
     let entities = |pane: &str| {
         format!(
             "(light: Environment(image: \"floats.hdr\")),
@@ -183,25 +182,25 @@ fn surroundings_are_as_bright_behind_panes() {
     assert_near(dark, expected, 0.02, "the floor's sky");
 }
 
-/// What bends no light and has such a volume.
+/// A material that does not refract, with this volume.
 fn fog(volume: &str) -> String {
     format!("material: Principled(metallic: 0, roughness: 0, ior: 1, transmission: 1, volume: ({volume}))")
 }
 
 #[test]
-fn light_is_absorbed_on_its_way_in_and_out_of_fog() {
+fn fog_absorbs_light_on_its_way_in_and_out() {
     let absorbing = "attenuation_color: (0.9, 0.5, 0.2), attenuation_distance_m: 1";
     let ball = format!(
         "(light: Directional(irradiance: 2), transform: LookAt(from: (0, 3, 4), to: (0, 0, 0))),
          (shape: Sphere(radius_m: 1.5), {}),",
         fog(absorbing)
     );
-    // The camera is within.
+    // The camera is inside.
     let way_in = 1.5;
     let way_out = (1.0f64 + 0.01).sqrt();
     let expected = [0.9f64, 0.5, 0.2].map(|c| 2.0 * 0.6 * 0.8 / PI * c.powf(way_in + way_out));
     assert_near(floor(FEW, &ball), expected, 2e-3, "from within");
-    // A lamp in it, behind a second body, which lies within and replaces it.
+    // A light within, behind a second body that lies inside the first and displaces it.
     let lamp = format!(
         "{LAMP}(shape: Sphere(radius_m: 5), {}),
          (shape: Sphere(radius_m: 0.5), transform: (translate: (0.5, 1, 0)),
@@ -217,11 +216,11 @@ fn light_is_absorbed_on_its_way_in_and_out_of_fog() {
     assert_near(floor(FEW, &lamp), expected, 2e-3, "a lamp within");
 }
 
-/// Once scattered light of a thin slab that the sun shines on from the camera, or from beside it.
+/// Single scattering in a thin slab lit by a sun, from the camera's side or from another angle.
 #[test]
-fn fog_scatters_the_light_of_lamps_as_its_phase_function_says() {
+fn fog_scatters_light_by_its_phase_function() {
     let phase = |g: f64, cosine: f64| (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
-    // So much is absorbed that hardly anything is scattered twice.
+    // Absorption is so strong that hardly any light is scattered twice.
     let (sigma, color) = (-0.3f64.ln(), 0.0004f64);
     let root = 4.09712 + 4.20863 * color - (9.59217 + 41.6808 * color + 17.7126 * color * color).sqrt();
     let albedo = 1.0 - root * root;
@@ -258,9 +257,9 @@ fn fog_scatters_the_light_of_lamps_as_its_phase_function_says() {
     }
 }
 
-/// A lamp that rays can hit is not counted twice in fog, whatever its size.
+/// An emitter that rays can hit is not counted twice in fog, whatever its size.
 #[test]
-fn lamps_in_fog_are_as_bright_by_their_rays_as_by_chance() {
+fn light_sampling_and_random_hits_agree_in_fog() {
     let scene = |visible: bool, ior: f32| {
         format!(
             "(settings: (size: (12, 12), samples: 4096, transport: Path, filter: Box, sharing: Off),
@@ -275,16 +274,16 @@ fn lamps_in_fog_are_as_bright_by_their_rays_as_by_chance() {
         )
     };
     let sampled = mean(&picture(&scene(false, 1.0)));
-    // With an index that hardly bends light, no ray to a lamp gets in: paths find it by themselves.
+    // With an index that hardly bends light, rays to lights do not enter: only paths find the emitter.
     let by_chance = mean(&picture(&scene(true, 1.00001)));
     let both = mean(&picture(&scene(true, 1.0)));
     assert_near(both, sampled, 0.01, "both ways");
     assert_near(by_chance, sampled, 0.02, "by chance");
 }
 
-/// Both sides of a bubble shine, but lamps are only sampled on the near side.
+/// Both sides of a bubble emit, but light samples only lie on the near side.
 #[test]
-fn what_shines_behind_what_shines_is_seen() {
+fn emission_behind_transparent_emitters_is_visible() {
     let bubble = "(shape: Sphere(radius_m: 0.5), transform: (translate: (0, 2, 0)),
          material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0, emission: 3,
                               double_sided: true)),";
@@ -294,14 +293,14 @@ fn what_shines_behind_what_shines_is_seen() {
          material: Principled(base_color: 0, specular: 0, metallic: 0, alpha: 0.5, alpha_mode: Blend, emission: 3,
                               double_sided: true)),";
     let found = floor("size: (16, 16), samples: 256, max_depth: 1", half);
-    // Half of the near side, and half of what is seen of the far side through the other half.
+    // Half of the near side, and half of what is visible of the far side through the other half.
     let expected = 0.75 * 0.8 * 3.0 * 0.25 / 4.0;
     assert_near(found, [expected; 3], 0.02, "a veil");
 }
 
-/// Rays to lamps and drawn rays find the same part of a pane smooth, whatever its pictures are filtered with.
+/// Rays to lights and sampled directions see the same part of a pane as smooth, with any texture filter.
 #[test]
-fn panes_with_pictures_look_alike_to_all_rays() {
+fn textured_panes_transmit_shadow_rays_and_sampled_rays_alike() {
     let scene = |visible: bool, filter: &str| {
         format!(
             "(light: Area(power_w: 100, size_m: 2, visible: {visible}),
@@ -318,9 +317,9 @@ fn panes_with_pictures_look_alike_to_all_rays() {
     }
 }
 
-/// What a path brings is clamped as it arrives, not as it sets out.
+/// A path's contribution is clamped with the transmittance of panes included.
 #[test]
-fn light_is_clamped_behind_panes() {
+fn clamp_applies_after_the_transmittance_of_panes() {
     let mirror = |clamp: &str| {
         let text = format!(
             "(settings: (size: (4, 4), samples: 4, max_depth: 1, transport: Path, filter: Box {clamp}),
@@ -336,16 +335,16 @@ fn light_is_clamped_behind_panes() {
         );
         mean(&picture(&text))[0]
     };
-    // The mirror and the pane are passed once each by the ray that is drawn, and once by the ray to the sun.
+    // The sampled ray passes the mirror and the pane once each, and the ray to the sun passes the pane once.
     let whole = 0.01 * 0.01 * 1000.0 * (9.0 / 90.0f64.sqrt()) * 0.5 / PI;
     assert!((mirror("") / whole - 1.0).abs() < 1e-3, "{}", mirror(""));
     assert!((mirror(", clamp: 1") / whole - 1.0).abs() < 1e-3, "less than the limit");
     assert!((mirror(", clamp: 0.01") - 0.01).abs() < 1e-6, "more than the limit");
 }
 
-/// However rough the boundary, and whatever else is said of it.
+/// With any roughness of the boundary, and any other parameters of it.
 #[test]
-fn fog_has_no_boundary() {
+fn fog_ignores_its_boundarys_parameters() {
     let ball = |more: &str| {
         format!(
             "{LAMP}(shape: Sphere(radius_m: 1.5), material: Principled(metallic: 0, transmission: 1, ior: 1, {more}
@@ -360,9 +359,9 @@ fn fog_has_no_boundary() {
     floor(FEW, &ball("roughness: 0, anisotropy: (strength: 0.5),").replace("ior: 1,", "ior: 1.5,"));
 }
 
-/// The rays of an orthographic camera begin side by side, so its place alone says nothing.
+/// The rays of an orthographic camera start side by side, so its position does not decide which body they start in.
 #[test]
-fn parallel_rays_do_not_all_begin_in_a_body_about_the_camera() {
+fn orthographic_rays_do_not_all_start_in_the_cameras_body() {
     let text = format!(
         "(settings: (size: (16, 16), samples: 16, transport: Path, filter: Box, background: 1),
           entities: [
@@ -374,9 +373,9 @@ fn parallel_rays_do_not_all_begin_in_a_body_about_the_camera() {
     assert!(mean(&picture(&text))[0] > 0.98);
 }
 
-/// The body around a wide lens is that around its middle.
+/// The body around a wide lens is the body around its centre.
 #[test]
-fn a_lens_is_in_the_body_that_its_middle_is_in() {
+fn thin_lens_starts_in_the_body_around_its_centre() {
     let around = |x: f32, y: f32| {
         let text = format!(
             "(settings: (size: (4, 4), transport: Path),
@@ -396,9 +395,9 @@ fn a_lens_is_in_the_body_that_its_middle_is_in() {
     }
 }
 
-/// Paths that are lost on their way through a body cannot be lent to others.
+/// Paths that lose light within a body cannot be given to others.
 #[test]
-fn paths_are_not_shared_within_bodies() {
+fn path_reuse_is_unbiased_within_bodies() {
     let [alone, together] = ["Off", "16"].map(|sharing| {
         let text = format!(
             "(settings: (size: (16, 16), samples: 64, transport: Path, filter: Box, sharing: {sharing}),
@@ -415,9 +414,9 @@ fn paths_are_not_shared_within_bodies() {
     assert_near(together, alone, 0.02, "shared");
 }
 
-/// Sharing paths changes the noise alone.
+/// Path reuse changes the noise only.
 #[test]
-fn shared_paths_see_the_same_light_through_windows() {
+fn path_reuse_is_unbiased_with_windows() {
     let mut world = world(&crate::agreement::windows_in_air());
     world.settings.samples = 256;
     let setup = |world: &rayfront::world::World| {

@@ -1,4 +1,4 @@
-//! `rayfront verify` and `rayfront explain` as a script runs them.
+//! `rayfront verify`, `explain`, `profile` and `study` as run by scripts.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -42,7 +42,7 @@ fn json(folder: &Path, arguments: &[&str]) -> serde_json::Value {
 }
 
 #[test]
-fn every_way_gives_the_film_of_rendering() {
+fn verify_finds_the_rendered_film_in_all_ways() {
     let folder = folder();
     let arguments = ["verify", "scene.ron", "--size", "12x9", "--spp", "2"];
     let found = json(folder.path(), &arguments);
@@ -57,7 +57,7 @@ fn every_way_gives_the_film_of_rendering() {
 }
 
 #[test]
-fn a_pixel_is_told_by_names() {
+fn explain_names_entities_materials_and_lights() {
     let folder = folder();
     let told = json(folder.path(), &["explain", "scene.ron", "8,6"]);
     let samples = told["samples"].as_array().expect("samples");
@@ -66,7 +66,7 @@ fn a_pixel_is_told_by_names() {
     assert_eq!((&first["queue"], &first["vertex"]["entity"]), (&"camera".into(), &"ball".into()));
     assert_eq!(first["vertex"]["material"], "glass");
     assert!(samples[0]["paths"].as_array().map(Vec::len) > Some(1), "glass forks");
-    // The mean is that of the rendered image.
+    // The mean equals that of the rendered image.
     stdout(folder.path(), &["scene.ron", "-q", "-o", "image.exr"]);
     let image = rayfront::internals::formats::picture::load_linear(&folder.path().join("image.exr"))
         .expect("an image");
@@ -81,9 +81,9 @@ fn a_pixel_is_told_by_names() {
     assert!(egg.contains("neither mirrors nor lets light through") && egg.starts_with("sample 1"), "{egg}");
 }
 
-/// What a sample has from its own path and from others' adds up to what the film holds.
+/// The radiance of a sample's own path and the radiance given by others sum to the film's.
 #[test]
-fn a_path_that_is_shared_is_told_with_what_it_receives() {
+fn explain_splits_radiance_under_path_reuse() {
     let folder = folder();
     let scene = "(
         settings: (size: (20, 16), samples: 4, max_depth: 3, transport: Path, sharing: 32),
@@ -116,9 +116,9 @@ fn a_path_that_is_shared_is_told_with_what_it_receives() {
     assert!(text.contains("second vertices of its group") && text.contains("is shared"), "{text}");
 }
 
-/// The path transport tells its normals, lobes, lights and ends.
+/// The path transport records its normals, lobes, lights and the ends of paths.
 #[test]
-fn a_path_is_told_by_names() {
+fn explain_names_lobes_and_ends_of_paths() {
     let folder = folder();
     let arguments = ["explain", "scene.ron", "8,10", "--transport", "path", "--diffuse-depth", "0"];
     let told = json(folder.path(), &arguments);
@@ -147,7 +147,7 @@ fn a_path_is_told_by_names() {
 }
 
 #[test]
-fn there_is_no_such_pixel_or_sample() {
+fn missing_pixels_samples_and_scenes_are_refused() {
     let folder = folder();
     for (arguments, code, wanted) in [
         (&["explain", "scene.ron", "16,3"][..], 2, "columns end at 15, rows at 11"),
@@ -164,7 +164,7 @@ fn there_is_no_such_pixel_or_sample() {
     }
 }
 
-/// What leaves a stage comes to the next one.
+/// Checks that items leaving a stage enter the next one.
 fn adds_up(profile: &serde_json::Value) {
     let bounces = profile["bounces"].as_array().expect("bounces");
     let sum = |name: &str| bounces.iter().filter_map(|bounce| bounce[name].as_u64()).sum::<u64>();
@@ -194,9 +194,9 @@ fn adds_up(profile: &serde_json::Value) {
     assert_eq!(profile["stage_seconds_are_cpu"], cfg!(unix));
 }
 
-/// Under the path transport too, also where surfaces let a part of the light through.
+/// Under the path transport, with opaque and with half-transparent surfaces.
 #[test]
-fn a_profile_of_the_path_transport_adds_up() {
+fn profile_of_the_path_transport_is_consistent() {
     let folder = folder();
     for alpha in ["", ", alpha: 0.5, alpha_mode: Blend"] {
         let scene = format!(
@@ -226,9 +226,9 @@ fn a_profile_of_the_path_transport_adds_up() {
     }
 }
 
-/// Photons are a stage of their own, which has all their rays once, however many tiles there are.
+/// Photons are a stage of their own, which counts all their rays once, for any number of tiles.
 #[test]
-fn a_profile_has_photons_as_a_stage() {
+fn profile_has_a_stage_for_photons() {
     let folder = folder();
     let arguments = ["profile", "scene.ron", "--size", "96x72", "--spp", "2", "--runs", "1"];
     for transport in ["path", "whitted"] {
@@ -256,9 +256,9 @@ fn a_profile_has_photons_as_a_stage() {
     );
 }
 
-/// `info` says how much memory photons take at most, and why there are none.
+/// `info` reports the most memory that photons take, and why there are none.
 #[test]
-fn info_tells_of_photons() {
+fn info_reports_the_memory_of_photons() {
     let folder = folder();
     let path = std::fs::read_to_string(folder.path().join("scene.ron")).expect("the scene");
     std::fs::write(
@@ -283,7 +283,7 @@ fn info_tells_of_photons() {
 }
 
 #[test]
-fn a_profile_counts_what_rendering_counts() {
+fn profile_counts_the_same_rays_as_rendering() {
     let folder = folder();
     let arguments =
         ["profile", "scene.ron", "--size", "24x18", "--spp", "2", "--runs", "2", "--trace", "trace.json"];
@@ -344,7 +344,7 @@ const STUDY: &str = r#"(
 )"#;
 
 #[test]
-fn a_study_is_done_once_and_reported_in_one_page() {
+fn study_resumes_and_writes_a_self_contained_page() {
     let folder = folder();
     std::fs::write(folder.path().join("small.ron"), STUDY).expect("a file");
     let out = stdout(folder.path(), &["study", "small.ron"]);
@@ -363,7 +363,7 @@ fn a_study_is_done_once_and_reported_in_one_page() {
         assert!(folder.path().join("out/small/plots").join(plot).is_file(), "{plot}");
     }
 
-    // Interrupted after a few jobs: the rest is done, the others are kept.
+    // Interrupted after a few jobs: the others run, and existing results are kept.
     let kept: String = text.split_inclusive('\n').take(6).collect();
     std::fs::write(&results, &kept).expect("a file");
     stdout(folder.path(), &["study", "small.ron", "--quiet"]);
@@ -380,7 +380,7 @@ fn a_study_is_done_once_and_reported_in_one_page() {
 }
 
 #[test]
-fn a_series_may_be_of_another_scene() {
+fn series_can_edit_the_scene() {
     let folder = folder();
     // Twice the light is twice the error, against a reference of its own.
     let study = r#"(title: "t", experiments: [
@@ -398,15 +398,15 @@ fn a_series_may_be_of_another_scene() {
     }
 }
 
-/// A column of a study's results, in the rows that hold a text.
+/// A column of a study's results, in rows that contain a text.
 fn column(results: &str, name: &str, text: &str) -> Vec<f64> {
     let at = results.lines().next().and_then(|line| line.split(',').position(|head| head == name));
     let rows = results.lines().filter(|line| line.contains(text));
     rows.filter_map(|row| row.split(',').nth(at?)?.parse().ok()).collect()
 }
 
-/// Gathered photons are blurred by their radius and by nothing else. Bias falls with r², and noise of a bias this large,
-/// in images this small, is a tenth of it.
+/// The radius is the only cause of blur of gathered photons. Bias decreases with r², and with a bias this large, in
+/// images this small, noise is a tenth of it.
 #[test]
 fn halving_the_radius_of_photons_quarters_their_bias() {
     let folder = folder();
@@ -430,7 +430,7 @@ fn halving_the_radius_of_photons_quarters_their_bias() {
     let bias = (mean("squared_bias", 6) / mean("squared_bias", 3)).sqrt();
     assert!((2.9..4.4).contains(&bias), "{bias}\n{results}");
     assert!(mean("variance", 3) > 1.5 * mean("variance", 6), "{results}");
-    // Both together are the error.
+    // Squared bias and variance sum to the error.
     for radius in [3, 6] {
         let parts = mean("squared_bias", radius) + mean("variance", radius);
         assert!((parts / mean("mse", radius) - 1.0).abs() < 0.1, "{radius}: {parts}\n{results}");
@@ -438,7 +438,7 @@ fn halving_the_radius_of_photons_quarters_their_bias() {
 }
 
 #[test]
-fn mistakes_in_a_study_are_named() {
+fn errors_in_studies_are_reported() {
     let folder = folder();
     for (from, to, wanted) in [
         ("scene.ron", "none.ron", "none.ron: cannot read"),

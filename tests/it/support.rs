@@ -1,4 +1,4 @@
-//! What several tests need: scenes from text with made-up files, and films of them.
+//! Shared helpers: scenes from text with synthetic files, and their films.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use rayfront::math::{Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
 use rayfront::world::{Assets, Image, Mesh, Texels, World};
 
-/// Meshes and pictures by name, made instead of read.
+/// Synthetic meshes and images, by name.
 pub struct MadeUp;
 
 impl AssetFiles for MadeUp {
@@ -61,7 +61,7 @@ pub fn world(text: &str) -> World {
     ron::parse(text, Path::new("test.ron"), &mut MadeUp).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// All samples of a world's image.
+/// Renders all samples of a world's image.
 pub fn film(world: &World, options: Options) -> Film {
     let scene = compile(world, None).unwrap_or_else(|error| panic!("{error}"));
     let mut session = Session::new(scene, &world.settings, options);
@@ -88,7 +88,7 @@ impl Picture {
     }
 }
 
-/// The picture of a scene's text.
+/// Renders the image of a scene's text.
 pub fn picture(text: &str) -> Picture {
     Picture::of(&world(text))
 }
@@ -106,13 +106,13 @@ fn noise() -> Image {
     Image { source: None, width: 5, height: 3, texels: Texels::Rgba8(texels) }
 }
 
-/// 4 × 4 floats, some beyond 1.
+/// 4 × 4 floats, some above 1.
 fn floats() -> Image {
     let texels = (0..16).map(|i| [0.1 * i as f32, 1.0 / (i as f32 + 0.5), (i % 3) as f32]).collect();
     Image { source: None, width: 4, height: 4, texels: Texels::Rgb32(texels) }
 }
 
-/// Red is u and green is v, where texels are blended.
+/// Red is u and green is v, with interpolated texels.
 fn ramp() -> Image {
     const SIDE: u32 = 64;
     let at = |i: u32| (i as f32 + 0.5) / SIDE as f32;
@@ -120,7 +120,7 @@ fn ramp() -> Image {
     Image { source: None, width: SIDE, height: SIDE, texels: Texels::Rgb32(texels) }
 }
 
-/// A lamp's profile: twice as bright to +Y as to −Y, and dark behind.
+/// A photometric profile: twice as bright towards +Y as towards −Y, and dark behind.
 fn lamp(whole: f32) -> Image {
     const SIZE: [u32; 2] = [64, 32];
     let texel = |i: u32| {
@@ -140,7 +140,7 @@ fn sun() -> Image {
     Image { source: None, width: 64, height: 32, texels: Texels::Rgb32((0..64 * 32).map(texel).collect()) }
 }
 
-/// Flat, with coloured corners and texture coordinates.
+/// A tetrahedron without normals, with colours and texture coordinates at its corners.
 fn tetrahedron() -> Mesh {
     let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
     Mesh {
@@ -162,7 +162,7 @@ fn tetrahedron() -> Mesh {
     }
 }
 
-/// Of side 1 about the origin, flat.
+/// A cube with sides of 1 about the origin, without normals.
 fn cube() -> Mesh {
     let corner = |i: u32| Vec3::from_array([0, 1, 2].map(|axis| (i >> axis & 1) as f32 - 0.5));
     let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
@@ -173,12 +173,12 @@ fn cube() -> Mesh {
     }
 }
 
-/// The triangles of a mesh from behind.
+/// The triangles of a mesh, facing the other way.
 fn inwards(mesh: &Mesh) -> Vec<[u32; 3]> {
     mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
 }
 
-/// Of side 1 about the origin, at right angles to y.
+/// A square with sides of 1 about the origin, perpendicular to y.
 fn square() -> Mesh {
     let corners = [(-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, -0.5)];
     Mesh {
@@ -188,7 +188,7 @@ fn square() -> Mesh {
     }
 }
 
-/// A grid bent to a paraboloid, open above, with smooth normals (one of them zero: flat).
+/// A grid bent to a paraboloid, open above, with smooth normals (except for one zero normal, which means flat).
 fn bowl() -> Mesh {
     const SIDE: u32 = 9;
     let mut mesh = Mesh::default();
@@ -208,14 +208,14 @@ fn bowl() -> Mesh {
     mesh
 }
 
-/// A subdivided icosahedron, each vertex at `radius(direction)`; flat.
+/// A subdivided icosahedron without normals, with each vertex at `radius(direction)`.
 pub fn icosphere(subdivisions: u32, radius: impl Fn(Vec3) -> f32) -> Mesh {
     let golden = (1.0 + 5f32.sqrt()) * 0.5;
     let mut positions = Vec::new();
     for (a, b) in [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)] {
         positions.extend([Vec3::new(a, b, 0.0), Vec3::new(0.0, a, b), Vec3::new(b, 0.0, a)]);
     }
-    // Its faces are the triples of vertices at the shortest distance, 2, from each other.
+    // Its faces are the triples of vertices with the smallest mutual distance, 2.
     let mut triangles = Vec::new();
     let near = |a: usize, b: usize| (positions[a] - positions[b]).length() < 2.1;
     for a in 0..12 {

@@ -1,4 +1,4 @@
-//! The image, while it is rendered, in a viewer that speaks tev's protocol.
+//! The image in a viewer with tev's protocol, during rendering.
 
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
@@ -42,7 +42,7 @@ fn succeeds(folder: &Path, line: &str) -> String {
     error
 }
 
-/// An address where somebody listens.
+/// A listener, and its address.
 fn listener() -> (TcpListener, String) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
@@ -76,7 +76,7 @@ fn text(packet: &mut &[u8]) -> String {
 }
 
 impl Image {
-    /// Obeys one packet; false where there is none.
+    /// Applies one packet; returns false at the end of the stream.
     fn follow(&mut self, stream: &mut TcpStream) -> bool {
         let mut length = [0; 4];
         if stream.read_exact(&mut length).is_err() {
@@ -114,7 +114,7 @@ impl Image {
         true
     }
 
-    /// What there is at the end.
+    /// Accepts a connection and returns the final image.
     fn last(listener: &TcpListener) -> Image {
         let mut stream = listener.accept().expect("a caller").0;
         let mut image = Image::default();
@@ -129,7 +129,7 @@ fn floats(file: &Path) -> Vec<[u32; 3]> {
 }
 
 #[test]
-fn the_viewer_ends_up_with_the_floats_of_the_image() {
+fn viewer_receives_the_exact_floats_of_the_image() {
     let folder = folder();
     let here = folder.path();
     succeeds(here, "scene.ron -q -o alone.exr");
@@ -145,13 +145,13 @@ fn the_viewer_ends_up_with_the_floats_of_the_image() {
     assert_eq!(crop.size, [80, 70]);
     assert!(crop.pixels == floats(&here.join("crop.exr")));
     assert!(resumed.pixels == floats(&here.join("more.exr")));
-    // Onlookers leave no trace.
+    // Viewers do not affect the file.
     let bytes = |name: &str| std::fs::read(here.join(name)).expect("a file");
     assert!(bytes("alone.exr") == bytes("shown.exr"));
 }
 
 #[test]
-fn the_page_and_the_viewer_show_the_same() {
+fn view_command_sends_the_image_to_the_viewer() {
     let folder = folder();
     succeeds(folder.path(), "scene.ron -q -o alone.exr");
     let expected = floats(&folder.path().join("alone.exr"));
@@ -173,16 +173,16 @@ fn the_page_and_the_viewer_show_the_same() {
 }
 
 #[test]
-fn viewers_that_are_not_there_or_go_away() {
+fn lost_viewers_are_warnings_and_missing_ones_errors() {
     let folder = folder();
     let here = folder.path();
     let (listener, address) = listener();
     let gone = std::thread::spawn(move || drop(listener.accept()));
-    // Until the end of the program has been noticed some packets have to be sent.
+    // Several packets have to be sent before the lost connection is detected.
     let error = succeeds(here, &format!("scene.ron --size 600x480 -o gone.exr --tev {address}"));
     gone.join().expect("a viewer");
     assert_eq!(error.matches("warning: the viewer has gone away").count(), 1, "{error}");
-    // Nobody listens any more.
+    // The listener is closed.
     let output = run(here, &format!("scene.ron -o none.exr --tev {address}"));
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{error}");
@@ -191,7 +191,7 @@ fn viewers_that_are_not_there_or_go_away() {
 }
 
 #[test]
-fn a_preview_needs_a_terminal() {
+fn preview_without_a_terminal_is_reported() {
     let folder = folder();
     let error = succeeds(folder.path(), "scene.ron --spp 1 --preview");
     assert!(error.contains("--preview shows nothing: standard error is not a terminal"), "{error}");

@@ -1,4 +1,4 @@
-//! `rayfront trace`: the whole program, on rays whose hits are known by hand.
+//! `rayfront trace` as a whole program, with rays whose hits are known analytically.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -6,8 +6,8 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A triangle at z = 0, a square at z = −1 and a pentagon at z = −2, beside each other and
-/// each two units wide: six triangles.
+/// A triangle at z = 0, a square at z = −1 and a pentagon at z = −2, side by side and each two units wide: six
+/// triangles.
 const MESH: &str = "ply
 format ascii 1.0
 element vertex 12
@@ -36,15 +36,15 @@ end_header
 
 const MISS: (f32, f32, f32, u32) = (f32::INFINITY, 0.0, 0.0, u32::MAX);
 
-/// Straight down from z = 3 at x and y.
+/// A ray straight down from z = 3 at x and y.
 fn down(x: f32, y: f32) -> [f32; 8] {
     [x, y, 3.0, 0.0, 0.0, -1.0, 0.0, 1e30]
 }
 
-/// t, and which triangle; none for a miss.
+/// t and the triangle's index; none for a miss.
 type Expected = Option<(f32, u32)>;
 
-/// Rays with what they hit.
+/// Rays with their expected hits.
 fn rays() -> Vec<([f32; 8], Expected)> {
     let below = |z: f32, t_min: f32, t_max: f32| [0.25, 0.5, z, 0.0, 0.0, -1.0, t_min, t_max];
     vec![
@@ -101,7 +101,7 @@ fn stdout(folder: &TempDir, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-/// The one line that a run fails with.
+/// Returns the single line of a run's error message.
 #[track_caller]
 fn failure(folder: &TempDir, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
@@ -114,7 +114,7 @@ fn failure(folder: &TempDir, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn hits_are_where_they_were_drawn() {
+fn closest_and_any_hits_match_the_expected_ones() {
     let folder = folder();
     stdout(&folder, &["mesh.ply", "--rays", "rays.f32", "--out", "hits.bin"]);
     let hits = read_hits(&folder.path().join("hits.bin"));
@@ -128,7 +128,7 @@ fn hits_are_where_they_were_drawn() {
             }
         }
     }
-    // The weights of the second and the third corner.
+    // Barycentric coordinates of the second and third corner.
     assert!((hits[0].1 - 0.125).abs() < 1e-6 && (hits[0].2 - 0.25).abs() < 1e-6, "{:?}", hits[0]);
 
     stdout(&folder, &["mesh.ply", "--rays", "rays.f32", "--out", "any.bin", "--any"]);
@@ -137,9 +137,9 @@ fn hits_are_where_they_were_drawn() {
     }
 }
 
-/// Every triangle has the number that counting through the faces of the file gives it.
+/// Triangles are indexed in the order of the file's faces.
 #[test]
-fn triangles_are_numbered_as_in_the_file() {
+fn triangles_are_indexed_in_file_order() {
     let folder = folder();
     let mesh = rayfront::internals::formats::ply::load(&folder.path().join("mesh.ply")).expect("the mesh");
     assert_eq!(mesh.triangles.len(), 6);
@@ -164,9 +164,9 @@ fn triangles_are_numbered_as_in_the_file() {
 }
 
 #[test]
-fn threads_lanes_and_repeats_change_no_byte() {
+fn hits_do_not_depend_on_threads_lanes_or_repeats() {
     let folder = folder();
-    // Three chunks and a bit of rays all over the place, by a small generator of our own.
+    // A little more than three chunks of rays in all directions, from a small generator of our own.
     let mut state = 1u32;
     let mut number = |size: f32| {
         state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
@@ -204,7 +204,7 @@ fn threads_lanes_and_repeats_change_no_byte() {
 }
 
 #[test]
-fn what_was_measured_is_told() {
+fn measurements_are_reported_as_json_and_text() {
     let folder = folder();
     let json = |more: &[&str]| -> Value {
         let out = stdout(&folder, &[&["mesh.ply", "--rays", "rays.f32", "--json"], more].concat());
@@ -252,7 +252,7 @@ fn what_was_measured_is_told() {
     assert_eq!(json(&["--any"])["hits"], hits);
 
     assert_eq!(json(&["--reference", "hits.bin"])["mismatches"], 0);
-    // One hit moved and one lost: the second is all that any-hit queries see of it.
+    // One hit moved and one lost: any-hit queries only detect the second change.
     let mut reference = std::fs::read(folder.path().join("hits.bin")).expect("hits");
     reference[..4].copy_from_slice(&3.001f32.to_le_bytes());
     reference.copy_within(16..32, 2 * 16);
@@ -266,9 +266,9 @@ fn what_was_measured_is_told() {
     }
 }
 
-/// A scene needs no camera to be traced; spheres are told from triangles by the high bit.
+/// A scene needs no camera to be traced; the high bit distinguishes spheres from triangles.
 #[test]
-fn scenes_of_every_kind_are_traced() {
+fn scenes_with_instances_and_spheres_are_traced() {
     let folder = folder();
     let scene = r#"(settings: (copied_triangles: 0), entities: [
         (shape: Mesh("mesh.ply")),
@@ -295,7 +295,7 @@ fn scenes_of_every_kind_are_traced() {
 }
 
 #[test]
-fn mistakes_name_the_file_and_the_place() {
+fn errors_name_the_file_and_the_position() {
     let folder = folder();
     let mut cut = std::fs::read(folder.path().join("rays.f32")).expect("rays");
     cut.truncate(2 * 32 + 7);

@@ -1,4 +1,4 @@
-//! `rayfront view` from outside: what it serves, to whom, and what comes of wishes and of edits.
+//! `rayfront view` from outside: its pages and their access control, its commands, and edits of the scene's file.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-/// The program, showing a scene.
+/// The running program.
 pub struct Shown {
     program: Child,
     folder: tempfile::TempDir,
@@ -79,7 +79,7 @@ impl Shown {
         serde_json::from_slice(&body).expect("JSON")
     }
 
-    /// What a wish comes to.
+    /// Sends a command and returns the response.
     pub fn wish(&self, wish: Value) -> (u16, Value) {
         let address = format!("{}/do?token={}", self.base, self.token);
         let mut response = agent().post(&address).send(wish.to_string()).expect("an answer");
@@ -87,7 +87,7 @@ impl Shown {
         (response.status().as_u16(), serde_json::from_str(&text).expect("JSON"))
     }
 
-    /// The state, as soon as it is as it should be.
+    /// Polls the status until a condition holds, and returns it.
     pub fn when(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         let start = Instant::now();
         loop {
@@ -100,7 +100,7 @@ impl Shown {
         }
     }
 
-    /// The finished image as the page gets it, without the fourth byte.
+    /// The finished image as the page receives it, without the fourth byte.
     fn image(&self) -> Vec<u8> {
         self.when("the image", |status| status["is_done"] == true);
         let (code, pixels) = self.get("/image?layer=light&exposure=0&tonemap=Clamp");
@@ -109,11 +109,11 @@ impl Shown {
     }
 }
 
-/// A scene without black pixels, of so many pixels.
+/// A scene without black pixels, of some size.
 fn bright(size: &str) -> String {
     let sky = "entities: [(name: \"sky\", light: Environment(radiance: 1)),";
     let text = SCENE.replace("(96, 54)", size).replace("entities: [", sky);
-    // A panel's back is black.
+    // A rectangle's back is black.
     text.replace("Area(power_w: 300, size_m: 2)", "Point(power_w: 30)")
 }
 
@@ -121,7 +121,7 @@ fn agent() -> ureq::Agent {
     ureq::Agent::config_builder().http_status_as_error(false).timeout_global(Some(PATIENCE)).build().into()
 }
 
-/// What comes back, perhaps under another host's name.
+/// Sends a request, optionally with another host name, and returns the response.
 fn get(address: &str, host: Option<&str>) -> (u16, Vec<u8>) {
     let request = agent().get(address);
     let request = if let Some(host) = host { request.header("Host", host) } else { request };
@@ -129,7 +129,7 @@ fn get(address: &str, host: Option<&str>) -> (u16, Vec<u8>) {
     (response.status().as_u16(), response.body_mut().read_to_vec().expect("a body"))
 }
 
-/// The pixels that rendering a scene on its own gives.
+/// The pixels of the scene rendered without the page.
 fn rendered(scene: &Path) -> Vec<u8> {
     let image = scene.with_extension("png");
     let status = Command::new(env!("CARGO_BIN_EXE_rayfront"))
@@ -141,7 +141,7 @@ fn rendered(scene: &Path) -> Vec<u8> {
 }
 
 #[test]
-fn it_serves_the_image_that_rendering_gives_and_only_to_those_who_may_see_it() {
+fn view_serves_the_rendered_image_and_only_with_the_token() {
     let shown = Shown::new();
     assert!(shown.image() == rendered(&shown.scene()), "what is shown is what is rendered");
     let (code, page) = get(&shown.address(), None);
@@ -150,7 +150,7 @@ fn it_serves_the_image_that_rendering_gives_and_only_to_those_who_may_see_it() {
     for name in ["page.js", "page.css"] {
         assert_eq!(shown.get(&format!("/{name}")).0, 200);
     }
-    // Nobody else, and nothing else.
+    // Access without the token, with another host, or to other files is denied.
     assert_eq!(get(&format!("{}/", shown.base), None).0, 403);
     assert_eq!(get(&format!("{}/image?token=0123", shown.base), None).0, 403);
     assert_eq!(get(&shown.address(), Some("rebound.example:8421")).0, 403);
@@ -165,7 +165,7 @@ fn it_serves_the_image_that_rendering_gives_and_only_to_those_who_may_see_it() {
 }
 
 #[test]
-fn every_layer_is_there_and_pixels_are_explained() {
+fn view_serves_all_layers_and_explains_pixels() {
     let shown = Shown::new();
     shown.image();
     for layer in ["light", "denoised", "depth", "normal", "albedo", "entity", "material", "noise", "samples"]
@@ -186,16 +186,16 @@ fn every_layer_is_there_and_pixels_are_explained() {
     assert_eq!(first["vertex"]["lights"][0]["light"], "lamp");
 }
 
-/// The scene with a ball of glass, whose pixels gather their own samples alone.
+/// A scene with a glass ball and a box filter, so that each pixel gathers its own samples only.
 pub fn glass() -> String {
     SCENE
         .replace("(diffuse: (0.8, 0.2, 0.1))", "(ior: 1.5)")
         .replace("samples: 4,", "samples: 4, filter: Box,")
 }
 
-/// Photons that the page shows lie on the floor, where the renderer draws them into that sample: as many as it says.
+/// The photons that the page shows lie on the floor, in the pixels where the renderer draws them, in equal number.
 #[test]
-fn photons_are_shown_where_the_renderer_draws_them() {
+fn photons_on_the_page_match_those_of_the_renderer() {
     let shown = Shown::with(&glass(), &["--caustics", "1"]);
     shown.when("the image", |status| status["is_done"] == true);
     let status = shown.json("/status");
@@ -207,7 +207,7 @@ fn photons_are_shown_where_the_renderer_draws_them() {
     assert!(number("in_picture") > number("seen") && number("seen") > 50, "{found}");
     let points = found["points"].as_array().expect("points");
     assert_eq!(points.len() as u64, number("in_picture"));
-    // By pixel, those that the camera sees.
+    // The photons visible to the camera, by pixel.
     let mut counts = std::collections::BTreeMap::new();
     for point in points.iter().filter(|point| point[5] == 1) {
         let place = [0, 1].map(|axis| point[axis].as_f64().expect("a place") as u32);
@@ -225,12 +225,12 @@ fn photons_are_shown_where_the_renderer_draws_them() {
             on_floor += u32::from(shown.json(&format!("/pixel?x={x}&y={y}"))["entity"] == "floor");
         }
     }
-    // In a pixel at the edge of the ball, the floor may be the smaller part.
+    // In a pixel at the edge of the ball, the floor may cover the smaller part.
     assert!(2 * on_floor > looked_at, "{on_floor} of {looked_at}");
-    // Through the ball a path gathers them.
+    // A path through the ball gathers them.
     let explained = shown.json("/explain?x=42&y=38&sample=2");
     assert!(explained["paths"][0]["steps"][1]["vertex"]["photons"][0].as_f64() > Some(0.01), "{explained}");
-    // A function of the sample, the scene and its settings.
+    // Photons depend only on the sample, the scene and its settings.
     assert!(
         shown.json("/photons?sample=2") == found
             && shown.json("/photons?sample=1")["points"] != found["points"]
@@ -242,9 +242,9 @@ fn photons_are_shown_where_the_renderer_draws_them() {
     assert!(moved["generation"] == status["generation"] && moved["points"] != found["points"]);
 }
 
-/// The page gets as many as it can show, and is told how many there are.
+/// The page receives as many photons as it can show, and their total number.
 #[test]
-fn only_some_of_many_photons_are_sent() {
+fn photons_on_the_page_are_limited_in_number() {
     let shown = Shown::with(&glass(), &["--caustics", "6", "--spp", "1"]);
     shown.when("the image", |status| status["is_done"] == true);
     let found = shown.json("/photons");
@@ -253,7 +253,7 @@ fn only_some_of_many_photons_are_sent() {
 }
 
 #[test]
-fn without_photons_the_page_says_why() {
+fn page_gives_the_reason_for_missing_photons() {
     let glass = glass();
     for (scene, options, why) in [
         (SCENE, &[][..], "no material throws light"),
@@ -271,10 +271,10 @@ fn without_photons_the_page_says_why() {
     }
 }
 
-/// What the page says is to be typed explains the sample that the page shows, whatever options and wishes it has.
+/// The command printed by the page explains the sample that the page shows, with any options and changes.
 #[cfg(unix)]
 #[test]
-fn a_sample_is_explained_alike_on_the_page_and_in_a_terminal() {
+fn printed_command_explains_the_sample_of_the_page() {
     let hangs = SCENE.replace(
         "(name: \"eye\",",
         "(name: \"crane\", transform: (translate: (0, 0.25, 0))), (name: \"eye\", parent: \"crane\",",
@@ -310,13 +310,13 @@ fn a_sample_is_explained_alike_on_the_page_and_in_a_terminal() {
     }
     let (command, is_same) = of_scene(&hangs, &[], &[settings]);
     assert!(is_same && !command.contains('#'), "{command}");
-    // No option moves a camera that hangs on something, so the command says that it is about another place.
+    // No option moves a camera with a parent, so the command states that its camera differs.
     let (command, is_same) = of_scene(&hangs, &[], &[orbit]);
     assert!(!is_same && command.ends_with("# but that the camera is where its file says"), "{command}");
 }
 
 #[test]
-fn a_camera_is_moved_and_saved_and_what_is_saved_is_what_was_seen() {
+fn saved_camera_renders_the_image_of_the_page() {
     let shown = Shown::new();
     let before = shown.image();
     let (code, _) = shown.wish(json!({"orbit": [0.1, 0.05]}));
@@ -330,7 +330,7 @@ fn a_camera_is_moved_and_saved_and_what_is_saved_is_what_was_seen() {
     let text = std::fs::read_to_string(shown.scene()).expect("the scene");
     assert!(text.contains("// Where we stand.") && text.contains("\"paint\": (diffuse: (0.8, 0.2, 0.1))"));
     assert!(rendered(&shown.scene()) == moved, "the file says what was seen");
-    // And back.
+    // And back again.
     assert_eq!(shown.wish(json!({"orbit": [0.3, 0.0]})).0, 200);
     assert_eq!(shown.wish(json!({"reset": true})).0, 200);
     assert!(shown.image() == moved);
@@ -339,7 +339,7 @@ fn a_camera_is_moved_and_saved_and_what_is_saved_is_what_was_seen() {
 }
 
 #[test]
-fn edits_show_and_broken_ones_are_told_while_the_image_stays() {
+fn edits_are_rendered_and_invalid_ones_reported_without_losing_the_image() {
     let shown = Shown::new();
     shown.image();
     assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200);
@@ -355,7 +355,7 @@ fn edits_show_and_broken_ones_are_told_while_the_image_stays() {
     assert!(blue != moved);
     assert_eq!(shown.json("/status")["camera"]["is_moved"], true, "a hand's camera stays");
     edit("diffuse", "diffues");
-    // Not that the file ends too early: it may be read while it is written.
+    // Not the error of an early end of file: the file may be read while it is being written.
     let is_told =
         |status: &serde_json::Value| status["error"].as_str().is_some_and(|error| error.contains(":3:"));
     let status = shown.when("the mistake", is_told);
@@ -365,7 +365,7 @@ fn edits_show_and_broken_ones_are_told_while_the_image_stays() {
     edit("(0.8, 0.2, 0.1)", "(0.1, 0.2, 0.8)");
     shown.when("its mending", |status| status["error"].is_null());
     assert!(shown.image() == blue);
-    // As editors do it: another file takes its place. Its camera is another one, so that is taken.
+    // Like editors that replace the file. Its camera differs, so it is used.
     let serial = shown.json("/status")["serial"].as_u64();
     let other = shown.scene().with_extension("new");
     std::fs::write(&other, SCENE.replace("(0, 1, 6)", "(0, 1, 5)")).expect("another file");
@@ -379,7 +379,7 @@ fn edits_show_and_broken_ones_are_told_while_the_image_stays() {
 }
 
 #[test]
-fn settings_are_changed_and_no_schedule_changes_the_image() {
+fn settings_can_be_changed_and_schedules_give_the_same_image() {
     let shown = Shown::new();
     let wavefront = shown.image();
     assert_eq!(shown.wish(json!({"settings": {"schedule": "recursive"}})).0, 200);
@@ -396,9 +396,9 @@ fn settings_are_changed_and_no_schedule_changes_the_image() {
     }
 }
 
-/// What the page shows while the first pass is under way: small pixels that are done beside large ones that are not.
+/// The image during the first pass: finished small pixels next to large preliminary ones.
 #[test]
-fn no_pixel_is_black_while_the_first_pass_is_under_way() {
+fn images_of_an_unfinished_first_pass_have_few_black_pixels() {
     let shown = Shown::new();
     shown.image();
     let (mut partly, mut generation) = (0, shown.json("/status")["generation"].as_u64());
@@ -419,7 +419,7 @@ fn no_pixel_is_black_while_the_first_pass_is_under_way() {
                 (header("x-width").expect("a width"), header("x-samples").expect("samples"));
             let pixels = response.body_mut().read_to_vec().expect("a picture");
             let black = pixels.chunks(4).filter(|pixel| pixel[..3] == [0; 3]).count();
-            // Single samples may be.
+            // Single samples may be black.
             assert!(20 * black < pixels.len() / 4, "{black} pixels are black at {samples} samples");
             let is_whole = width == 1920.0;
             partly += u32::from(is_whole && samples < 1.0);
@@ -433,7 +433,7 @@ fn no_pixel_is_black_while_the_first_pass_is_under_way() {
 }
 
 #[test]
-fn requests_that_are_sent_by_half_are_given_up_and_other_pages_refused() {
+fn incomplete_requests_time_out_and_other_origins_are_denied() {
     use std::io::{Read, Write};
 
     let shown = Shown::new();

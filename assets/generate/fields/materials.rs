@@ -26,11 +26,11 @@ const STUDIO: &str = r#"(
 const ON_GREY: &str = r#"(diffuse: 0.4)),
         (shape: Sphere(radius_m: 0.5), transform: (translate: (0, 0.5, 0)), material: "#;
 
-/// The same, on a floor with squares.
+/// A floor with squares and a ball whose material comes next.
 const ON_SQUARES: &str = r#"(diffuse: Texture(image: "../../assets/checker.png", scale: 4, filter: Nearest, factor: 0.7))),
         (shape: Sphere(radius_m: 0.5), transform: (translate: (0, 0.5, 0)), material: "#;
 
-/// What comes after the ball's material.
+/// The end of a scene, after the ball's material.
 const END: &str = r#"),
     ],
 )"#;

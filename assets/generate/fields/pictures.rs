@@ -9,7 +9,7 @@ use crate::mesh::polar;
 use crate::outline::contains;
 use crate::textures::paint;
 
-/// Paints and writes all of them.
+/// Paints and writes all files.
 pub fn save_all(folder: &Path) -> Result<(), Box<dyn Error>> {
     paint(128, 128, stud).save(folder.join("studs.png"))?;
     paint(128, 128, star).save(folder.join("star.png"))?;

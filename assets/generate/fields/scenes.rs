@@ -1,4 +1,4 @@
-//! Strips about everything but materials.
+//! Strips about everything except materials.
 
 use super::Strip;
 
@@ -14,7 +14,7 @@ const ROOM: &str = r#"(
         (shape: Plane(corners: ((-4, 4, -1), (4, 4, -1), (4, 0, -1), (-4, 0, -1))), material: (diffuse: 0.6)),
 "#;
 
-/// Balls in rows and small lamps behind them; the camera comes next.
+/// Balls in rows and small emitters behind them; the camera comes next.
 const ROWS: &str = r#"(
     settings: (samples: 256, ambient: 0.2, background: (0.03, 0.04, 0.08)),
     materials: {
@@ -49,7 +49,7 @@ const BOX: &str = r#"),
     ],
 )"#;
 
-/// What shadows fall on, and what throws them.
+/// A floor and objects that cast shadows on it.
 const YARD: &str = r#"(
     settings: (samples: 128, transport: Path),
     entities: [

@@ -1,10 +1,10 @@
-//! Many rays in flight: the kernel for rays that go anywhere.
+//! Interleaved rays: the kernel for incoherent rays.
 //!
-//! A thread holds [`RAYS`] rays, each with a stack of its own, and takes them round by round: every ray at a node
-//! takes one step through it, every ray at a leaf tests its block, and a ray that has ended makes room for the next of
-//! the queue. What one ray waits for (a node from memory, a long chain of operations) the others hide; the memory of a
-//! ray's next step is asked for a round ahead. No branch depends on what a ray finds: decisions are conditional moves,
-//! and where rays are is kept in bits. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
+//! A thread traces [`RAYS`] rays together, each with its own stack, in rounds: every ray at a node takes one step
+//! through it, every ray at a leaf tests its block, and a finished ray makes room for the next of the queue. The
+//! latencies of one ray (a node from memory, a long chain of operations) are hidden by the others; the memory for a
+//! ray's next step is prefetched a round ahead. No branch depends on a ray's results: decisions are conditional moves,
+//! and the positions of rays are stored in bits. (After "wavefront" scheduling of rays on GPUs; cf. Aila and Laine,
 //! "Understanding the efficiency of ray traversal on GPUs", 2009.)
 
 mod ray_slots;
@@ -26,23 +26,23 @@ use crate::simd::{Float, Kernel, Lanes, Mask, Sixteen, TraversalStack, opaque};
 use ray_slots::{ChildAddresses, RaySlots, take_first};
 use two_ray_blocks::{LeafBlock, TwoRayTest};
 
-/// Rays in flight.
+/// The number of interleaved rays.
 const RAYS: usize = 32;
-/// Of what waits, so many entries are looked at at once.
+/// The number of stack entries that are checked together.
 const BELOW: usize = TraversalStack::FIRST as usize;
-/// The child word of a ray that has ended.
+/// The child word of a finished ray.
 const END: u32 = u32::MAX - 1;
 
 /// A thread's rays and their stacks.
 pub(super) struct InterleavedRays {
     rays: Box<[ActiveRay; RAYS]>,
-    /// Those that are in an instance, as they are in the world.
+    /// The rows in world space of rays that are in an instance.
     outside: Box<[RayRow; RAYS]>,
     stacks: Box<[TraversalStack; RAYS]>,
     prepared: Box<PreparedRays>,
 }
 
-/// [`InterleavedRays::trace`].
+/// [`InterleavedRays::trace`] as a kernel.
 pub(super) struct InterleavedQuery<'a, 'r, A> {
     pub interleaved: &'a mut InterleavedRays,
     pub bvh: &'a Bvh,
@@ -58,28 +58,29 @@ impl<A: HitSink> Kernel for InterleavedQuery<'_, '_, A> {
     }
 }
 
-/// A ray on its way.
+/// A ray during its traversal.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct ActiveRay {
     row: RayRow,
-    /// Where it is.
+    /// The child that it is at.
     child: Child,
-    /// Entries of its stack. The one above these is where it is, or was when it came to this level.
+    /// The number of its stack entries. The entry above these is the ray's current position, or was when it came to
+    /// this level.
     top: u32,
-    /// Its place in the queue.
+    /// Its index in the queue.
     index: u32,
     best: Hit,
-    /// The instance it is in.
+    /// The instance that it is in.
     instance: u32,
-    /// Only hits beyond this count.
+    /// The lower end of the t range, exclusive.
     t_min: f32,
-    /// Kept only where there are spheres.
+    /// Maintained only if there are spheres.
     direction: [f32; 3],
 }
 
 impl InterleavedRays {
-    /// For queries on `bvh`.
+    /// Creates the buffers for queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         // Within an instance, the world's entries stay where they are.
         let trees = if bvh.instances.is_empty() { 1 } else { 2 };
@@ -102,7 +103,7 @@ impl InterleavedRays {
         }
     }
 
-    /// Answers a queue.
+    /// Traces a queue.
     #[inline(always)]
     fn trace<L: Lanes, A: HitSink>(&mut self, bvh: &Bvh, rays: Rays, sink: &mut A) {
         let memory = ChildAddresses::new(bvh);
@@ -113,8 +114,8 @@ impl InterleavedRays {
             queue.refill::<L, A>(ray, f, &mut stacks[ray], sink, &mut places);
         }
         while places.alive != 0 {
-            // One step for each ray. (Those that come to triangles in this round could go on at once, but then finding
-            // out which ones these are would wait for the last step.)
+            // One step for each ray. (Rays that come to triangles in this round could continue in it, but then finding
+            // them would wait for the last step.)
             let [mut todo, triangles, others] = places.take();
             while todo != 0 {
                 let ray = take_first(&mut todo);
@@ -145,7 +146,7 @@ impl InterleavedRays {
 }
 
 impl ActiveRay {
-    /// One step through a node, to the foremost of its children that is entered or to what is next on the stack.
+    /// Takes one step through a node, to the first of its children that is entered or to the next stack entry.
     #[inline(always)]
     fn step<L: Lanes, A: HitSink>(&mut self, bvh: &Bvh, stack: &mut TraversalStack) -> Child {
         let below = self.peek::<L, A>(stack);
@@ -171,7 +172,7 @@ impl ActiveRay {
         self.child
     }
 
-    /// The canonical test of its block.
+    /// Runs the canonical test of its block.
     #[inline(always)]
     fn test<L: Lanes, A: HitSink, B: LeafBlock>(&mut self, bvh: &Bvh, rays: &Rays, stack: &TraversalStack) {
         if bvh.conditional || L::Block::WIDTH < BLOCK {
@@ -202,14 +203,14 @@ impl ActiveRay {
         LeafContext::new(bvh, near, self.t_min, self.instance, filter)
     }
 
-    /// Where it has entered what it is at; 0 where any hit will do, since there it does not matter.
+    /// The entry distance of its current position; 0 for any-hit queries, where it does not matter.
     #[inline(always)]
     fn near<A: HitSink>(&self, stack: &TraversalStack) -> f32 {
         if A::ANY { 0.0 } else { stack.near(self.top) }
     }
 
-    /// The place on the stack of what is next. For the nearest hit, what lies beyond the best hit is passed over. If all
-    /// that is looked at lies beyond it, the last of it is taken, which is useless but does no harm.
+    /// The index of the next stack entry. For the nearest hit, entries beyond the best hit are skipped. If all checked
+    /// entries lie beyond it, the last of them is taken, which is useless but harmless.
     #[inline(always)]
     fn peek<L: Lanes, A: HitSink>(&self, stack: &TraversalStack) -> u32 {
         let mut beyond = 0;
@@ -224,7 +225,7 @@ impl ActiveRay {
         self.top.wrapping_sub(1 + beyond)
     }
 
-    /// Goes to what is next, or ends.
+    /// Moves to the next stack entry, or ends.
     #[inline(always)]
     fn pop<L: Lanes, A: HitSink>(&mut self, stack: &TraversalStack) {
         self.top = self.peek::<L, A>(stack);
@@ -232,7 +233,7 @@ impl ActiveRay {
         self.child.0 = select_unpredictable(ended, END, opaque(stack.word(self.top)));
     }
 
-    /// The way into or out of an instance; `outside` keeps the ray as it is in the world.
+    /// Moves the ray into or out of an instance; `outside` stores its row in world space.
     #[inline(always)]
     fn change_place<L: Lanes, A: HitSink>(
         &mut self,
@@ -266,7 +267,7 @@ impl ActiveRay {
     }
 }
 
-/// Where rays are tested at leaves.
+/// The context of tests at leaves.
 struct Leaves<'a> {
     bvh: &'a Bvh,
     rays: &'a Rays<'a>,
@@ -274,7 +275,7 @@ struct Leaves<'a> {
 }
 
 impl Leaves<'_> {
-    /// Tests the blocks of those rays that are at one, and sends them on.
+    /// Tests the blocks of those rays that are at one, and moves the rays on.
     #[inline(always)]
     fn test<L: Lanes, A: HitSink, B: LeafBlock>(
         &self,
@@ -299,7 +300,7 @@ impl Leaves<'_> {
         }
     }
 
-    /// Two rays at once.
+    /// Tests the blocks of two rays together.
     #[inline(always)]
     fn test_two<L: Lanes, A: HitSink, B: LeafBlock>(
         &self,
@@ -316,7 +317,7 @@ impl Leaves<'_> {
         two_ray_blocks::test_two::<L::Queue, A, _, _>(glances, [&mut a.best, &mut b.best]);
     }
 
-    /// On to what is next on a ray's stack.
+    /// Moves a ray to the next entry of its stack.
     #[inline(always)]
     fn send<L: Lanes, A: HitSink>(
         &self,
@@ -330,7 +331,7 @@ impl Leaves<'_> {
     }
 }
 
-/// Those of the rays that are at spheres.
+/// The rays that are at spheres.
 #[inline(always)]
 fn at_spheres(interleaved: &[ActiveRay; RAYS], rays: u32) -> u32 {
     let (mut todo, mut found) = (rays, 0);
@@ -341,7 +342,7 @@ fn at_spheres(interleaved: &[ActiveRay; RAYS], rays: u32) -> u32 {
     found
 }
 
-/// [`ActiveRay::test`] where some primitives may not be there.
+/// [`ActiveRay::test`] if hits of some primitives may be rejected.
 struct FilteredTest<'a, 'r, A> {
     ray: &'a mut ActiveRay,
     near: f32,
@@ -364,13 +365,13 @@ impl<A: HitSink> Kernel for FilteredTest<'_, '_, A> {
             leaf::triangles::<L, A>(&bvh.triangles[place], &source, &ray.row.shear(), visit, &mut ray.best)
         };
         if found && A::ANY {
-            // Which one it is, nobody asks.
+            // Any-hit: the primitive's id is not needed.
             ray.best.primitive = 0;
         }
     }
 }
 
-/// Where to get the ray itself.
+/// Reads a ray from the queue only if it is needed.
 #[derive(Clone, Copy)]
 struct RaySource<'a> {
     bvh: &'a Bvh,
@@ -389,7 +390,7 @@ impl Exact for RaySource<'_> {
     }
 }
 
-/// The rays that have not taken off.
+/// The rays that have not started.
 struct Queue<'a> {
     bvh: &'a Bvh,
     rays: Rays<'a>,
@@ -399,7 +400,7 @@ struct Queue<'a> {
 }
 
 impl Queue<'_> {
-    /// Puts the next ray in place `ray`; those that can hit nothing are answered on the way.
+    /// Puts the next ray in place `ray`; the results of rays that can hit nothing are written on the way.
     #[inline(always)]
     fn refill<L: Lanes, A: HitSink>(
         &mut self,
@@ -429,7 +430,7 @@ impl Queue<'_> {
             f.direction = sphere::Line::new(&self.rays.get(f.index as usize)).direction;
         }
         places.alive |= 1 << ray;
-        // The top of the tree is at hand.
+        // The top of the tree needs no prefetch.
         places.put(ray, f.child);
     }
 

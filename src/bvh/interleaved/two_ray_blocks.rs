@@ -1,4 +1,4 @@
-//! What one look at a block settles, for rays in flight: nothing branches on whether there is a hit.
+//! Block tests for one or two interleaved rays, without a branch on whether there is a hit.
 
 use std::hint::select_unpredictable;
 
@@ -12,29 +12,28 @@ use super::super::{sphere, triangle};
 use crate::math::{Hit, Ray};
 use crate::simd::{Float, Mask};
 
-/// A block that rays look at.
+/// A block of primitives that rays are tested against.
 pub trait LeafBlock {
-    /// A ray as the test wants it.
+    /// A ray prepared for the test.
     type Line: Copy;
-    /// In the primitives' ids.
+    /// The flag of the primitives' ids.
     const FLAG: u32;
 
-    /// The block that a child word points at.
+    /// The block of a child word.
     fn of(bvh: &Bvh, child: Child) -> &Self;
-    /// A ray as the test wants it, from its row and its direction.
+    /// Prepares a ray for the test, from its row and its direction.
     fn line(row: &RayRow, direction: &[f32; 3]) -> Self::Line;
-    /// Which primitives they are.
+    /// The primitive references.
     fn words(&self) -> &[u32; BLOCK];
-    /// The canonical test, with a block in one register. Where t is doubtful, it is left so.
+    /// The canonical test, with a block in one register. Doubtful t stay as they are.
     fn meet<F: Float>(&self, line: &Self::Line, asked: &AcceptedRange<F>) -> BlockHits<F>;
-    /// The same for the blocks of two rays, one in the low half of the lanes and one in the high half, of which there
-    /// are 16.
+    /// [`LeafBlock::meet`] for the blocks of two rays, one in the low half of the 16 lanes and one in the high half.
     fn meet_two<F: Float>(
         blocks: [&Self; 2],
         lines: [&Self::Line; 2],
         asked: &AcceptedRange<F>,
     ) -> BlockHits<F>;
-    /// t where it was doubtful.
+    /// Recomputes a doubtful t.
     fn exact_t(&self, place: usize, ray: &Ray<f32>) -> f32;
 }
 
@@ -97,28 +96,28 @@ impl LeafBlock for SphereBlock {
         sphere::intersect_two(blocks, lines, asked.t_min)
     }
     fn exact_t(&self, _: usize, _: &Ray<f32>) -> f32 {
-        // It never is.
+        // A sphere's t is never doubtful.
         f32::NAN
     }
 }
 
-/// A ray at a block, all of whose primitives are there.
+/// A ray at a block of which every hit counts.
 pub struct TwoRayTest<'a, B: LeafBlock, E> {
     pub block: &'a B,
     pub line: B::Line,
-    /// Where it enters the block's box; it does not matter where any hit will do.
+    /// The entry distance of the block's box; it does not matter for any-hit queries.
     pub near: f32,
-    /// Only hits beyond this count.
+    /// The lower end of the t range, exclusive.
     pub t_min: f32,
-    /// The instance that it is in.
+    /// The instance that the ray is in.
     pub instance: u32,
-    /// The ray itself, if it is needed after all.
+    /// The ray itself, in case it is needed.
     pub exact: E,
 }
 
 impl<B: LeafBlock, E: Exact + Copy> TwoRayTest<'_, B, E> {
-    /// The canonical test, with blocks in one register: puts a hit that is better than `best` there, without a branch on
-    /// whether there is one.
+    /// The canonical test, with blocks in one register: replaces `best` by a better hit, without a branch on whether
+    /// there is one.
     #[inline(always)]
     pub fn test<F: Float, A: HitSink>(&self, best: &mut Hit) {
         let asked = AcceptedRange::between(self.t_min, best.t);
@@ -126,7 +125,7 @@ impl<B: LeafBlock, E: Exact + Copy> TwoRayTest<'_, B, E> {
         self.take::<A>(&TwoRayMasks::new::<A, F>(&hits, F::splat(self.near), &asked), 0, best);
     }
 
-    /// Takes what was seen in eight lanes from `first` on.
+    /// Takes the results of eight lanes, from `first` on.
     #[inline(always)]
     fn take<A: HitSink>(&self, seen: &TwoRayMasks, first: usize, best: &mut Hit) {
         let (bits, doubtful) = (seen.hits >> first & 0xff, seen.doubtful >> first & 0xff);
@@ -172,16 +171,16 @@ pub fn test_two<F: Float, A: HitSink, B: LeafBlock, E: Exact + Copy>(
     b.take::<A>(&seen, 8, other);
 }
 
-/// What there was to see.
+/// The results of a block test.
 struct TwoRayMasks {
-    /// Which hits count, by bits.
+    /// The hits that count, as bits.
     hits: u32,
-    /// Where t is less exact than it should be; whether such hits count is not known.
+    /// The lanes in which t is less exact than it should be, so that it is not known whether their hits count.
     doubtful: u32,
     values: TwoRayValues,
 }
 
-/// By lanes.
+/// The values of the hits, by lanes.
 struct TwoRayValues {
     t: [f32; 16],
     u: [f32; 16],
@@ -202,8 +201,8 @@ impl TwoRayMasks {
     }
 }
 
-/// What one glance does not settle: t has to be computed exactly, or more than one primitive is hit, or one is as far as
-/// the best hit so far. See [`TwoRayTest`] and [`TwoRayMasks`].
+/// The rare cases: t has to be recomputed, or more than one primitive is hit, or one is as far as the best hit so far.
+/// For the fields, see [`TwoRayTest`] and [`TwoRayMasks`].
 struct ExactTest<'a, B, E> {
     block: &'a B,
     near: f32,
@@ -234,7 +233,7 @@ impl<B: LeafBlock, E: Exact> ExactTest<'_, B, E> {
                 }
             }
             if any {
-                // Which one it is, nobody asks.
+                // Any-hit: the primitive's id is not needed.
                 best.primitive = 0;
                 return;
             }

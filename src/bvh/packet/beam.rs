@@ -1,4 +1,4 @@
-//! The space that the rays of a packet run through.
+//! The beam: the space that the rays of a packet pass through.
 
 use super::super::Root;
 use super::super::layout::{Node, PADDING, SphereBlock, TriangleBlock};
@@ -7,24 +7,24 @@ use super::super::triangle::Shear;
 use super::rays::{Active, GROUPS, PacketRays, RAYS, SetBits};
 use crate::simd::{Float, Int, Mask, Sixteen};
 
-/// A beam whose slopes differ by more than this is not worth it.
+/// A beam is not worth it if its slopes differ by more than this.
 const WIDEST: f32 = 0.35;
 
-/// The half spaces `coordinate − slope · depth` ≥ and ≤ a bound for each of two axes, and the
-/// range of depths, which are counted along the third. All are widened by what rounding could do.
+/// The half spaces `coordinate − slope · depth` ≥ and ≤ a bound for each of two axes, and the range of depths, which
+/// are measured along the third. All are widened by the possible rounding errors.
 pub struct Beam {
     /// The two other axes, and the longest one.
     pub axes: [usize; 3],
     slope: [[f32; 2]; 2],
     bound: [[f32; 2]; 2],
     ends: [f32; 2],
-    /// Which of a box's planes along each axis are the near ones.
+    /// The near planes of a box along each axis: 0 for the low one, 1 for the high one.
     pub sides: [usize; 3],
-    /// Where all of its rays start, if that is one point.
+    /// The point where all of its rays start, if it is only one.
     pub apex: Option<[f32; 3]>,
 }
 
-/// What is smallest and largest among rays, lane by lane.
+/// The minima and maxima over rays, lane by lane.
 #[derive(Clone, Copy)]
 struct LaneInterval<F>(F, F);
 
@@ -34,7 +34,7 @@ impl<F: Float> LaneInterval<F> {
         LaneInterval(F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY))
     }
 
-    /// With the lanes of `mask`.
+    /// Includes the values in the lanes of `mask`.
     #[inline(always)]
     fn with(self, value: F, mask: F::Mask) -> Self {
         LaneInterval(F::select(mask, value.min(self.0), self.0), F::select(mask, value.max(self.1), self.1))
@@ -56,15 +56,15 @@ impl<F: Float> LaneInterval<F> {
     }
 }
 
-/// Which way the rays of a pass go.
+/// The direction of the rays of a pass.
 struct Heading {
     axes: [usize; 3],
-    /// Of the direction along the longest axis.
+    /// The sign of the direction along the longest axis.
     sign: f32,
 }
 
 impl Beam {
-    /// Around the active rays within a tree's box; none if they spread too far.
+    /// The beam around the active rays within a tree's box; `None` if they spread too far.
     #[inline(always)]
     pub fn around<F: Float>(rays: &PacketRays, active: &Active, root: &Root) -> Option<Beam> {
         let class = rays.class_of::<F>(active);
@@ -94,7 +94,7 @@ impl Beam {
                 let (first, last) = (at_start[side], at_end[side]);
                 let slope = (last - first) / (end - start);
                 let slope = if slope.is_finite() { slope } else { 0.0 };
-                // Of the two ends, the one that is farther out, where the line is not exact.
+                // The end that is farther out, since the line between the two is not exact.
                 let lines = [first - slope * start, last - slope * end];
                 let size = reach + first.abs() + last.abs() + slope.abs() * (reach + start.abs() + end.abs());
                 let margin = size * (4.0 * PADDING);
@@ -109,14 +109,14 @@ impl Beam {
         finite.then_some(beam)
     }
 
-    /// Bit i is set where its rays go down along axis i.
+    /// The octant: bit i is set if its rays go down along axis i.
     #[inline(always)]
     pub fn octant(&self) -> u32 {
         let [x, y, z] = self.sides;
         (x | y << 1 | z << 2) as u32
     }
 
-    /// The children of a node that it meets.
+    /// The children of a node that the beam meets.
     #[inline(always)]
     pub fn meets<S: Sixteen>(&self, node: &Node) -> u32 {
         let depth = &node.planes[self.axes[2] % 3];
@@ -130,7 +130,7 @@ impl Beam {
             let planes = &node.planes[self.axes[axis] % 3];
             for side in 0..2 {
                 let slope = self.slope[axis][side];
-                // The corner of each box that is farthest on the inner side.
+                // The corner of each box that lies farthest on the inner side.
                 let corner = if (slope > 0.0) == (side == 0) { shallow } else { deep };
                 let inner = S::load(&planes[1 - side]) - corner * S::splat(slope);
                 let bound = S::splat(self.bound[axis][side]);
@@ -140,14 +140,14 @@ impl Beam {
         bits
     }
 
-    /// The spheres of a block that it meets.
+    /// The spheres of a block that the beam meets.
     #[inline(always)]
     pub fn meets_spheres<F: Float>(&self, block: &SphereBlock) -> u32 {
         let mut met = 0;
         for at in (0..block.words.len()).step_by(F::WIDTH) {
             let depth = F::load(&block.center[self.axes[2] % 3][at..]);
             let radius = F::load(&block.radius[at..]).abs() * F::splat(1.0 + 4.0 * PADDING);
-            // By the same scale as the ends.
+            // On the same scale as the ends.
             let along = if self.sides[self.axes[2] % 3] == 0 { depth } else { -depth };
             let mut mask =
                 (along + radius).ge(F::splat(self.ends[0])) & (along - radius).le(F::splat(self.ends[1]));
@@ -162,13 +162,13 @@ impl Beam {
                         mask & if side == 0 { (inner + reach).ge(bound) } else { (inner - reach).le(bound) };
                 }
             }
-            // Unused ones have no radius and compare false.
+            // Unused slots have a NaN radius and compare false.
             met |= mask.bits() << at;
         }
         met
     }
 
-    /// The triangles of a block that it meets.
+    /// The triangles of a block that the beam meets.
     #[inline(always)]
     pub fn meets_triangles<F: Float>(&self, block: &TriangleBlock) -> u32 {
         let mut met = 0;
@@ -194,8 +194,8 @@ impl Beam {
     }
 }
 
-/// Where the first of the active rays starts and the last one ends along their longest axis,
-/// counted in their direction; none if they spread too far.
+/// The depths where the first of the active rays starts and the last one ends, along their longest axis and in their
+/// direction; `None` if they spread too far.
 #[inline(always)]
 fn depths<F: Float>(rays: &PacketRays, active: &Active, way: &Heading) -> Option<[f32; 2]> {
     let mut depths = LaneInterval::empty();
@@ -213,8 +213,7 @@ fn depths<F: Float>(rays: &PacketRays, active: &Active, way: &Heading) -> Option
     if a[1] - a[0] <= WIDEST && b[1] - b[0] <= WIDEST { Some(depths.ends()) } else { None }
 }
 
-/// The least and the largest of the other two coordinates of the active rays where they have
-/// come to each of two depths: by axis, by depth.
+/// The least and the greatest of the other two coordinates of the active rays at each of two depths: by axis, by depth.
 #[inline(always)]
 fn extent<F: Float>(
     rays: &PacketRays,
@@ -237,7 +236,7 @@ fn extent<F: Float>(
     [[ranges[0][0].ends(), ranges[0][1].ends()], [ranges[1][0].ends(), ranges[1][1].ends()]]
 }
 
-/// The one point that all active rays start at, bit for bit.
+/// The point that all active rays start at, bit for bit.
 #[inline(always)]
 fn apex<F: Float>(rays: &PacketRays, active: &Active) -> Option<[f32; 3]> {
     let (group, lane) = active.first();

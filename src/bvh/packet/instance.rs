@@ -1,5 +1,5 @@
-//! A packet's way through an instance: those of its rays that enter it are taken to its space, packed together, and
-//! go through its tree as a packet of their own.
+//! Packets in instances: those rays that enter an instance are transformed to its space, packed together, and traced
+//! through its tree as a packet of their own.
 
 use std::marker::PhantomData;
 
@@ -18,28 +18,28 @@ use crate::simd::{Float, Kernel, Lanes, TraversalStack};
 /// Rays in an instance's space.
 pub struct InstancePacket {
     walk: PacketWalk,
-    /// Which of the packet's rays they are.
+    /// The index of each ray in the outer packet.
     places: PacketColumn<u32>,
 }
 
 impl InstancePacket {
-    /// No rays.
+    /// A packet without rays.
     pub fn new() -> Self {
         Self { walk: PacketWalk::new(), places: PacketColumn([0; RAYS]) }
     }
 }
 
-/// The rays of a packet that enter an instance, all of whose primitives are there, as a function of its own.
+/// Traces the rays of a packet that enter an instance, as a kernel. Every hit in it must count.
 pub struct InstanceWalk<'q, 'a, A> {
     pub placed: &'q mut InstancePacket,
-    /// The packet, which has come to the instance's box.
+    /// The outer packet, at the instance's box.
     pub outer: &'q mut PacketWalk,
     pub boxes: &'q mut BoxStack,
     pub scene: PacketScene<'a>,
     /// The instance.
     pub child: Child,
     pub groups: u32,
-    /// Rays that are done are taken out.
+    /// The active rays; finished rays are removed.
     pub active: &'q mut Active,
     pub keys: &'q mut TraversalStack,
     pub sink: PhantomData<A>,
@@ -72,7 +72,7 @@ impl<A: HitSink> Kernel for InstanceWalk<'_, '_, A> {
 }
 
 impl<A: HitSink> InstanceWalk<'_, '_, A> {
-    /// Takes a pass through the instance's tree.
+    /// Traces a pass through the instance's tree.
     #[inline(always)]
     fn pass<L: Lanes, const APEX: bool>(&mut self, active: Active, beam: &Beam) {
         let child = self.scene.bvh.instances[self.child.index()].root.child;
@@ -94,7 +94,7 @@ impl<A: HitSink> InstanceWalk<'_, '_, A> {
         self.boxes.visits = visits;
     }
 
-    /// Leaves rays to the kernel for one.
+    /// Traces rays with the single-ray kernel.
     #[inline(always)]
     fn one_by_one<L: Lanes>(&mut self, rest: &Active) {
         let width = L::Queue::WIDTH;
@@ -110,7 +110,7 @@ impl<A: HitSink> InstanceWalk<'_, '_, A> {
         }
     }
 
-    /// Gives a ray of the packet what has been found for it.
+    /// Writes a ray's hit to the outer packet.
     #[inline(always)]
     fn write<L: Lanes>(&mut self, place: usize) {
         let found = self.placed.walk.rays.best(place);

@@ -1,17 +1,15 @@
-//! Packets: the kernel for rays that run side by side.
+//! Packets: the kernel for coherent rays.
 //!
-//! Up to [`RAYS`] rays go through the tree together, with one stack. A *beam* of six planes
-//! holds them all: four that bound where the rays are, as straight lines between the ends
-//! of the beam (so that rays from one point, to one point, and side by side are bounded
-//! equally well), and its two ends. The beam is tested against a node's 16 children at
-//! once; what it meets is tested ray by ray, with the slabs of the single-ray kernel, when
-//! it comes off the stack. At a leaf the beam leaves out triangles and spheres, and the others
-//! meet the rays, a ray a lane, in the canonical test. (Large packets after Overbeck,
-//! Ramamoorthi and Mark, "Large ray packets for real-time Whitted ray tracing", 2008; the
-//! beam is Reshetov's frustum, "Multi-level ray tracing algorithm", 2005, with ends.)
+//! Up to [`RAYS`] rays traverse the tree together, with one stack. A *beam* of six planes bounds them all: four that
+//! bound the positions of the rays, as straight lines between the ends of the beam (so that rays from one point, to one
+//! point, and side by side are bounded equally well), and its two ends. The beam is tested against a node's 16 children
+//! together; those that it meets are tested ray by ray, with the slabs of the single-ray kernel, when they come off the
+//! stack. At a leaf the beam culls triangles and spheres, and the others are tested against the rays, a ray a lane,
+//! with the canonical test. (Large packets after Overbeck, Ramamoorthi and Mark, "Large ray packets for real-time
+//! Whitted ray tracing", 2008; the beam is Reshetov's frustum, "Multi-level ray tracing algorithm", 2005, with ends.)
 //!
-//! Rays of a packet whose directions have other signs or another longest axis than those of
-//! the first one are left to a pass of their own.
+//! Rays of a packet whose directions have other signs or another longest axis than the first one's are left to a pass
+//! of their own.
 
 mod beam;
 mod instance;
@@ -33,27 +31,27 @@ pub(super) use scene::PacketQuery;
 use scene::PacketScene;
 use walk::{BoxStack, PacketWalk, Pass};
 
-/// Passes over a packet before the rest of it is left to the single-ray kernel.
+/// The number of passes over a packet; the rest is left to the single-ray kernel.
 const PASSES: usize = 4;
 /// A pass with fewer rays is not worth it.
 const FEWEST: u32 = 12;
 
-/// Boxes for each ray from which on a packet costs more than a stream of its rays would, for the nearest hit and for
-/// any: the mesh is then finer than the rays are dense, and each box is there for few of them. (Measured in million
-/// rays a second. Shadow rays, with a limit of 0.9, 1.3, 1.8 and none: on a million triangles 7.6, 8.2, 8.8, 9.0; on
-/// 10 million 6.1, 6.1, 5.6, 4.8; with 1.5 and none in another run 8.6 and 8.9, 5.9 and 4.6. Camera rays on 10
+/// The number of boxes for each ray above which a packet costs more than a stream of its rays would, for nearest-hit
+/// and for any-hit queries: the mesh is then finer than the rays are dense, and few of them enter each box. (Measured
+/// in million rays a second. Shadow rays, with a limit of 0.9, 1.3, 1.8 and none: on a million triangles 7.6, 8.2, 8.8,
+/// 9.0; on 10 million 6.1, 6.1, 5.6, 4.8; with 1.5 and none in another run 8.6 and 8.9, 5.9 and 4.6. Camera rays on 10
 /// million: 5.1 with 1, 5.7 with 2 and with none. `scenes/terrain.ron`, which has mirrors in it, is as fast with 2 as
 /// with 1.)
 const DEAR: [f32; 2] = [2.0, 1.5];
 
-/// What became of a packet.
+/// The outcome of a packet.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// Its rays do not run side by side; nothing has been answered.
+    /// Its rays are not coherent; none has been traced.
     Refused,
-    /// All is answered.
+    /// All rays are traced.
     Worthwhile,
-    /// All is answered, but another kernel would have been as fast.
+    /// All rays are traced, but another kernel would have been as fast.
     Dear,
 }
 
@@ -65,12 +63,12 @@ pub(super) struct Packet {
 }
 
 impl Packet {
-    /// For queries on `bvh`.
+    /// Creates a packet for queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         Self { walk: PacketWalk::new(), boxes: BoxStack::new(bvh), placed: InstancePacket::new() }
     }
 
-    /// Answers the rays from `first` on, at most [`RAYS`], if they run side by side.
+    /// Traces the rays from `first` on, at most [`RAYS`], if they are coherent.
     #[inline(always)]
     fn trace<L: Lanes, A: HitSink>(
         &mut self,
@@ -95,7 +93,7 @@ impl Packet {
             match beam {
                 Some(beam) if beam.apex.is_some() => self.pass::<L, A, true>(scene, active, &beam, keys),
                 Some(beam) => self.pass::<L, A, false>(scene, active, &beam, keys),
-                // Nothing has been done yet, and the caller has a better way.
+                // Nothing has been done yet, and the caller has a better kernel.
                 None if pass == 0 => return Verdict::Refused,
                 None => self.walk.one_by_one::<L, A>(scene, active, width, keys),
             }
@@ -109,7 +107,7 @@ impl Packet {
         }
     }
 
-    /// Takes a pass through the world's tree.
+    /// Traces a pass through the world's tree.
     #[inline(always)]
     fn pass<L: Lanes, A: HitSink, const APEX: bool>(
         &mut self,

@@ -1,4 +1,4 @@
-//! The rays of a packet, by columns, and which of them take part.
+//! The rays of a packet, by columns, and the set of active rays.
 
 use super::super::Rays;
 use super::super::direction_classes::NUMBERS;
@@ -9,7 +9,7 @@ use super::super::triangle::Longest;
 use crate::math::{Hit, NONE, Ray, Vector};
 use crate::simd::{Float, Int, Mask};
 
-/// Rays of a packet.
+/// The number of rays of a packet.
 pub const RAYS: usize = 128;
 /// A packet's groups have as many lanes as the processor has, but at least this many.
 pub const LEAST_WIDTH: usize = 8;
@@ -22,10 +22,10 @@ pub const GROUPS: usize = RAYS / LEAST_WIDTH;
 pub struct PacketColumn<T>(pub [T; RAYS]);
 
 impl PacketColumn<f32> {
-    /// Puts values, no more than there is room for, at its front.
+    /// Copies values, no more than there is room for, to the front.
     #[inline(always)]
     fn fill(&mut self, values: &[f32]) {
-        // Nearly always as many as there is room for: known to the compiler, these are a few registers.
+        // Nearly always there are as many as there is room for: known to the compiler, these are a few registers.
         if let Ok(values) = <&[f32; RAYS]>::try_from(values) {
             self.0 = *values;
         } else {
@@ -34,16 +34,16 @@ impl PacketColumn<f32> {
     }
 }
 
-/// The rays, what is computed from them once, and the best hit of each so far.
+/// The rays, the values precomputed from them, and the best hit of each so far.
 pub struct PacketRays {
     pub origin: [PacketColumn<f32>; 3],
     pub direction: [PacketColumn<f32>; 3],
     pub near_scale: [PacketColumn<f32>; 3],
     pub far_scale: [PacketColumn<f32>; 3],
     pub t_min: PacketColumn<f32>,
-    /// Nothing is entered before this: where the ray begins, or where it enters the instance.
+    /// The least entry distance: the start of the ray, or its entry into the instance.
     pub floor: PacketColumn<f32>,
-    /// The nearest hit so far, at first where the ray ends; below 0 for a ray that is done.
+    /// The nearest hit so far, at first the end of the ray; negative for a finished ray.
     pub t: PacketColumn<f32>,
     pub u: PacketColumn<f32>,
     pub v: PacketColumn<f32>,
@@ -51,11 +51,11 @@ pub struct PacketRays {
     pub instance: PacketColumn<u32>,
     /// The slopes of the other two axes over the longest one, and its reciprocal.
     pub shear: [PacketColumn<f32>; 3],
-    /// Which way the ray goes: three signs, and the longest axis.
+    /// The direction class of the ray: three signs, and the longest axis.
     class: PacketColumn<u32>,
 }
 
-/// The lanes of each group that take part in something, and the groups that have any.
+/// The active lanes of each group, and the groups that have any.
 #[derive(Clone, Copy)]
 pub struct Active {
     pub lanes: [u32; GROUPS],
@@ -66,20 +66,20 @@ impl Active {
     /// No rays.
     pub const NONE: Active = Active { lanes: [0; GROUPS], groups: 0 };
 
-    /// How many rays there are.
+    /// The number of rays.
     #[inline(always)]
     pub fn count(&self) -> u32 {
         self.lanes.iter().map(|lanes| lanes.count_ones()).sum()
     }
 
-    /// The first one's group and lane.
+    /// The group and lane of the first ray.
     #[inline(always)]
     pub fn first(&self) -> (usize, usize) {
         let group = self.groups.trailing_zeros() as usize % GROUPS;
         (group, self.lanes[group].trailing_zeros() as usize)
     }
 
-    /// Takes lanes out of a group.
+    /// Removes lanes of a group.
     #[inline(always)]
     pub fn remove(&mut self, group: usize, lanes: u32) {
         self.lanes[group] &= !lanes;
@@ -87,7 +87,7 @@ impl Active {
     }
 }
 
-/// The places of set bits, the lowest first.
+/// Iterates over the indices of set bits, the lowest first.
 pub struct SetBits(pub u32);
 
 impl Iterator for SetBits {
@@ -104,7 +104,7 @@ impl Iterator for SetBits {
 }
 
 impl PacketRays {
-    /// Zeros.
+    /// Rays with all values zero.
     pub fn new() -> Self {
         let (float, integer) = (PacketColumn([0.0; RAYS]), PacketColumn([0; RAYS]));
         Self {
@@ -143,7 +143,7 @@ impl PacketRays {
         self.prepare::<F>(count);
     }
 
-    /// Computes what follows from origins and directions; nothing has been hit yet.
+    /// Computes what follows from origins and directions, and clears the hits.
     #[inline(always)]
     fn prepare<F: Float>(&mut self, count: usize) {
         for at in (0..count).step_by(F::WIDTH) {
@@ -176,8 +176,8 @@ impl PacketRays {
         }
     }
 
-    /// Takes those of a packet's rays that enter an instance to its space, packed together, each from where it enters
-    /// (`near`). Says in `places` which they are, and returns how many.
+    /// Transforms those of a packet's rays that enter an instance to its space, packed together, each from its entry
+    /// (`near`) on. Stores their indices in `places` and returns their number.
     #[inline(always)]
     pub fn take_to<F: Float>(
         &mut self,
@@ -191,7 +191,7 @@ impl PacketRays {
             let group = group % GROUPS;
             let at = group * F::WIDTH;
             let near = F::load(&near.0[at..]);
-            // A lane that does not enter has no distance.
+            // A lane that does not enter has a NaN distance.
             let entered = F::Mask::from_bits(active.lanes[group]) & near.ge(F::zero());
             let (origin, direction) = world.lines::<F>(group);
             let (origin, direction) = line_to_local(instance, origin, direction);
@@ -210,7 +210,7 @@ impl PacketRays {
         count
     }
 
-    /// Those of the first `count` that can hit something at all.
+    /// Those of the first `count` rays that can hit anything at all.
     #[inline(always)]
     pub fn pending<F: Float>(&self, count: usize) -> Active {
         let mut pending = Active::NONE;
@@ -221,14 +221,14 @@ impl PacketRays {
         pending
     }
 
-    /// The lanes from `at` on, `count` at the most, with a ray that can hit something at all.
+    /// The lanes from `at` on, at most `count`, with a ray that can hit anything at all.
     #[inline(always)]
     fn alive<F: Float>(&self, at: usize, count: usize) -> u32 {
         let mut zeros = F::zero();
         for axis in 0..3 {
             let o = F::load(&self.origin[axis].0[at..]);
             let d = F::load(&self.direction[axis].0[at..]);
-            // NaN where something is not finite.
+            // NaN if something is not finite.
             zeros = zeros + o * F::zero() + d * F::zero();
         }
         let t_min = F::load(&self.t_min.0[at..]);
@@ -236,7 +236,7 @@ impl PacketRays {
         (zeros.eq(F::zero()) & ends & F::Mask::first(count.min(F::WIDTH))).bits()
     }
 
-    /// Takes those that go the same way as the first one that waits.
+    /// Takes the pending rays of the same direction class as the first one.
     #[inline(always)]
     pub fn next_pass<F: Float>(&self, pending: &mut Active) -> Option<Active> {
         if pending.groups == 0 {
@@ -254,7 +254,7 @@ impl PacketRays {
         Some(active)
     }
 
-    /// The first active ray's way: three signs below, its longest axis above.
+    /// The direction class of the first active ray: three signs below, the longest axis above.
     #[inline(always)]
     pub fn class_of<F: Float>(&self, active: &Active) -> u32 {
         let (group, lane) = active.first();
@@ -285,7 +285,7 @@ impl PacketRays {
         (origin, direction)
     }
 
-    /// One of the rays; it ends at its best hit.
+    /// Returns ray `i`, which ends at its best hit.
     pub fn ray(&self, i: usize) -> Ray<f32> {
         let of = |c: &[PacketColumn<f32>; 3]| Vector { x: c[0].0[i], y: c[1].0[i], z: c[2].0[i] };
         Ray {
@@ -296,7 +296,7 @@ impl PacketRays {
         }
     }
 
-    /// The best hit of one of them so far.
+    /// The best hit of ray `i` so far.
     #[inline(always)]
     pub fn best(&self, i: usize) -> Hit {
         Hit {

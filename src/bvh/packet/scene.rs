@@ -1,4 +1,4 @@
-//! What a packet goes through and what its rays ask for there.
+//! The scene of a packet, and its any-hit filters.
 
 use super::super::Rays;
 use super::super::hit_sink::HitSink;
@@ -10,12 +10,12 @@ use super::rays::PacketRays;
 use super::{Packet, Verdict};
 use crate::simd::{Float, Kernel, Lanes, TraversalStack};
 
-/// [`Packet::trace`].
+/// [`Packet::trace`] as a kernel.
 pub(in super::super) struct PacketQuery<'a, 'r, A> {
     pub packet: &'a mut Packet,
     pub bvh: &'a Bvh,
     pub rays: &'a Rays<'r>,
-    /// The first of them, and how many.
+    /// The index of the first ray, and the number of rays.
     pub first: usize,
     pub count: usize,
     pub keys: &'a mut TraversalStack,
@@ -47,16 +47,16 @@ impl<F: Float> ExactRays<F> for OfGroup<'_> {
     }
 }
 
-/// What a packet goes through, and what its first ray asks by.
+/// The tree for a packet, and the any-hit filter of its first ray.
 #[derive(Clone, Copy)]
 pub struct PacketScene<'a> {
     pub bvh: &'a Bvh,
     pub filter: AnyHitFilter<'a>,
 }
 
-/// A group of rays that can ask.
+/// The any-hit filters of a group of rays.
 pub struct InGroup<'a> {
-    /// The packet's first ray.
+    /// The filter of the packet's first ray.
     pub first: AnyHitFilter<'a>,
     pub at: usize,
 }

@@ -1,4 +1,4 @@
-//! A packet's way through a tree.
+//! The traversal of a tree by a packet.
 
 use std::marker::PhantomData;
 
@@ -18,52 +18,52 @@ use crate::math::NONE;
 use crate::simd::sixteen::slot;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen, TraversalStack};
 
-/// Fewer rays go through an instance one by one.
+/// Fewer rays traverse an instance one by one.
 const FEWEST_INSIDE: u32 = 16;
 
-/// Rays that go through a tree together.
+/// Rays that traverse a tree together.
 pub struct PacketWalk {
     pub rays: PacketRays,
-    /// Where a ray enters the box that is being visited; NaN if it does not.
+    /// The entry distances of the box that is being visited; NaN for rays that miss it.
     pub near: PacketColumn<f32>,
 }
 
-/// Boxes that are still to be visited.
+/// The stack of boxes that are still to be visited.
 pub struct BoxStack {
     stack: Vec<BoxEntry>,
     top: usize,
-    /// Boxes of the world's tree that were tested for the packet so far.
+    /// The number of boxes of the world's tree that were tested for the packet so far.
     pub visits: usize,
 }
 
 /// A box that the beam meets.
 #[derive(Clone, Copy, Default)]
 struct BoxEntry {
-    /// What is in it.
+    /// The child word of the box.
     child: u32,
-    /// Its node, and its place there.
+    /// The node that holds the box, and the slot of the box.
     node: u32,
     slot: u32,
-    /// The groups that reach its parent.
+    /// The groups that reach the parent.
     groups: u32,
 }
 
 impl BoxStack {
-    /// For queries on `bvh`.
+    /// Creates a stack for queries on `bvh`.
     pub fn new(bvh: &Bvh) -> Self {
         let trees = if bvh.instances.is_empty() { 1 } else { 2 };
         Self { stack: vec![BoxEntry::default(); trees * bvh.stack_size + WIDTH], top: 0, visits: 0 }
     }
 
-    /// Puts the children of a node that the beam meets on the stack, the nearest on top; where any hit will do, the
-    /// farthest. Shadow rays start among things that they leave behind, and come to a lamp together: what is in the
-    /// way of one there is in the way of many. (Million rays a second, farthest and nearest first: a sun in the
-    /// atrium 37 and 21, shadows on 70 thousand triangles 40 and 34, other classes 0.9 to 1.15.)
+    /// Pushes the children of a node that the beam meets, the nearest on top; for any-hit queries, the farthest. Shadow
+    /// rays start among surfaces that they leave behind, and converge at a light: what blocks one of them near it
+    /// blocks many. (Million rays a second, farthest and nearest first: a sun in the atrium 37 and 21, shadows on 70
+    /// thousand triangles 40 and 34, other classes 0.9 to 1.15.)
     #[inline(always)]
     fn open<L: Lanes, A: HitSink>(&mut self, bvh: &Bvh, index: usize, groups: u32, beam: &Beam) {
         let node = &bvh.nodes[index];
         let bits = beam.meets::<L::Node>(node);
-        // The first one on the stack is visited last.
+        // The first one pushed is visited last.
         let octant = if A::ANY { beam.octant() } else { beam.octant() ^ 7 };
         let order = node.order[octant as usize % 8];
         for place in SetBits(<L::Node as Sixteen>::in_order(bits, order)) {
@@ -76,16 +76,16 @@ impl BoxStack {
     }
 }
 
-/// A pass of rays through a tree, as a function of its own.
+/// A pass of rays through a tree, as a kernel.
 pub struct Pass<'q, 'a, A, const APEX: bool> {
     pub walk: &'q mut PacketWalk,
     pub boxes: &'q mut BoxStack,
-    /// Room for rays in an instance; within one, no other is entered.
+    /// The buffers for rays in an instance; `None` within an instance, which holds no other.
     pub placed: Option<&'q mut InstancePacket>,
     pub scene: PacketScene<'a>,
     pub active: Active,
     pub beam: &'q Beam,
-    /// Where it begins, and the groups that enter there.
+    /// The part of the tree to traverse, and the groups that enter it.
     pub child: Child,
     pub groups: u32,
     pub keys: &'q mut TraversalStack,
@@ -164,12 +164,12 @@ impl<A: HitSink, const APEX: bool> Kernel for Pass<'_, '_, A, APEX> {
 }
 
 impl PacketWalk {
-    /// Zeros.
+    /// A packet with all values zero.
     pub fn new() -> Self {
         Self { rays: PacketRays::new(), near: PacketColumn([0.0; RAYS]) }
     }
 
-    /// How many of the active rays enter the box that is being visited.
+    /// The number of active rays that enter the box that is being visited.
     #[inline(always)]
     fn entered<F: Float>(&self, groups: u32, active: &Active) -> u32 {
         let mut count = 0;
@@ -181,7 +181,7 @@ impl PacketWalk {
         count
     }
 
-    /// Which groups have a ray that enters a box; `near` holds where.
+    /// Finds the groups with a ray that enters a box; stores the distances in `near`.
     #[inline(always)]
     pub fn enter<F: Float, const APEX: bool>(
         &mut self,
@@ -190,7 +190,7 @@ impl PacketWalk {
         planes: &[[f32; 3]; 2],
         beam: &Beam,
     ) -> u32 {
-        // The planes as the rays meet them; seen from the apex if there is one.
+        // The planes in the order in which the rays meet them, relative to the apex if there is one.
         let apex = if APEX { beam.apex.unwrap_or([0.0; 3]) } else { [0.0; 3] };
         let (mut near_planes, mut far_planes) = ([F::zero(); 3], [F::zero(); 3]);
         for axis in 0..3 {
@@ -215,7 +215,7 @@ impl PacketWalk {
                 near = (near_plane * near_scale).max(near);
                 far = (far_plane * far_scale).min(far);
             }
-            // A lane that does not enter gets no distance, with which no comparison is true.
+            // A lane that does not enter gets NaN, for which every comparison is false.
             let inside = near.le(far);
             F::select(inside, near, F::splat(f32::NAN)).store(&mut self.near.0[at..]);
             entered |= u32::from(inside.bits() & active.lanes[group] != 0) << group;
@@ -223,7 +223,7 @@ impl PacketWalk {
         entered
     }
 
-    /// Tests a block against the rays that enter it; whether all rays of the pass are done.
+    /// Tests a block against the rays that enter it; true if all rays of the pass are finished.
     #[inline(always)]
     fn test<L: Lanes, A: HitSink, const APEX: bool>(
         &mut self,
@@ -234,7 +234,7 @@ impl PacketWalk {
         beam: &Beam,
     ) -> bool {
         let met = beam.meets_triangles::<L::Block>(block);
-        // Corners with renamed axes, seen from the apex if there is one.
+        // Corners with permuted axes, relative to the apex if there is one.
         let mut corners = [[[0.0; BLOCK]; 3]; 3];
         for (axis, place) in beam.axes.into_iter().enumerate() {
             let apex = L::Block::splat(if APEX { beam.apex.unwrap_or([0.0; 3])[place % 3] } else { 0.0 });
@@ -260,7 +260,7 @@ impl PacketWalk {
         false
     }
 
-    /// One triangle against one group of rays.
+    /// Tests one triangle against one group of rays.
     #[inline(always)]
     fn test_one<F: Float, A: HitSink, const APEX: bool>(
         &mut self,
@@ -304,7 +304,7 @@ impl PacketWalk {
         }
     }
 
-    /// Tests a block of spheres against the rays that enter it; whether all rays of the pass are done.
+    /// Tests a block of spheres against the rays that enter it; true if all rays of the pass are finished.
     #[inline(always)]
     fn test_spheres<L: Lanes, A: HitSink>(
         &mut self,
@@ -331,7 +331,7 @@ impl PacketWalk {
         A::ANY && active.groups == 0
     }
 
-    /// Takes a group's hits with a primitive that are better than those before.
+    /// Takes those of a group's hits with a primitive that are better than the best ones so far.
     #[inline(always)]
     fn take<F: Float, A: HitSink>(
         &mut self,
@@ -366,7 +366,7 @@ impl PacketWalk {
             .store(&mut self.rays.primitive.0[at..]);
     }
 
-    /// Instances, ray by ray.
+    /// Traces an instance ray by ray.
     #[inline(always)]
     fn leave_to_single<L: Lanes, A: HitSink>(
         &mut self,
@@ -390,7 +390,7 @@ impl PacketWalk {
         }
     }
 
-    /// Rays that go on alone.
+    /// Traces rays one by one.
     #[inline(always)]
     pub fn one_by_one<L: Lanes, A: HitSink>(
         &mut self,
@@ -413,7 +413,7 @@ impl PacketWalk {
         }
     }
 
-    /// One ray through a part of the tree; whether it is done, since any hit will do.
+    /// Traces one ray through a part of the tree; true if an any-hit ray is finished.
     #[inline(always)]
     pub fn single<L: Lanes, A: HitSink>(
         &mut self,

@@ -1,29 +1,29 @@
-//! What the rays of a list have in common: most of a node's children are met by none of them.
+//! Bounds on the rays of a list, which cull most of a node's children for all of them.
 
 use super::super::layout::Node;
 use super::{FARTHER, StreamGroup};
 use crate::simd::{Float, Sixteen};
 
-/// The least lanes of two times three columns, and of another one.
+/// The least lane of each of six columns, and of another one.
 #[inline(always)]
 fn ends<F: Float>([[a, b, c], [d, e, f]]: [[F; 3]; 2], last: F) -> [[f32; 4]; 2] {
     [F::least_of_four([a, b, c, last]), F::least_of_four([d, e, f, last])]
 }
 
-/// Bounds on the numbers of a list's rays, which all have the same signs.
+/// Bounds on the values of a list's rays, whose directions all have the same signs.
 pub struct ListBounds {
     origin: [[f32; 2]; 3],
     scale: [[f32; 2]; 3],
-    /// The farthest that one of them has still to go.
+    /// The farthest distance that one of the rays has still to go.
     best: f32,
 }
 
 impl ListBounds {
-    /// Of a list's groups.
+    /// Bounds the rays of a list's groups.
     #[inline(always)]
     pub fn new<F: Float>(groups: &[StreamGroup]) -> Self {
         let none = [F::splat(f32::INFINITY); 3];
-        // Least numbers, and least opposites.
+        // Minima, and minima of the negated values.
         let (mut origin, mut scale, mut best) = ([none; 2], [none; 2], none[0]);
         for group in groups {
             for lane in (0..group.best.len()).step_by(F::WIDTH) {
@@ -47,8 +47,8 @@ impl ListBounds {
         bounds
     }
 
-    /// The children of a node that some ray within the bounds may meet. (Rounding is monotonic: no number that is
-    /// computed for a ray lies beyond those that are computed for the ends.)
+    /// The children of a node that some ray within the bounds may meet. (Rounding is monotonic: no value computed for a
+    /// ray lies beyond those computed for the bounds.)
     #[inline(always)]
     pub fn meet<S: Sixteen>(&self, node: &Node, way: usize) -> u32 {
         let (mut near, mut far) = (S::splat(0.0), S::splat(f32::INFINITY));
@@ -56,7 +56,7 @@ impl ListBounds {
             let side = way >> axis & 1;
             let [low, high] = self.origin[axis];
             let [least, most] = self.scale[axis];
-            // Scales are negative where rays go up.
+            // Scales are negative for rays that go up.
             let ([first, last], [small, large]) =
                 if side == 0 { ([high, low], [most, least]) } else { ([low, high], [least, most]) };
             let (small, large) = (S::splat(small), S::splat(large));
@@ -95,7 +95,7 @@ mod tests {
         }
     }
 
-    /// Whether a ray meets a child, as [`super::super::StreamWalk::enter`] finds out.
+    /// True if a ray meets a child, by the test of [`super::super::StreamWalk::enter`].
     fn enters(group: &StreamGroup, lane: usize, node: &Node, slot: usize, way: usize) -> bool {
         let (mut near, mut far) = (0.0, f32::INFINITY);
         for axis in 0..3 {
@@ -109,10 +109,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_a_ray_meets_is_within_the_bounds(
+        fn bounds_include_every_child_that_a_ray_meets(
             way in 0usize..8,
             boxes in prop::collection::vec((prop::array::uniform3(-4i8..5), prop::array::uniform3(0i8..4)), 1..=WIDTH),
-            // Whole numbers: many rays start or run in the planes of boxes.
+            // Integers: many rays start or run in the planes of boxes.
             rays in prop::collection::vec(
                 (prop::array::uniform3(-4i8..5), prop::array::uniform3(0i8..4), prop_oneof![Just(-1.0f32), 0.0f32..9.0]),
                 1..40,
@@ -132,7 +132,7 @@ mod tests {
             };
             let mut groups = vec![empty; rays.len().div_ceil(LANES)];
             for place in 0..groups.len() * LANES {
-                // Behind the last one, the first one again, which is done.
+                // Behind the last ray, the first one again, as a finished ray.
                 let (origin, size, best) = *rays.get(place).unwrap_or(&(rays[0].0, rays[0].1, -1.0));
                 let (group, lane) = (&mut groups[place / LANES], place % LANES);
                 for axis in 0..3 {
@@ -152,7 +152,7 @@ mod tests {
                 prop_assert_eq!(met & !within, 0, "{:?}", isa);
                 prop_assert!(within < 1 << boxes.len());
             }
-            // One ray alone: nothing else is met.
+            // A single ray: nothing else is met.
             if rays.len() == 1 && rays[0].1.iter().all(|size| *size != 0) {
                 let within = dispatch(Isa::detect(), Meeting { groups: &groups, node: &node, way });
                 prop_assert_eq!(met, within);

@@ -1,4 +1,4 @@
-//! What happens to the rays of a list at a leaf.
+//! Leaf tests for the rays of a list.
 
 use super::super::Rays;
 use super::super::direction_classes::OCTANTS;
@@ -13,24 +13,24 @@ use super::{StreamScene, StreamWalk, numbers};
 use crate::math::{NONE, Ray};
 use crate::simd::{Float, Int, Lanes, Mask};
 
-/// Rays of a list, a ray a lane.
+/// Rays of a list at a leaf, a ray a lane.
 struct AtLeaf<F: Float> {
-    /// Their numbers, and the first quads of their rows.
+    /// The numbers of the rays, and the first quads of their rows.
     ids: [u32; LANES],
     row: F::Int,
     origin: [F; 3],
     shear: [F; 3],
     t_min: F,
-    /// Where they enter the leaf, and which of them do.
+    /// The distances at which they enter the leaf, and the lanes of those that do.
     near: F,
     entered: F::Mask,
     best: Best<F>,
-    /// Those that have found something here.
+    /// The lanes of those that have hit something in the leaf.
     found: F::Mask,
 }
 
 impl<F: Float> AtLeaf<F> {
-    /// Those from one place of a list on, if one of them enters the leaf.
+    /// Loads the rays from one place of a list on, if one of them enters the leaf.
     #[inline(always)]
     fn load(walk: &StreamWalk, rows: &[Quad], (start, count): (usize, usize), at: usize) -> Option<Self> {
         let (id, mask) = numbers::<F>((&walk.lists[start..], count), at);
@@ -114,7 +114,7 @@ impl<F: Float> AtLeaf<F> {
         }
     }
 
-    /// Writes what has been found to the rows.
+    /// Writes the hits to the rows.
     #[inline(always)]
     fn write(&self, rows: &mut [Quad]) {
         if !self.found.any() {
@@ -190,13 +190,13 @@ impl StreamWalk {
     }
 }
 
-/// What the ray of a row asks by.
+/// The any-hit filter of a row's ray.
 #[inline(always)]
 pub(super) fn filter<'a>(rays: &Rays<'a>, row: &[Quad]) -> AnyHitFilter<'a> {
     rays.filter(row[3][3].to_bits() as usize)
 }
 
-/// Rays of a list that can ask.
+/// The any-hit filters of rays of a list.
 struct Listed<'a> {
     rays: &'a Rays<'a>,
     rows: &'a [Quad],
@@ -235,7 +235,7 @@ impl<F: Float> ExactRays<F> for OfRows<'_> {
     }
 }
 
-/// A ray of the queue, read only if it is needed after all.
+/// A ray of the queue, read only if needed.
 struct Again<'a> {
     rays: &'a Rays<'a>,
     place: usize,

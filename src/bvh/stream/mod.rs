@@ -1,16 +1,15 @@
-//! Streams: rays that go roughly one way, taken through the tree together, node by node.
+//! Streams: rays in roughly one direction that traverse the tree together, node by node.
 //!
-//! A queue is sorted by way (see [`super::direction_classes`]); all rays of a way meet the same sides of
-//! boxes first, and want a node's children in much the same order. So they share one stack,
-//! each entry of which lists the rays that enter a box. A box is tested against 16 rays of a
-//! list at once, and those that enter are packed into the child's list: however few rays of a
-//! register enter a box, its own list is dense again. At a leaf each triangle or sphere meets 16 rays in
-//! the canonical test. (After Barringer and Akenine-Möller, "Dynamic ray stream traversal",
-//! 2014, and Wald et al., "SIMD ray stream tracing", 2007, with the order of children known
+//! A queue is sorted by direction class (see [`super::direction_classes`]); all rays of a class meet the same sides of
+//! boxes first, and have much the same order of a node's children. So they share one stack, each entry of which lists
+//! the rays that enter a box. A box is tested against 16 rays of a list together, and those that enter are packed into
+//! the child's list: however few rays of a register enter a box, its own list is dense again. At a leaf each triangle
+//! or sphere is tested against 16 rays with the canonical test. (After Barringer and Akenine-Möller, "Dynamic ray
+//! stream traversal", 2014, and Wald et al., "SIMD ray stream tracing", 2007, with the order of children known
 //! beforehand.)
 //!
-//! What a list's rays meet is read once for all of them, and nothing waits for the decision of a single ray. Where a
-//! list gets short, its rays go on one by one.
+//! The nodes and blocks that a list's rays meet are read once for all of them, and nothing waits for a single ray.
+//! Where a list gets short, its rays continue one by one.
 
 mod bounds;
 mod leaves;
@@ -28,19 +27,19 @@ use crate::simd::{Float, Int, Kernel, Lanes, Mask, Sixteen, TraversalStack};
 use bounds::ListBounds;
 use rows::{LANES, Quad, ROW, answer, best, finish, load, put_best};
 
-/// The most rays that are sorted at once.
+/// The most rays that are sorted together.
 pub(super) const RAYS: usize = 16_384;
-/// Fewer are not worth sorting.
+/// Fewer rays are not worth sorting.
 pub(super) const FEWEST: usize = 512;
-/// Rays that enter a node one by one, because so few do.
+/// Lists of no more rays than this are taken into nodes one by one.
 const LONE: usize = 3;
-/// Rays that meet what is in a leaf one by one.
+/// Lists of no more rays than this are tested at leaves one by one.
 const LONE_AT_LEAF: usize = 4;
-/// Far distances grow by this much, so that they are no less than those by the exact factor for far
-/// planes: see [`super::ray::slab_scales`].
+/// Far distances grow by this factor, so that they are no less than those by the exact factor for far planes: see
+/// [`super::ray::slab_scales`].
 const FARTHER: f32 = 1.0 + 3.0 * PADDING;
 
-/// 16 rays of a list as boxes meet them.
+/// 16 rays of a list, with the values for boxes.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct StreamGroup {
@@ -50,7 +49,7 @@ struct StreamGroup {
     id: [u32; LANES],
 }
 
-/// A box and the rays that enter it: a part of the lists.
+/// A box and the rays that enter it, as a part of the lists.
 #[derive(Clone, Copy)]
 struct StackEntry {
     child: Child,
@@ -58,16 +57,16 @@ struct StackEntry {
     count: u32,
 }
 
-/// A thread's buffers.
+/// A thread's buffers for streams.
 #[derive(Default)]
 pub(super) struct StreamBuffers {
     rows: Vec<Quad>,
-    /// Which row each ray of the queue has.
+    /// The row of each ray of the queue.
     places: Vec<u32>,
     walk: StreamWalk,
 }
 
-/// [`StreamBuffers::trace`].
+/// [`StreamBuffers::trace`] as a kernel.
 pub(super) struct StreamQuery<'a, 'r, A> {
     pub stream: &'a mut StreamBuffers,
     pub bvh: &'a Bvh,
@@ -78,7 +77,7 @@ pub(super) struct StreamQuery<'a, 'r, A> {
 }
 
 impl<A: HitSink> Kernel for StreamQuery<'_, '_, A> {
-    /// Whether it was answered; if not, some directions are at the limits of floats.
+    /// True if the queue was traced; false if some directions are at the limits of floats.
     type Output = bool;
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
@@ -86,19 +85,19 @@ impl<A: HitSink> Kernel for StreamQuery<'_, '_, A> {
     }
 }
 
-/// Where a walk is.
+/// The state of a traversal.
 #[derive(Default)]
 struct StreamWalk {
     stack: Vec<StackEntry>,
-    /// Rays by their numbers in the stream.
+    /// Lists of rays, by their numbers in the stream.
     lists: Vec<u32>,
-    /// Where each of them enters; not written for boxes of nodes.
+    /// The entry distance of each ray in a list; not written for boxes of nodes.
     near: Vec<f32>,
-    /// The list that is being looked at.
+    /// The rays of the current list.
     groups: Vec<StreamGroup>,
 }
 
-/// What a walk goes through.
+/// The scene and the direction class of a traversal.
 #[derive(Clone, Copy)]
 struct StreamScene<'a> {
     bvh: &'a Bvh,
@@ -107,7 +106,7 @@ struct StreamScene<'a> {
 }
 
 impl StreamBuffers {
-    /// Answers at most [`RAYS`] rays.
+    /// Traces at most [`RAYS`] rays.
     #[inline(always)]
     fn trace<L: Lanes, A: HitSink>(
         &mut self,
@@ -124,7 +123,7 @@ impl StreamBuffers {
         if self.places.len() < count {
             self.places.resize(count, 0);
         }
-        // A row is a cache line.
+        // Rows are aligned to cache lines.
         let skip = (self.rows.as_ptr() as usize / size_of::<Quad>()).wrapping_neg() % 4;
         let rows = &mut self.rows[skip..][..ROW * count];
         let ends = classes.classify::<L::Queue>(rays);
@@ -139,8 +138,8 @@ impl StreamBuffers {
             if end > first {
                 let rows = &mut rows[ROW * first..ROW * end];
                 self.walk.run::<L, A>(StreamScene { bvh, rays, way }, rows, keys);
-                // A single word for each ray is written as soon as it is known; whole hits go to their columns 16 at
-                // a time (measured: 5 % of first bounces' time, but shadow rays would lose as much).
+                // Any-hit results, one word a ray, are written as soon as they are known; whole hits go to their
+                // columns 16 at a time (measured: 5 % of first bounces' time, but shadow rays would lose as much).
                 if A::ANY {
                     for row in rows.chunks_exact(ROW) {
                         sink.write(row[3][3].to_bits() as usize, &best(row));
@@ -158,7 +157,7 @@ impl StreamBuffers {
     }
 }
 
-/// Rays of a list from one place on, and the lanes that have one; the others have the first ray.
+/// The rays of a list from one place on, and the lanes that have one; the others have the first ray.
 #[inline(always)]
 fn numbers<F: Float>((list, count): (&[u32], usize), at: usize) -> (F::Int, F::Mask) {
     let mask = F::Mask::first(count.saturating_sub(at));
@@ -166,7 +165,7 @@ fn numbers<F: Float>((list, count): (&[u32], usize), at: usize) -> (F::Int, F::M
 }
 
 impl StreamWalk {
-    /// Takes all rows' rays through the tree.
+    /// Traces the rays of all rows through the tree.
     #[inline(always)]
     fn run<L: Lanes, A: HitSink>(
         &mut self,
@@ -199,10 +198,10 @@ impl StreamWalk {
         }
     }
 
-    /// Room for the lists of all children of a node, behind `start`.
+    /// Makes room for the lists of all children of a node, from `start` on.
     #[inline(always)]
     fn make_room(&mut self, start: usize, count: usize) {
-        // A list is written a register at a time.
+        // Lists are written a register at a time.
         let room = start + WIDTH * count + LANES;
         if self.lists.len() < room {
             self.lists.resize(room, 0);
@@ -215,7 +214,7 @@ impl StreamWalk {
         }
     }
 
-    /// Reads a list's rays.
+    /// Loads the rays of a list into the groups.
     #[inline(always)]
     fn look_at<F: Float>(&mut self, rows: &[Quad], start: usize, count: usize) {
         let list = (&self.lists[start..], count);
@@ -237,18 +236,18 @@ impl StreamWalk {
         }
     }
 
-    /// Puts those children of a node on the stack that rays of a list enter, the nearest on top.
+    /// Pushes the children of a node that rays of a list enter, the nearest on top.
     #[inline(always)]
     fn open<L: Lanes>(&mut self, scene: StreamScene, rows: &[Quad], node: usize, start: usize, count: usize) {
         let StreamScene { bvh, way, .. } = scene;
         self.make_room(start, count);
-        // From here on the list is in the groups, and its place is free.
+        // From here on, the list is in the groups, and its place is free.
         self.look_at::<L::Queue>(rows, start, count);
         let node = &bvh.nodes[node];
         let bits =
             ListBounds::new::<L::Queue>(&self.groups[..count.div_ceil(LANES)]).meet::<L::Node>(node, way);
         let mut end = start;
-        // From back to front: the first one on the stack is visited last.
+        // From back to front: the first one pushed is visited last.
         let order = node.back_to_front((way % OCTANTS) as u32);
         let mut places = <L::Node as Sixteen>::in_order(bits, order);
         while places != 0 {
@@ -271,7 +270,7 @@ impl StreamWalk {
         }
     }
 
-    /// Lists the rays that enter a box, from `start` on, and where if `NEAR`; returns the list's end.
+    /// Lists the rays that enter a box, from `start` on, with their entry distances if `NEAR`; returns the list's end.
     #[inline(always)]
     fn enter<F: Float, const NEAR: bool>(
         &mut self,
@@ -311,7 +310,7 @@ impl StreamWalk {
         end
     }
 
-    /// Leaves what a list's rays meet in a part of the tree to the kernel for one ray.
+    /// Traces a list's rays through a part of the tree with the single-ray kernel.
     #[inline(always)]
     fn leave<L: Lanes, A: HitSink>(
         &mut self,
@@ -326,7 +325,7 @@ impl StreamWalk {
         for (id, near) in self.lists[start..][..count].iter().zip(&self.near[start..]) {
             let row = &mut rows[ROW * *id as usize..][..ROW];
             let t_min = row[1][3];
-            // Where a ray enters a node is not kept.
+            // The entry distances of nodes are not stored.
             let near = if child.kind() == ChildKind::Node { t_min } else { Float::max(*near, t_min) };
             if near > row[0][3] {
                 continue;

@@ -8,22 +8,21 @@ use super::super::triangle::Longest;
 use crate::math::{Hit, NONE};
 use crate::simd::{Float, Int, Mask};
 
-/// The most lanes.
+/// The largest number of lanes.
 pub const LANES: usize = 16;
 
-/// A ray's row of four times four numbers: what boxes need, then what leaves need.
+/// A ray's row of four times four numbers: the first half for boxes, the second for leaves.
 ///
 /// ```text
 /// origin x y z, best t │ near scale x y z, t_min │ shear x y z, primitive │ u, v, instance, place
 /// ```
 ///
-/// `best t` is below 0 for a ray that is done, `place` is the ray's place in the queue.
+/// `best t` is negative for a finished ray, `place` is the ray's index in the queue.
 pub const ROW: usize = 1 << 2;
 pub type Quad = [f32; 4];
 
-/// Writes the rows of some rays to the next places of their ways, and where they are to `places`;
-/// false if factors for far planes can't be had from those for near ones, because reciprocals
-/// nearly over- or underflow.
+/// Writes the rows of some rays to the next places of their classes, and the rows' indices to `places`; false if the
+/// factors for far planes cannot be derived from those for near ones, because reciprocals nearly over- or underflow.
 #[inline(always)]
 pub fn load<F: Float>(
     rays: &Rays,
@@ -38,7 +37,7 @@ pub fn load<F: Float>(
     let (mut origin, mut direction, mut reciprocal) = ([zero; 3], [one; 3], [one; 3]);
     let mut scale = [one; 3];
     let mut regular = F::Mask::first(F::WIDTH);
-    // NaN where something is not finite.
+    // NaN if something is not finite.
     let mut zeros = zero;
     for axis in 0..3 {
         let o = padded::<F>(&rays.origin[axis][at..]);
@@ -84,7 +83,8 @@ pub fn best(row: &[Quad]) -> Hit {
     Hit { t: row[0][3], u, v, primitive: row[2][3].to_bits(), instance: instance.to_bits() }
 }
 
-/// Answers the rays whose rows are in `places`, from the queue's place `first` on, as many as lanes at the most.
+/// Writes the hits of the rays whose rows are in `places` to the sink, from index `first` of the queue on, at most as
+/// many as there are lanes.
 #[inline(always)]
 pub fn answer<F: Float, A: HitSink>(rows: &[Quad], places: &[u32], first: usize, sink: &mut A) {
     let count = places.len().min(F::WIDTH);
@@ -105,10 +105,10 @@ pub fn put_best(row: &mut [Quad], hit: &Hit) {
     row[3] = [hit.u, hit.v, f32::from_bits(hit.instance), row[3][3]];
 }
 
-/// Notes that a ray is done: any hit will do.
+/// Marks an any-hit ray as finished.
 #[inline(always)]
 pub fn finish(row: &mut [Quad]) {
     row[0][3] = -1.0;
-    // Which one it is does not matter.
+    // Any-hit: the primitive's id is not needed.
     row[2][3] = f32::from_bits(0);
 }

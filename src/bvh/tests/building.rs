@@ -1,5 +1,5 @@
-//! The builder: the same hits whatever the quality, sound trees of anything, the same tree
-//! from any number of threads, memory within its bound.
+//! The builder: equal hits at every quality, valid trees of any geometry, the same tree from any number of threads,
+//! memory within its bound.
 
 use super::*;
 use crate::bvh::build::peak_bytes;
@@ -10,7 +10,7 @@ fn build(soup: &Soup, quality: BuildQuality) -> Bvh {
     soup.build_as(quality)
 }
 
-/// Long triangles askew, which are what is worth cutting.
+/// Long, oblique triangles, which are worth splitting.
 fn needles(random: &mut Stream, count: usize) -> Soup {
     let mut soup = Soup::default();
     for _ in 0..count {
@@ -22,7 +22,7 @@ fn needles(random: &mut Stream, count: usize) -> Soup {
     soup.all_in_the_world()
 }
 
-/// The triangles in all leaves, copies included.
+/// The number of triangles in all leaves, copies included.
 fn held(bvh: &Bvh) -> usize {
     bvh.triangles.iter().flat_map(|block| block.words).filter(|word| PrimitiveRef(*word).is_used()).count()
 }
@@ -40,7 +40,7 @@ fn same_hits(soup: &Soup, rays: &[Ray<f32>]) {
     for ((fast, default), high) in fast.iter().zip(&default).zip(&high) {
         for other in [fast, high] {
             assert_eq!(other.is_miss(), default.is_miss(), "{other:?} and {default:?}");
-            // Boxes raise t by rounding errors, so what lies equally far may change places.
+            // Boxes raise t by rounding errors, so equally distant hits may change places.
             let near = (other.t - default.t).abs() <= 1e-4 * default.t.abs().max(1e-3);
             assert!(default.is_miss() || near, "{other:?} and {default:?}");
         }
@@ -63,9 +63,9 @@ proptest! {
         same_hits(&soup, &rays);
     }
 
-    /// Rays that graze edges, corners and cuts: bit for bit the oracle's answer.
+    /// Rays that graze edges, corners and cuts: the oracle's hit, bit for bit.
     #[test]
-    fn cut_triangles_are_hit_as_whole_ones(seed: u64, count in 20usize..300) {
+    fn split_triangles_are_hit_as_whole_ones(seed: u64, count in 20usize..300) {
         let mut random = Stream::new(seed);
         let soup = needles(&mut random, count);
         let bvh = build(&soup, BuildQuality::High);
@@ -81,7 +81,7 @@ proptest! {
 }
 
 #[test]
-fn long_triangles_are_cut_within_the_budget() {
+fn long_triangles_are_split_within_the_budget() {
     let mut random = Stream::new(21);
     let mut soup = needles(&mut random, 100);
     for _ in 0..2900 {
@@ -100,7 +100,7 @@ fn long_triangles_are_cut_within_the_budget() {
 }
 
 #[test]
-fn trees_of_anything_are_sound() {
+fn trees_of_degenerate_and_extreme_triangles_are_valid() {
     let unit = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let line = |i: usize| [[i as f32, 0.0, 0.0], [i as f32 + 3.0, 0.0, 0.0], [i as f32 + 1.0, 0.0, 0.0]];
     let around = |i: usize| {
@@ -132,9 +132,9 @@ fn trees_of_anything_are_sound() {
     }
 }
 
-/// More than a bucket, all in one place and nothing in the others.
+/// More primitives than a bucket, all in one place, with the other buckets empty.
 #[test]
-fn crowds_are_divided() {
+fn coincident_triangles_are_divided() {
     for count in [9_000, 40_000] {
         let mut soup = Soup::default();
         for i in 0..count {
@@ -171,7 +171,7 @@ fn trees_of_all_qualities_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn the_bound_on_memory_is_known_and_reported() {
+fn memory_bound_is_known_and_reported() {
     let mut random = Stream::new(23);
     let soup = needles(&mut random, 2000);
     for quality in QUALITIES {

@@ -1,14 +1,14 @@
-//! The kernels for queues: packets, rays in flight, single rays, against the oracle.
+//! The kernels for queues (packets, interleaved rays, single rays) against the oracle.
 
 use super::*;
 
-/// How the rays of a queue lie to each other.
+/// The arrangement of the rays of a queue.
 #[derive(Clone, Copy, Debug)]
 enum Bundle {
     FromOnePoint,
     ToOnePoint,
     Parallel,
-    /// Between two small squares, as from a lens or to a lamp.
+    /// Between two small squares, as from a lens or to a light.
     BetweenSquares,
 }
 
@@ -19,7 +19,7 @@ fn point(random: &mut Stream, size: f32) -> Vec3 {
     Vec3::from_array(std::array::from_fn(|_| random.random_range(-size..size)))
 }
 
-/// A queue of rays side by side, with a few among them that are not, or that are no valid rays.
+/// A queue of coherent rays, with a few among them that are incoherent or invalid.
 fn bundle(random: &mut Stream, kind: Bundle, count: usize, odd: bool) -> Vec<Ray<f32>> {
     let (from, to) = (point(random, 7.0), point(random, 3.0));
     let end: f32 = random.random_range(2.0..20.0);
@@ -60,7 +60,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn rays_side_by_side_hit_what_the_oracle_says(
+    fn hits_of_coherent_rays_match_the_oracle(
         seed: u64,
         counts in [1usize..400, 0usize..12, 0usize..20, 0usize..10],
         placed in 0usize..3,
@@ -78,9 +78,9 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
-    /// Trees that are not walked.
+    /// Trees of a few leaves, which are not traversed.
     #[test]
-    fn a_few_triangles_are_hit_as_the_oracle_says(
+    fn hits_in_trees_of_a_few_leaves_match_the_oracle(
         seed: u64, count in 1usize..60, spheres in 0usize..20, kind in 0usize..4, length in 1usize..80,
         coarse: bool, odd: bool,
     ) {
@@ -92,7 +92,7 @@ proptest! {
     }
 }
 
-/// Fans of rays from neighbouring places to one each, some of them wide, and a few rays behind the last.
+/// Bundles of rays from neighbouring points to one point each, some of them wide, and a few rays behind the last.
 fn bundles(random: &mut Stream, sizes: &[usize], wide: f32) -> (Vec<Ray<f32>>, Vec<u32>) {
     let (mut rays, mut ends) = (Vec::new(), Vec::new());
     for size in sizes {
@@ -111,7 +111,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn rays_in_fans_are_blocked_as_the_oracle_says(
+    fn occlusion_of_ray_bundles_matches_the_oracle(
         seed: u64,
         counts in [1usize..400, 0usize..12, 0usize..20, 0usize..10],
         placed in 0usize..3,
@@ -121,7 +121,7 @@ proptest! {
         few: bool,
     ) {
         let mut random = Stream::new(seed);
-        // Trees of a few leaves have a way of their own with fans.
+        // Trees of a few leaves have their own kernel for bundles.
         let (counts, placed) = if few { ([counts[0] % 60, counts[1], 0, 0], 0) } else { (counts, placed) };
         let soup = random_soup(&mut random, counts, placed, coarse);
         let (rays, ends) = bundles(&mut random, &sizes, wide);
@@ -142,9 +142,9 @@ proptest! {
     }
 }
 
-/// Where rays of a packet run along an axis, an edge or a plane of a box.
+/// Rays of a packet that run along an axis, an edge or a plane of a box.
 #[test]
-fn packets_along_axes_agree() {
+fn hits_of_packets_along_axes_match_the_oracle() {
     let mut random = Stream::new(21);
     let soup = random_soup(&mut random, [500, 0, 0, 0], 0, true);
     for axis in [Vec3::X, Vec3::NEG_Y, Vec3::Z] {
@@ -166,9 +166,9 @@ fn packets_along_axes_agree() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// Enough of them that streams stay dense down to the leaves, and more than one stream takes.
+    /// Enough rays that streams stay dense down to the leaves, and more than fit one stream.
     #[test]
-    fn many_scattered_rays_hit_what_the_oracle_says(
+    fn hits_of_many_scattered_rays_match_the_oracle(
         seed: u64, counts in [1usize..200, 0usize..12, 0usize..20, 0usize..10], placed in 0usize..3,
         odd: bool, coarse: bool, length in 1000usize..18_000,
     ) {
@@ -183,9 +183,9 @@ proptest! {
     }
 }
 
-/// A closed surface, seen from within by packets through every pixel of a cube's faces.
+/// A closed surface, seen from inside by packets through every pixel of a cube's faces.
 #[test]
-fn no_packet_leaves_a_closed_surface() {
+fn packets_inside_a_closed_surface_always_hit_it() {
     for (scale, offset) in [(1.0, Vec3::ZERO), (1e-6, Vec3::ZERO), (1e6, Vec3::ZERO), (1.0, Vec3::splat(1e4))]
     {
         let soup = super::watertight::bumpy(5, scale, offset).all_in_the_world();
@@ -216,9 +216,9 @@ fn no_packet_leaves_a_closed_surface() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// The tree that the wide one is folded from gives the same answers.
+    /// The binary tree that the wide one is collapsed from gives the same hits.
     #[test]
-    fn the_binary_tree_agrees(seed: u64, count in 1usize..600, coarse: bool, odd: bool) {
+    fn hits_in_the_binary_tree_match_the_wide_tree(seed: u64, count in 1usize..600, coarse: bool, odd: bool) {
         let mut random = Stream::new(seed);
         let soup = random_soup(&mut random, [count, 0, 0, 0], 0, coarse).all_in_the_world();
         let bvh = soup.build();
@@ -238,9 +238,9 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// The front of a triangle is where its corners go around counter-clockwise, in whatever space.
+    /// The front of a triangle is where its corners are counter-clockwise, in any space.
     #[test]
-    fn a_triangle_has_its_front_where_its_corners_say(seed: u64, mirrored: bool) {
+    fn front_of_a_triangle_is_where_its_corners_are_counter_clockwise(seed: u64, mirrored: bool) {
         let mut random = Stream::new(seed);
         let corners = [(); 3].map(|()| point(&mut random, 2.0));
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -257,7 +257,7 @@ proptest! {
             soup.world = [1, 0];
         }
         let mut bvh = soup.build();
-        // A mirror turns corners around, but not the sides of what they bound.
+        // A mirror reverses the order of corners, but not the sides of what they bound.
         let front = (normal.dot(direction) < 0.0) != mirrored;
         for (sidedness, met) in [(Sidedness::Front, front), (Sidedness::Back, !front), (Sidedness::Always, true)] {
             bvh.set_sidedness(|_| sidedness, &[]);
@@ -269,10 +269,10 @@ proptest! {
     }
 }
 
-/// What is 600 m from the world's origin and 2 mm from the ray is found at 2 mm: turning the ray's origin first and
-/// moving it then would be off by some 0.04 mm.
+/// A surface 600 m from the world's origin and 2 mm from the ray's origin is hit at 2 mm: rotating the ray's origin
+/// before translating it would be off by some 0.04 mm.
 #[test]
-fn a_ray_beside_an_instance_that_is_far_away_knows_how_far_it_is() {
+fn distance_to_an_instance_far_from_the_origin_is_exact() {
     let mut random = Stream::new(31);
     let mut soup =
         Soup { positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]], ..Soup::default() };
@@ -286,7 +286,7 @@ fn a_ray_beside_an_instance_that_is_far_away_knows_how_far_it_is() {
         let inside = turned * DVec3::new(random.random_range(-0.2..0.2), random.random_range(-0.2..0.2), 0.0);
         let from = (place + inside + normal * 0.002).as_vec3();
         let to = (-normal + turned * DVec3::X * 0.2).normalize().as_vec3();
-        // Where the ray as it is meets the plane.
+        // The distance at which the ray as stored meets the plane.
         let exact = (place - from.as_dvec3()).dot(normal) / to.as_dvec3().dot(normal);
         let ray = ray(from, to, 0.0, f32::INFINITY);
         let mut stack = Stack::new(&bvh);

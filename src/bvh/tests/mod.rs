@@ -1,5 +1,5 @@
-//! The tree against oracles: all primitives by the canonical tests without any culling,
-//! where every bit must agree, and all primitives in double precision.
+//! The tree against oracles: all primitives by the canonical tests without any culling, where every bit must agree, and
+//! all primitives in double precision.
 
 mod building;
 mod kernels;
@@ -21,13 +21,13 @@ use crate::math::stream::Stream;
 use crate::math::{Hit, NONE, Ray, Vec3, Vector};
 use crate::simd::Isa;
 
-/// Geometry, what of it is in the world and what in the one subtree, and where that is placed.
+/// Geometry, divided between the world and one subtree, and the placements of the subtree.
 #[derive(Default)]
 struct Soup {
     positions: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     spheres: Vec<[f32; 4]>,
-    /// How many triangles and spheres are the world's; the rest is the subtree's.
+    /// The numbers of triangles and spheres in the world; the rest is in the subtree.
     world: [usize; 2],
     placed: Vec<DAffine3>,
 }
@@ -82,7 +82,7 @@ fn towards(from: Vec3, to: Vec3) -> Ray<f32> {
     ray(from, way.try_normalize().unwrap_or(DVec3::X).as_vec3(), 0.0, f32::INFINITY)
 }
 
-/// Half of what is asked for is there.
+/// Accepts half of the hits, by a hash.
 struct Riddle;
 
 impl HitPredicate for Riddle {
@@ -93,7 +93,7 @@ impl HitPredicate for Riddle {
     }
 }
 
-/// All queries, at one level.
+/// Runs all queries with one instruction set.
 fn trace(isa: Isa, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     trace_as(
         QueueMode { coherence: Coherence::Unknown, streams: true, sides: FaceCulling::AsBuilt },
@@ -103,7 +103,7 @@ fn trace(isa: Isa, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     )
 }
 
-/// The same, by the kernels for a kind of queue.
+/// [`trace`] with the kernels for a kind of queue.
 fn trace_as(way: QueueMode, isa: Isa, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>, Vec<u32>) {
     let QueueMode { coherence, streams, sides } = way;
     let (mut stack, mut occluded) = (Stack::new(bvh), vec![7; rays.len()]);
@@ -116,7 +116,7 @@ fn trace_as(way: QueueMode, isa: Isa, bvh: &Bvh, rays: &[Ray<f32>]) -> (Vec<Hit>
     (hits, occluded)
 }
 
-/// What a query writes for a queue.
+/// Runs a query on columns of rays and returns what it writes.
 fn in_columns(rays: &[Ray<f32>], query: impl FnOnce(Rays, HitsMut)) -> Vec<Hit> {
     let column = |f: fn(&Ray<f32>) -> f32| rays.iter().map(f).collect::<Vec<_>>();
     let columns = [
@@ -147,7 +147,8 @@ fn bits(hit: &Hit) -> [u32; 5] {
     [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive, hit.instance]
 }
 
-/// Every level gives the oracle's answer to the last bit: where all is there, and where much is not.
+/// Checks that every instruction set matches the oracle to the last bit, both if every hit counts and if many are
+/// rejected.
 fn agree(soup: &Soup, rays: &[Ray<f32>]) {
     let mut bvh = soup.build();
     agree_in(&bvh, FaceCulling::AsBuilt, rays);
@@ -178,8 +179,8 @@ fn agree_in(bvh: &Bvh, sides: FaceCulling, rays: &[Ray<f32>]) {
     }
 }
 
-/// A description of a queue, the sides that its rays meet, and whether rays that no packet takes go in streams or in
-/// flight.
+/// The coherence of a queue, the face culling of its rays, and whether rays that no packet takes are traced in streams
+/// or interleaved.
 #[derive(Clone, Copy, Debug)]
 struct QueueMode {
     coherence: Coherence,
@@ -208,7 +209,7 @@ fn within_bracket(soup: &Soup, rays: &[Ray<f32>]) {
     }
 }
 
-/// Random geometry. On a coarse grid much of it is coincident, degenerate and parallel to axes.
+/// Random geometry. On a coarse grid, much of it is coincident, degenerate and parallel to axes.
 fn random_soup(random: &mut Stream, counts: [usize; 4], placed: usize, coarse: bool) -> Soup {
     let coordinate = |random: &mut Stream, size: f32| {
         let c: f32 = random.random_range(-size..size);
@@ -277,7 +278,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn hits_are_those_of_the_oracles(
+    fn hits_of_random_rays_match_the_oracles(
         seed: u64,
         counts in [0usize..60, 0usize..12, 0usize..20, 0usize..10],
         placed in 0usize..4,
@@ -290,9 +291,9 @@ proptest! {
         within_bracket(&soup, &rays);
     }
 
-    /// t_min itself is out, t_max itself is in.
+    /// t_min itself is excluded, t_max itself is included.
     #[test]
-    fn the_ends_of_the_range_are_exact(seed: u64) {
+    fn ends_of_the_t_range_are_exact(seed: u64) {
         let mut random = Stream::new(seed);
         let soup = random_soup(&mut random, [40, 10, 5, 5], 2, false);
         let mut rays: Vec<_> = (0..40).map(|_| random_ray(&mut random, &soup, 0)).collect();
@@ -317,10 +318,10 @@ proptest! {
     }
 }
 
-/// A triangle whose corners lie on one line: by rounding the ray, which meets that line beside its ends, lay within
-/// it for some and missed its box for others.
+/// A triangle with collinear corners: by rounding, the ray, which meets their line beside its ends, lay within the
+/// triangle for some kernels and missed its box for others.
 #[test]
-fn nothing_is_hit_on_the_line_of_what_has_no_area() {
+fn rays_through_the_line_of_a_triangle_without_area_miss_it() {
     let mut soup = Soup::default();
     soup.push_triangle([[-1.0, -3.0, -3.0], [0.0, -4.0, -3.0], [-1.5, -2.5, -3.0]]);
     soup.world = [1, 0];
@@ -335,7 +336,7 @@ fn nothing_is_hit_on_the_line_of_what_has_no_area() {
 }
 
 #[test]
-fn a_large_soup_agrees() {
+fn hits_in_a_large_soup_match_the_oracles() {
     let mut random = Stream::new(11);
     let soup = random_soup(&mut random, [3000, 300, 100, 20], 30, false);
     let rays: Vec<_> = (0..50 * KINDS).map(|i| random_ray(&mut random, &soup, i % KINDS)).collect();
@@ -349,7 +350,7 @@ fn a_large_soup_agrees() {
 }
 
 #[test]
-fn nothing_one_and_many_of_the_same() {
+fn first_of_any_number_of_coincident_primitives_is_hit() {
     let straight = towards(Vec3::new(0.2, 0.2, 5.0), Vec3::new(0.2, 0.2, 0.0));
     let beside = towards(Vec3::new(3.0, 0.2, 5.0), Vec3::new(3.0, 0.2, 0.0));
     agree(&Soup::default(), &[straight]);
@@ -395,7 +396,7 @@ fn rays_that_are_not_finite_hit_nothing() {
 }
 
 #[test]
-fn of_instances_in_one_place_the_first_is_hit() {
+fn first_of_coincident_instances_is_hit() {
     let mut soup = Soup::default();
     soup.push_triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     soup.placed = vec![DAffine3::IDENTITY; 40];
@@ -406,7 +407,7 @@ fn of_instances_in_one_place_the_first_is_hit() {
 }
 
 #[test]
-fn what_has_no_area_is_never_hit() {
+fn triangles_without_area_are_never_hit() {
     let mut soup = Soup::default();
     for i in 0..30 {
         let p = [i as f32 * 0.1, 0.0, 0.0];
@@ -422,7 +423,7 @@ fn what_has_no_area_is_never_hit() {
     assert!(trace(Isa::detect(), &soup.build(), &[exact]).0[0].is_miss());
 }
 
-/// Scaled geometry with rays scaled along.
+/// Geometry and rays, scaled alike.
 fn scaled(random: &mut Stream, scale: f32) -> (Soup, Vec<Ray<f32>>) {
     let mut soup = random_soup(random, [60, 10, 0, 0], 0, false);
     let mut rays: Vec<_> = (0..10 * KINDS).map(|i| random_ray(random, &soup, i % KINDS)).collect();
@@ -437,7 +438,7 @@ fn scaled(random: &mut Stream, scale: f32) -> (Soup, Vec<Ray<f32>>) {
 }
 
 #[test]
-fn small_and_large_scenes_agree() {
+fn hits_in_small_and_large_scenes_match_the_oracle() {
     let mut random = Stream::new(9);
     for scale in [1e-15f32, 1e-9, 1e9, 1e12] {
         let (soup, rays) = scaled(&mut random, scale);
@@ -445,9 +446,9 @@ fn small_and_large_scenes_agree() {
     }
 }
 
-/// Where products under- and overflow hits may be lost, but all levels lose the same ones.
+/// Hits may be lost where products under- and overflow, but all instruction sets lose the same ones.
 #[test]
-fn numbers_at_the_ends_of_the_floats_are_no_danger() {
+fn hits_at_the_limits_of_floats_are_equal_on_all_instruction_sets() {
     let mut random = Stream::new(10);
     for scale in [1e-38f32, 1e-30, 1e-22, 1e-19, 1e19, 1e20, 1e30, 3e37] {
         let (soup, rays) = scaled(&mut random, scale);
@@ -462,7 +463,7 @@ fn numbers_at_the_ends_of_the_floats_are_no_danger() {
     }
 }
 
-/// Every number of a tree.
+/// All numbers of a tree.
 fn words(bvh: &Bvh) -> Vec<u32> {
     let mut words = Vec::new();
     for node in &bvh.nodes {
@@ -482,7 +483,7 @@ fn words(bvh: &Bvh) -> Vec<u32> {
 }
 
 #[test]
-fn the_tree_does_not_depend_on_the_number_of_threads() {
+fn tree_does_not_depend_on_the_number_of_threads() {
     let mut random = Stream::new(6);
     let mut soup = random_soup(&mut random, [200_000, 20_000, 0, 0], 0, false);
     // Zeros of both signs, which compare as equal.

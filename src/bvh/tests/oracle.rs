@@ -1,4 +1,4 @@
-//! Answers without a tree's help.
+//! Hits computed without culling.
 
 use glam::{DAffine3, DVec3};
 
@@ -10,7 +10,7 @@ use crate::bvh::triangle::{self, AcceptedRange, Shear};
 use crate::bvh::{Bvh, SPHERE};
 use crate::math::{Aabb, Hit, NONE, Ray, Vec3};
 
-/// Where a ray enters a box, whether or not it does.
+/// The distance at which a ray enters a box, whether or not it does.
 fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
     let origin = [ray.origin.x, ray.origin.y, ray.origin.z];
     let direction = [ray.direction.x, ray.direction.y, ray.direction.z];
@@ -24,13 +24,13 @@ fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
     near
 }
 
-/// The documented answer: the least (max(t, entry), primitive, instance) of all primitives that are
-/// there for the ray of a number.
+/// The documented hit: the least (max(t, entry), primitive, instance) of all primitives of which hits count for ray
+/// `number`.
 pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
     oracle_of(bvh, FaceCulling::AsBuilt, world, number)
 }
 
-/// The same for a ray that meets these sides.
+/// [`oracle`] for a ray with a face culling.
 pub(super) fn oracle_of(bvh: &Bvh, sides: FaceCulling, world: &Ray<f32>, number: usize) -> Hit {
     let mut best = Hit::MISS;
     let Some(root) = bvh.root else { return best };
@@ -51,14 +51,14 @@ pub(super) fn oracle_of(bvh: &Bvh, sides: FaceCulling, world: &Ray<f32>, number:
         let given = bvh.instances.get(instance as usize).and_then(|instance| instance.sidedness);
         let mut consider = |hits: triangle::BlockHits<f32>, word: u32, flag: u32| {
             let word = PrimitiveRef(word);
-            // Where a ray enters a sphere, and where it leaves it.
+            // The entry into a sphere, and the exit from it.
             let twice = hits.side > 0.0 && hits.far > hits.t;
             for (t, front) in [(hits.t, hits.side > 0.0), (if twice { hits.far } else { f32::NAN }, false)] {
                 let key = |h: &Hit| (h.primitive, h.instance);
                 let raised = if t > near { t } else { near };
                 let primitive = word.number() | flag;
                 let found = Hit { t: raised, u: hits.u, v: hits.v, primitive, instance };
-                // It is t itself, not what it was raised to, that must be beyond t_min.
+                // t itself, not its raised value, must be beyond t_min.
                 let counts = hits.mask && word.is_used() && t > world.t_min && raised <= world.t_max;
                 let there = match given.unwrap_or(word.sidedness()) {
                     Sidedness::Always => true,
@@ -110,8 +110,8 @@ pub(super) fn oracle_of(bvh: &Bvh, sides: FaceCulling, world: &Ray<f32>, number:
     best
 }
 
-/// The interval in which the nearest hit must lie, computed in double precision: between the
-/// nearest hit that rounding could make, and the nearest that it cannot unmake.
+/// The interval in which the nearest hit must lie, computed in double precision: between the nearest hit that rounding
+/// could produce and the nearest that it cannot lose.
 pub(super) fn bracket(soup: &Soup, ray: &Ray<f32>) -> (f64, f64) {
     let origin = DVec3::new(ray.origin.x.into(), ray.origin.y.into(), ray.origin.z.into());
     let direction = DVec3::new(ray.direction.x.into(), ray.direction.y.into(), ray.direction.z.into());
@@ -135,7 +135,7 @@ pub(super) fn bracket(soup: &Soup, ray: &Ray<f32>) -> (f64, f64) {
             let (e1, e2) = (b - a, c - a);
             let normal = e1.cross(e2);
             let determinant = -normal.dot(direction);
-            // The height of the triangle over its longest edge, as the ray sees it.
+            // The height of the triangle over its longest edge, as seen along the ray.
             let longest = e1.length().max(e2.length()).max((c - b).length());
             let height = determinant.abs() / longest;
             let margin = error / height;

@@ -1,8 +1,8 @@
-//! No ray leaves a closed surface.
+//! Watertightness: rays do not leave a closed surface.
 
 use super::*;
 
-/// A closed star-shaped surface: an octahedron, subdivided, with bumps.
+/// A closed star-shaped surface: a subdivided octahedron with bumps.
 pub(super) fn bumpy(subdivisions: u32, scale: f32, offset: Vec3) -> Soup {
     let mut points = vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
     let mut triangles: Vec<[u32; 3]> = Vec::new();
@@ -30,7 +30,7 @@ pub(super) fn bumpy(subdivisions: u32, scale: f32, offset: Vec3) -> Soup {
     Soup { positions, triangles, ..Soup::default() }
 }
 
-/// From points inside to vertices, edges and any places.
+/// Rays from points inside to vertices, edges and random points.
 fn rays_from_within(soup: &Soup, random: &mut Stream, scale: f32, offset: Vec3) -> Vec<Ray<f32>> {
     let mut rays = Vec::new();
     let inside = |random: &mut Stream| {
@@ -52,7 +52,7 @@ fn rays_from_within(soup: &Soup, random: &mut Stream, scale: f32, offset: Vec3) 
 }
 
 #[test]
-fn no_ray_leaves_a_closed_surface() {
+fn rays_inside_a_closed_surface_always_hit_it() {
     let mut random = Stream::new(3);
     let far = Vec3::new(1e4, -3e3, 7e3);
     for (scale, offset) in [
@@ -77,7 +77,7 @@ fn no_ray_leaves_a_closed_surface() {
 }
 
 #[test]
-fn no_ray_leaves_a_closed_instance() {
+fn rays_inside_a_closed_instance_always_hit_it() {
     let mut random = Stream::new(4);
     let stretch = DVec3::new(3.0, 0.5, -1.0);
     for place in [DVec3::ZERO, DVec3::new(1e3, -300.0, 700.0)] {

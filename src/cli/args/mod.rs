@@ -22,7 +22,7 @@ pub(super) use parse::{parse_bits, parse_exposure, parse_level, parse_place, par
 use parse::{parse_crop, parse_samples};
 pub use words::Words;
 
-/// What is shown below the options.
+/// The text below the options in the help.
 const AFTER_HELP: &str = "\
 rayfront render SCENE and rayfront SCENE are the same.
 
@@ -40,22 +40,22 @@ there was has been saved); 141 whoever read the output has closed it.";
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = AFTER_HELP)]
 pub struct Arguments {
-    /// Commands other than rendering.
+    /// The command, if one is given.
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// What to render, if no other command is given.
+    /// The options of rendering, if no command is given.
     #[command(flatten)]
     pub render: Render,
-    /// What the process may do.
+    /// The limits of the process.
     #[command(flatten)]
     pub limits: ProcessLimits,
 }
 
-/// What the process may do.
+/// The limits of the process.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Limits")]
 pub struct ProcessLimits {
-    /// Use at most this much memory, such as 800M or 4G [default: what is free, and what ulimit -v and control groups
+    /// Use at most this much memory, such as 800M or 4G [default: all free memory that ulimit -v and control groups
     /// allow]
     #[arg(long, global = true, value_name = "SIZE", value_parser = crate::memory::parse)]
     pub memory: Option<u64>,
@@ -65,7 +65,7 @@ pub struct ProcessLimits {
 }
 
 impl ProcessLimits {
-    /// Sets these limits from now on.
+    /// Sets these limits for the process.
     pub fn set(&self) {
         self.memory.iter().for_each(|bytes| crate::memory::set_limit(*bytes));
         if self.allow_outside {
@@ -75,7 +75,7 @@ impl ProcessLimits {
 }
 
 impl Arguments {
-    /// The files and folders to write that were typed, word for word: not names in which something is filled in.
+    /// Returns the output files and folders as typed, before placeholders are filled in.
     pub fn typed_outputs(&self) -> Vec<&Path> {
         let (several, one): (&[PathBuf], Option<&PathBuf>) = match &self.command {
             None => (&self.render.output.output, self.render.part.pilot.as_ref()),
@@ -88,7 +88,7 @@ impl Arguments {
             Some(Command::Plan(plan)) => (&plan.output, plan.folder.as_ref()),
             Some(Command::Study(study)) => (&[], study.output.as_ref()),
             Some(Command::Man(man)) => (&[], Some(&man.folder)),
-            // These write nothing, or under names that are made of others.
+            // These write nothing, or to names derived from others.
             Some(
                 Command::Info(_)
                 | Command::Verify(_)
@@ -106,13 +106,13 @@ impl Arguments {
     }
 }
 
-/// Commands other than rendering.
+/// The program's commands.
 #[derive(Subcommand, Debug)]
 pub enum Command {
     /// Render a scene (the word may be left out)
     #[command(after_help = AFTER_HELP)]
     Render(Box<Render>),
-    /// Show what a scene holds: counts, bounds, memory, materials, lights, textures, warnings
+    /// Show the contents of a scene: counts, bounds, memory, materials, lights, textures, warnings
     Info(Info),
     /// Trace rays from a file: hits to another file, speed, build time, memory
     Trace(Trace),
@@ -130,9 +130,9 @@ pub enum Command {
     Merge(super::merge::Merge),
     /// Write job files that render a scene in parts on many machines
     Plan(super::plan::PlanArguments),
-    /// Render an image again from the record in it, and say whether it is the same
+    /// Render an image again from the record in it, and report whether it is identical
     Reproduce(super::reproduce::Reproduce),
-    /// Show a scene on a page while it renders: look around, ask questions, edit its files
+    /// Show a scene on a web page while it renders: look around, explain pixels, edit its files
     View(super::view::ViewArguments),
     /// Report what is probably not as intended in a scene, and how to fix it
     Check(super::check::Check),
@@ -144,7 +144,7 @@ pub enum Command {
     Ab(super::ab::Ab),
     /// Run the experiments in a file and report on them
     Study(super::study::StudyArguments),
-    /// Print a script with which a shell completes commands and options
+    /// Print a shell script that completes commands and options
     Completions(super::manual::Completions),
     /// Write man pages
     Man(super::manual::Man),
@@ -158,7 +158,7 @@ pub struct Info {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// What of a model is shown.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: ModelOptions,
 }
@@ -171,10 +171,11 @@ pub struct Trace {
     /// File of rays: 8 little-endian 32-bit floats each, origin x y z, direction x y z, t_min, t_max
     #[arg(long, value_name = "FILE")]
     pub rays: PathBuf,
-    /// Where the hits go: 3 floats t u v and the primitive as a 32-bit integer each, infinity 0 0 and 2^32 - 1 for a miss
+    /// File for the hits: for each ray 3 floats t u v and the primitive as a 32-bit integer; infinity 0 0 and 2^32 - 1
+    /// for a miss
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Only find out whether there is any hit: 0 0 0 and primitive 0 for each ray that has one
+    /// Only test whether each ray hits anything: 0 0 0 and primitive 0 for each that does
     #[arg(long)]
     pub any: bool,
     /// Trace this many times; the best time counts
@@ -189,7 +190,7 @@ pub struct Trace {
     /// Effort put into building the acceleration structure [default: the scene's]
     #[arg(long, value_enum)]
     pub quality: Option<QualityName>,
-    /// What is known about consecutive rays; the hits are the same
+    /// Coherence of consecutive rays; the hits are the same
     #[arg(long, value_enum, default_value_t = CoherenceName::Unknown)]
     pub coherence: CoherenceName,
     /// Hits to compare with, in the format of --out
@@ -198,7 +199,7 @@ pub struct Trace {
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
-    /// What of a model is shown.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: ModelOptions,
 }
@@ -209,54 +210,54 @@ pub struct Render {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
-    /// What it looks like.
+    /// The options of the image.
     #[command(flatten)]
     pub picture: PictureOptions,
     /// Render only columns X0 to X1 and rows Y0 to Y1 (X1 and Y1 not included)
     #[arg(long, help_heading = "Picture", value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
     pub crop: Option<Region>,
-    /// What of a model is shown.
+    /// The options for reading the scene.
     #[command(flatten)]
     pub model: ModelOptions,
-    /// What comes out of it.
+    /// The options of outputs.
     #[command(flatten)]
     pub output: OutputOptions,
     /// Write layers besides light into the .exr file (or into NAME.aov.exr) [default: the scene's]
     #[arg(long, help_heading = "Output", value_name = "NAMES", value_enum, value_delimiter = ',')]
     pub aov: Vec<AovName>,
-    /// Which part of the samples.
+    /// The part of the samples to render.
     #[command(flatten)]
     pub part: PartOptions,
-    /// Which moments.
+    /// The frames to render.
     #[command(flatten)]
     pub frames: FrameOptions,
-    /// When to stop.
+    /// The rules for stopping.
     #[command(flatten)]
     pub stop: StopOptions,
-    /// Where the image is shown meanwhile.
+    /// The live views of the image.
     #[command(flatten)]
     pub look: LookOptions,
-    /// How to work.
+    /// The options of execution.
     #[command(flatten)]
     pub work: WorkOptions,
-    /// Whether to continue after that.
+    /// The options of watching the scene's files.
     #[command(flatten)]
     pub watch: WatchOptions,
 }
 
-/// Which part of the samples is rendered.
+/// The part of the samples to render.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Parts and frames")]
 pub struct PartOptions {
-    /// Render one part of the samples: its number, from 0, and how many parts there are, such as 3/64; auto/64 and
-    /// auto take the number from the scheduler that runs this
+    /// Render one part of the samples: its number, from 0, and the number of parts, such as 3/64; auto/64 and auto take
+    /// the number from the scheduler that runs this
     #[arg(long, value_name = "I/N", value_parser = super::shard::parse, conflicts_with = "samples")]
     pub shard: Option<ShardOption>,
     /// Render only these samples, such as 0..16; a plain number, such as 64, means the same as --spp
     #[arg(long, value_name = "FIRST..END", value_parser = parse_samples)]
     pub samples: Option<[u32; 2]>,
-    /// With --adaptive=unbiased: a film with what the pilot has chosen; if it does not exist, the pilot is rendered
-    /// and saved in it
+    /// With --adaptive=unbiased: film that stores the pilot's choice of samples; if it does not exist, the pilot is
+    /// rendered and saved in it
     #[arg(long, value_name = "FILE")]
     pub pilot: Option<PathBuf>,
     /// Render only the pilot
@@ -264,20 +265,20 @@ pub struct PartOptions {
     pub pilot_only: bool,
 }
 
-/// Whether a scene is rendered while it is written.
+/// The options of rendering a scene while it is edited.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Work")]
 pub struct WatchOptions {
     /// Render again whenever the scene or a file that it names changes, until Ctrl-C
     #[arg(long, conflicts_with_all = ["frames", "shard", "samples", "pilot"])]
     pub watch: bool,
-    /// After each change, prove that whatever was reused is the same as if it had been made again
+    /// After each change, check that everything reused is the same as if it had been computed anew
     #[arg(long, requires = "watch")]
     pub paranoid: bool,
 }
 
 impl Render {
-    /// Changes the scene's settings to what was asked for here.
+    /// Applies these options to the scene's settings.
     pub fn apply(&self, world: &mut World) {
         self.picture.apply(world);
         if !self.aov.is_empty() {
@@ -291,7 +292,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_declaration_is_sound() {
+    fn clap_declaration_is_valid() {
         use clap::CommandFactory;
         Arguments::command().debug_assert();
     }

@@ -1,4 +1,4 @@
-//! What the command line calls things.
+//! The names of enum values on the command line.
 
 use clap::ValueEnum;
 
@@ -6,19 +6,19 @@ use crate::bvh::Coherence;
 use crate::integrator::Schedule;
 use crate::world::{BuildQuality, Sampler, Tonemap, Transport};
 
-/// Names of [`Transport`].
+/// The names of [`Transport`].
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub enum TransportName {
     /// Direct light, mirrors, glass
     Whitted,
     /// Light that is scattered any number of times
     Path,
-    /// Whichever of them renders everything in the scene
+    /// The one that renders everything in the scene
     Auto,
 }
 
 impl TransportName {
-    /// The name of a transport.
+    /// Returns the name of a transport.
     pub fn of(transport: Transport) -> Self {
         match transport {
             Transport::Whitted => TransportName::Whitted,
@@ -26,7 +26,7 @@ impl TransportName {
         }
     }
 
-    /// The transport that is meant, if `fitting` is the one that renders everything in a scene.
+    /// Returns the transport; `fitting` is the one that renders everything in the scene, for [`TransportName::Auto`].
     pub fn among(self, fitting: Transport) -> Transport {
         match self {
             TransportName::Whitted => Transport::Whitted,
@@ -36,19 +36,19 @@ impl TransportName {
     }
 }
 
-/// Names of [`Sampler`].
+/// The names of [`Sampler`].
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub enum SamplerName {
     /// Stratified at every scale
     Sobol,
     /// One in each cell of a grid
     Jittered,
-    /// Each on its own
+    /// Each independent of the others
     Independent,
 }
 
 impl SamplerName {
-    /// The name of a sampler.
+    /// Returns the name of a sampler.
     pub fn of(sampler: Sampler) -> Self {
         match sampler {
             Sampler::Sobol => SamplerName::Sobol,
@@ -68,7 +68,7 @@ impl From<SamplerName> for Sampler {
     }
 }
 
-/// Names of [`Schedule`].
+/// The names of [`Schedule`].
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub enum ScheduleName {
     /// Breadth first, queue by queue
@@ -86,19 +86,19 @@ impl From<ScheduleName> for Schedule {
     }
 }
 
-/// Names of [`BuildQuality`].
+/// The names of [`BuildQuality`].
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub enum QualityName {
     /// Built as quickly as possible
     Fast,
     /// Good for nearly everything
     Default,
-    /// As good as possible
+    /// Best possible
     High,
 }
 
 impl QualityName {
-    /// The name of a quality.
+    /// Returns the name of a quality.
     pub fn of(quality: BuildQuality) -> Self {
         match quality {
             BuildQuality::Fast => QualityName::Fast,
@@ -118,14 +118,14 @@ impl From<QualityName> for BuildQuality {
     }
 }
 
-/// Names of [`Coherence`].
+/// The names of [`Coherence`].
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub enum CoherenceName {
-    /// Nothing: find out before tracing
+    /// Checked before tracing
     Unknown,
-    /// They run side by side
+    /// Rays that run side by side
     Coherent,
-    /// They go anywhere
+    /// Rays that go anywhere
     Scattered,
 }
 
@@ -139,14 +139,14 @@ impl From<CoherenceName> for Coherence {
     }
 }
 
-/// Names of [`Tonemap`].
+/// The names of [`Tonemap`].
 #[derive(ValueEnum, Clone, Copy, Debug)]
 pub enum TonemapName {
     /// Cut off at 1
     Clamp,
     /// Divide by the largest component
     ScaleByMaximum,
-    /// Reinhard and others, on luminance
+    /// Reinhard et al., on luminance
     Reinhard,
     /// The ACES fit
     Aces,

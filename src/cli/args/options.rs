@@ -1,4 +1,4 @@
-//! Options that several commands have.
+//! Options shared by several commands.
 
 use clap::Args;
 
@@ -11,13 +11,14 @@ use crate::formats::environment_preset::EnvironmentPreset;
 use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::{Adaptive, Caustics, DepthLimits, Sharing, World};
 
-/// To the right and up.
+/// Angles in degrees, to the right and up.
 pub type Degrees = [f64; 2];
 
-/// Columns and rows. A name, or clap would take the array for several values.
+/// Columns and rows. An alias, because clap would take an array for several values.
 pub type ImageSize = [u32; 2];
 
-/// What the image shows, and how it looks. Groups of options come last, because anything after one would be in it.
+/// The options of the image: samples, size, camera, display, light. Groups of options come last, because any option
+/// after a group would belong to it.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureOptions {
@@ -43,13 +44,13 @@ pub struct PictureOptions {
     /// Exposure of PNG files in stops, such as -1.5, or auto: chosen from the image, and printed
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = parse_exposure_or_auto)]
     pub exposure: Option<Exposure>,
-    /// How light travels.
+    /// The options of light transport.
     #[command(flatten)]
     pub light: LightOptions,
 }
 
 impl PictureOptions {
-    /// Changes the scene's settings to what was asked for here.
+    /// Applies these options to the scene's settings.
     pub fn apply(&self, world: &mut World) {
         self.light.apply(world);
         let settings = &mut world.settings;
@@ -66,44 +67,47 @@ impl PictureOptions {
     }
 }
 
-/// How light travels, and how far.
+/// The options of light transport.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Light")]
 pub struct LightOptions {
-    /// Most bounces after the camera ray [default: the scene's]
+    /// Maximum number of bounces after the camera ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
     pub depth: Option<u32>,
-    /// Most diffuse bounces among these, under the path transport [default: the scene's]
+    /// Maximum number of diffuse bounces among these, under the path transport [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
     pub diffuse_depth: Option<u32>,
-    /// The same for mirror reflections, sharp or blurred
+    /// Maximum number of mirror reflections among these, sharp or blurred, under the path transport [default: the
+    /// scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
     pub glossy_depth: Option<u32>,
-    /// The same for transmission through glass
+    /// Maximum number of transmissions through glass among these, under the path transport [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
     pub transmission_depth: Option<u32>,
-    /// How light travels [default: the scene's]
+    /// Light transport [default: the scene's]
     #[arg(long, value_enum)]
     pub transport: Option<TransportName>,
-    /// Which sample numbers the path transport draws [default: the scene's]
+    /// Sample pattern of the path transport [default: the scene's]
     #[arg(long, value_enum)]
     pub sampler: Option<SamplerName>,
-    /// How many pixels share their paths under the path transport: auto, off, or 2, 4 ... 64 [default: the scene's]
+    /// Path reuse among groups of this many pixels, under the path transport: auto, off, or 2, 4 ... 64 [default: the
+    /// scene's]
     #[arg(long, value_name = "auto|off|N", value_parser = parse_sharing)]
     pub sharing: Option<Sharing>,
-    /// Light that glass and mirrors throw onto other things: auto (under the path transport), off, or this many photons
-    /// for each pixel, as in 2, and perhaps the first radius in pixels, as in 2,1.4 [default: the scene's]
+    /// Caustics, the light that glass and mirrors throw onto other surfaces: auto (under the path transport), off, or
+    /// the number of photons per pixel, as in 2, optionally with the first radius in pixels, as in 2,1.4 [default: the
+    /// scene's]
     #[arg(long, value_name = "auto|off|N[,R]", value_parser = parse_caustics)]
     pub caustics: Option<Caustics>,
     /// Give blocks of pixels more samples where they reduce the error most, for as many rays as --spp takes: on, off,
-    /// or unbiased, which decides beforehand by samples that are thrown away [default: the scene's]
+    /// or unbiased, which decides beforehand by samples that are then discarded [default: the scene's]
     #[arg(long, value_name = "on|off|unbiased", num_args = 0..=1, default_missing_value = "on", require_equals = true,
           value_parser = parse_adaptive)]
     pub adaptive: Option<Adaptive>,
 }
 
 impl LightOptions {
-    /// Changes the scene's settings to what was asked for here.
+    /// Applies these options to the scene's settings.
     pub fn apply(&self, world: &mut World) {
         let fitting = world.fitting_transport();
         let transport = self.transport.map_or(world.settings.transport, |name| name.among(fitting));
@@ -124,38 +128,38 @@ impl LightOptions {
     }
 }
 
-/// How a scene and its glTF files are read, and what surrounds them.
+/// The options for reading a scene and its glTF files, including its environment and edits.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Model")]
 pub struct ModelOptions {
-    /// Moment of animations and keys to render, in seconds [default: as it stands without them]
+    /// Time of animations and keys, in seconds [default: the scene as it stands without them]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time)]
     pub time: Option<f32>,
     /// Variant of a model's materials
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Which of a model's scenes [default: the file's own choice]
+    /// Scene of a model, by name or index [default: the file's own choice]
     #[arg(id = "model_scene", long = "scene", value_name = "NAME|INDEX")]
     pub scene: Option<String>,
-    /// Unit of glTF lights: candela (as they are), watt (683 lumens to a watt), auto (what Blender means, if it wrote
+    /// Unit of glTF lights: candela (as they are), watt (683 lumens to a watt), auto (Blender's unit, if Blender wrote
     /// the file)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_light_units)]
     pub light_units: LightUnits,
-    /// Treat glass without a volume in glTF files as a solid body, which bends light
+    /// Treat glass without a volume in glTF files as a solid body, which refracts light
     #[arg(long)]
     pub solid_glass: bool,
     /// Make all surfaces of glTF files visible from both sides
     #[arg(long)]
     pub double_sided: bool,
-    /// Surroundings in place of the scene's own environment: a picture, or none, studio, sky, sky:ELEVATION,AZIMUTH
+    /// Environment in place of the scene's own: an image file, or none, studio, sky, sky:ELEVATION,AZIMUTH
     #[arg(long, value_name = "NAME|FILE", value_parser = EnvironmentPreset::named)]
     pub env: Option<EnvironmentPreset>,
-    /// Changes to the scene.
+    /// The edits of the scene.
     #[command(flatten)]
     pub edits: EditOptions,
 }
 
-/// Changes to a scene beyond what its files say.
+/// The edits of a scene after its files are read.
 #[derive(Args, Clone, Debug)]
 pub struct EditOptions {
     /// Change a value, such as 'Light[name~"lamp*"].power_w *= 2' or 'Material["glass"].ior = 1.6'; may be given
@@ -171,21 +175,22 @@ pub struct EditOptions {
     /// Look from one point at another, each as X,Y,Z in metres
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_hyphen_values = true, value_parser = parse_place)]
     pub look_at: Vec<String>,
-    /// Turn cameras about what they look at, by degrees to the right and up
+    /// Orbit cameras about their targets, by degrees to the right and up
     #[arg(long, value_name = "RIGHT,UP", allow_hyphen_values = true, value_parser = parse_degrees)]
     pub orbit: Option<Degrees>,
-    /// Move cameras this many times nearer to what they look at
+    /// Move cameras this many times closer to their targets
     #[arg(long, value_name = "FACTOR", value_parser = parse_zoom)]
     pub zoom: Option<f64>,
     /// Put a grey floor under everything
     #[arg(long)]
     pub ground: bool,
-    /// What rays see when they hit nothing: a colour as in scene files, such as 0.2, '#ff8000' or 0.1,0.2,0.4
+    /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, '#ff8000' or 0.1,0.2,0.4
     #[arg(long, value_name = "COLOUR")]
     pub background: Option<String>,
 }
 
-/// A colour as in scene files, from one that may lack what is hard to type on a command line.
+/// Returns a colour in the syntax of scene files. The quotes and parentheses, which are hard to type on a command line,
+/// may be missing from `color`.
 fn as_in_files(color: &str) -> String {
     let color = color.trim();
     match color {
@@ -196,7 +201,7 @@ fn as_in_files(color: &str) -> String {
 }
 
 impl EditOptions {
-    /// As the loaders expect them.
+    /// Returns the edits in the form that loaders expect.
     pub fn edits(&self) -> Edits {
         let EditOptions { mut set, only, hide, look_at, orbit, zoom, ground, background } = self.clone();
         set.extend(background.map(|color| format!("settings.background = {}", as_in_files(&color))));
@@ -205,7 +210,7 @@ impl EditOptions {
 }
 
 impl ModelOptions {
-    /// As the loaders expect them, perhaps with another size of the image.
+    /// Returns the options in the form that loaders expect, with the given size of the image, if any.
     pub fn of_size(&self, size: Option<ImageSize>) -> LoadOptions {
         LoadOptions { size, ..self.into() }
     }
@@ -221,11 +226,11 @@ impl From<&ModelOptions> for LoadOptions {
     }
 }
 
-/// What `--exposure` can be.
+/// The values of `--exposure`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
     /// Chosen from the image.
     Auto,
-    /// Radiance is multiplied by two to this power.
+    /// The power of two by which radiance is multiplied.
     Stops(f32),
 }

@@ -1,4 +1,4 @@
-//! Values as they are typed.
+//! The parsers of option values.
 
 use super::options::Exposure;
 use crate::film::Region;
@@ -28,7 +28,7 @@ pub fn parse_samples(text: &str) -> Result<[u32; 2], String> {
     range.filter(|[start, end]| start < end).ok_or_else(|| "expected FIRST..END, such as 0..16".into())
 }
 
-/// Checks that the text is a point; it stays text, because that is what scene files take.
+/// Checks that the text is a point, and returns it as text, the form that scene files take.
 pub fn parse_place(text: &str) -> Result<String, String> {
     let is_number = |text: &str| text.trim().parse().is_ok_and(f64::is_finite);
     let is_place = text.split(',').count() == 3 && text.split(',').all(is_number);
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_are_checked() {
+    fn parsers_reject_invalid_values() {
         assert_eq!(parse_size("1280x720"), Ok([1280, 720]));
         assert!(parse_size("0x5").is_err() && parse_size("70000x5").is_err() && parse_size("12").is_err());
         assert!(parse_crop("1,2,3,4").is_ok());

@@ -1,6 +1,6 @@
-//! Options as words, from what they stand for: the inverse of parsing.
+//! Command-line words for given options: the inverse of parsing.
 //!
-//! Each function takes its structure apart field by field, so that a new field cannot be forgotten.
+//! Each function destructures its argument field by field, so that a new field cannot be forgotten.
 
 use std::fmt::Display;
 
@@ -10,12 +10,12 @@ use super::names::{QualityName, SamplerName, TransportName};
 use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions};
 use crate::world::{Adaptive, Caustics, DepthLimits, Settings, Sharing};
 
-/// Words of a command line.
+/// The words of a command line.
 #[derive(Default)]
 pub struct Words(Vec<String>);
 
 impl Words {
-    /// The words that make a scene be read with these options.
+    /// Returns the words for reading a scene with these options.
     pub fn of_loading(options: &LoadOptions) -> Words {
         let LoadOptions {
             time_s,
@@ -48,13 +48,13 @@ impl Words {
         words
     }
 
-    /// Adds what is around a scene.
+    /// Adds the environment of a scene.
     pub fn surroundings(&mut self, surroundings: Option<&EnvironmentPreset>) {
         self.option("--env", surroundings.map(name_of));
     }
 
     fn edits(&mut self, edits: &Edits) {
-        // A background is a statement, too.
+        // The background is one of the statements in `set`.
         let Edits { set, only, hide, look_at, orbit, zoom, ground } = edits;
         let both = |[one, other]: &[f64; 2]| format!("{one},{other}");
         for (name, texts) in [("--set", set), ("--only", only), ("--hide", hide)] {
@@ -68,7 +68,7 @@ impl Words {
         self.switch("--ground", *ground);
     }
 
-    /// The words that turn a file's settings into others, as far as a sample depends on them.
+    /// Returns the words that turn a file's settings into `settings`, as far as samples depend on them.
     pub fn of_settings(authored: &Settings, settings: &Settings) -> Words {
         let Settings {
             samples,
@@ -81,7 +81,7 @@ impl Words {
             transport,
             seed,
             build_quality,
-            // The size is an option of reading. For the rest there is no option but --set, which is one, too.
+            // The size is an option for reading. The rest has no option but --set, which is for reading, too.
             size: _,
             min_throughput: _,
             roulette_depth: _,
@@ -103,7 +103,7 @@ impl Words {
         words.limits(&authored.depth_limits, depth_limits);
         words.name("--transport", TransportName::of(*transport), transport == &authored.transport);
         words.name("--sampler", SamplerName::of(*sampler), sampler == &authored.sampler);
-        // Another tree changes the last bits of where grazing rays hit.
+        // Another tree changes the last bits of the hits of grazing rays.
         let quality = QualityName::of(*build_quality);
         words.name("--quality", quality, build_quality == &authored.build_quality);
         let name = match sharing {
@@ -149,7 +149,7 @@ impl Words {
     /// Adds an option, if it has a value.
     pub fn option(&mut self, name: &str, value: Option<impl Display>) {
         let Some(value) = value.map(|value| value.to_string()) else { return };
-        // Whatever begins with a minus would be taken for another option.
+        // A value that begins with a minus would be taken for another option.
         match value.starts_with('-') {
             true => self.0.push(format!("{name}={value}")),
             false => self.0.extend([name.to_owned(), value]),
@@ -175,12 +175,12 @@ impl IntoIterator for Words {
     }
 }
 
-/// A value, if it is another than before.
+/// Returns the value if it differs from the one before.
 fn changed<'a, T: PartialEq>(value: &'a T, before: &T) -> Option<&'a T> {
     Some(value).filter(|value| *value != before)
 }
 
-/// What `--env` calls it. (No option says how much haze there is, and so no option changes it.)
+/// Returns the environment as a value of `--env`. (No option sets the haze, so no option changes it.)
 fn name_of(surroundings: &EnvironmentPreset) -> String {
     match surroundings {
         EnvironmentPreset::None => "none".to_owned(),
@@ -201,7 +201,7 @@ mod tests {
     use crate::cli::args::{Arguments, Command};
     use crate::world::World;
 
-    /// How a command of these words reads a scene, and with which settings it explains a sample of it.
+    /// Returns the loading options and the settings of an `explain` command with these words.
     fn understood(words: impl IntoIterator<Item = String>) -> (LoadOptions, Settings) {
         let words = ["rayfront", "explain", "a.ron", "0,0"].map(String::from).into_iter().chain(words);
         let arguments = Arguments::try_parse_from(words).unwrap_or_else(|error| panic!("{error}"));
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn words_say_what_was_understood() {
+    fn words_parse_back_to_the_same_options() {
         let options = [
             "--time=-1.25 --variant=-1 --scene 2 --light-units watt --solid-glass --double-sided",
             "--light-units candela --time 0.1",

@@ -1,4 +1,4 @@
-//! The job files of each engine, and what to type to submit them.
+//! The job files of each engine, and the commands that submit them.
 
 use serde_json::{Value, json};
 
@@ -17,8 +17,8 @@ impl Jobs<'_> {
                 "#!/bin/sh\n#SBATCH --job-name={name}\n#SBATCH --output={log}\n{resources}{more}exec {command}\n"
             )
         };
-        // The signal goes to the program, which replaces the shell: it saves what it has and, when it is requeued,
-        // continues with it.
+        // The signal goes to the program, which replaces the shell: it saves its film and, when it is requeued,
+        // continues it.
         let more = format!("#SBATCH --array=0-{last}\n#SBATCH --signal=B:TERM@30\n#SBATCH --requeue\n");
         let array = script(name, "part-%a.log", &more, &self.render_any());
         if !self.merges() {
@@ -36,7 +36,7 @@ impl Jobs<'_> {
             (before, after) =
                 (format!("pilot=$(sbatch --parsable {file})\n"), "--dependency=afterany:\"$pilot\" ");
         }
-        // However the parts end: the merge itself says what is missing.
+        // The merge runs however the parts end: it reports what is missing.
         let submit = format!(
             "#!/bin/sh\nset -e\n{before}parts=$(sbatch --parsable {after}{render_file})\n\
              sbatch --parsable --dependency=afterany:\"$parts\" {merge_file}\n"
@@ -90,11 +90,11 @@ impl Jobs<'_> {
         }
     }
 
-    /// (Open Job Description 2023-09.) Paths are parameters of their own, so that farms can map them; one that may lie
-    /// anywhere can have no default.
+    /// Returns a template of Open Job Description 2023-09. Paths are parameters of their own, so that farms can map
+    /// them; one that may lie anywhere can have no default.
     pub(super) fn openjd(&self) -> String {
         let farm = self.with_parameters();
-        // What a task renders, by its number.
+        // The words that render a task, by its number.
         let (name, range, render) = match &self.tasks {
             Tasks::Shards(count) => {
                 let film = farm.path("part-{{Task.Param.Shard}}.film");
@@ -132,7 +132,7 @@ impl Jobs<'_> {
             steps.push(step("Pilot", run(&farm.pilot()), None));
         }
         let mut render = step("Render", run(&render), self.has_pilot.then_some("Pilot"));
-        // Told to end, it saves what it has.
+        // When cancelled, it saves its film.
         render["script"]["actions"]["onRun"]["cancelation"] =
             json!({ "mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": 30 });
         render["parameterSpace"] =
@@ -150,7 +150,7 @@ impl Jobs<'_> {
         serde_json::to_string_pretty(&template).unwrap_or_default() + "\n"
     }
 
-    /// These words with parameters of a template in place of paths.
+    /// Returns these jobs with parameters of a template in place of paths.
     fn with_parameters(&self) -> Self {
         let parameter = |name: &str| format!("{{{{Param.{name}}}}}");
         let images = self.images.iter().enumerate().map(|(number, _)| parameter(&image_name(number)));
@@ -163,7 +163,7 @@ impl Jobs<'_> {
         }
     }
 
-    /// Their definitions.
+    /// Returns the definitions of the parameters.
     fn parameters(&self) -> Vec<Value> {
         let path = |name: &str, kind: &str, flow: &str, description: &str| json!({ "name": name, "type": "PATH", "objectType": kind, "dataFlow": flow, "description": description });
         let mut all = vec![
@@ -175,14 +175,14 @@ impl Jobs<'_> {
         if self.merges() {
             let mut folder =
                 path("Folder", "DIRECTORY", "INOUT", "Where the parts go: shared by all workers");
-            // The template's own.
+            // The template's own folder.
             folder["default"] = json!(".");
             all.push(folder);
         }
         all
     }
 
-    /// The values of those that have no default, as `openjd` takes them.
+    /// Returns the values of parameters without a default, in the form that `openjd` takes.
     fn values(&self) -> String {
         let images = self.images.iter().enumerate().map(|(number, image)| (image_name(number), image));
         let all = std::iter::once(("Scene".to_owned(), &self.scene)).chain(images);
@@ -225,7 +225,7 @@ impl Jobs<'_> {
         files
     }
 
-    /// What to type next.
+    /// Returns the commands to type next.
     pub(super) fn what_to_do(&self) -> String {
         let file = |name: &str| quoted(&self.path(name));
         let then = |command: String| if self.merges() { command } else { String::new() };
@@ -261,7 +261,7 @@ impl Jobs<'_> {
     }
 }
 
-/// The name of one of the images in a template.
+/// Returns the name of an image's parameter in a template.
 fn image_name(number: usize) -> String {
     if number == 0 { "Image".to_owned() } else { format!("Image{}", number + 1) }
 }

@@ -1,5 +1,5 @@
-//! `rayfront plan SCENE`: job files for engines that there are, which render a scene in parts and put these
-//! together, or render the frames of an animation.
+//! `rayfront plan SCENE`: writes job files for existing engines, which render a scene in parts and merge them, or
+//! render the frames of an animation.
 
 mod engines;
 mod resources;
@@ -36,35 +36,35 @@ pub struct PlanArguments {
     /// Engine that runs the jobs
     #[arg(long = "for", value_name = "ENGINE", value_enum)]
     pub engine: Engine,
-    /// Where the image goes; may be given several times [default: the scene's name with .png, here; for frames with
-    /// .####.png]
+    /// File for the image; may be given several times [default: the scene's name with .png, in the current folder; for
+    /// frames with .####.png]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
-    /// Where the job files and the parts go [default: the scene's name with .jobs, here]
+    /// Folder for the job files and the parts [default: the scene's name with .jobs, in the current folder]
     #[arg(long, value_name = "FOLDER")]
     pub folder: Option<PathBuf>,
     /// Program that the engine starts [default: this program; for kubernetes: rayfront]
     #[arg(long, value_name = "FILE")]
     pub program: Option<String>,
-    /// Cores of each task [default: --threads behind --; for slurm, hyperqueue and kubernetes else those of this
+    /// Cores of each task [default: --threads after --; else, for slurm, hyperqueue and kubernetes, those of this
     /// machine, but at most 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub cores: Option<u32>,
-    /// Longest time of each task, such as 2h; the engine ends it then
+    /// Longest time of each task, such as 2h, after which the engine ends it
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub time_limit: Option<Duration>,
     /// For kubernetes: the container's image
     #[arg(long, value_name = "NAME", default_value = concat!("rayfront:", env!("CARGO_PKG_VERSION")))]
     pub image: String,
-    /// For kubernetes: the claim of the volume that holds this folder, including scene, parts and image
+    /// For kubernetes: the claim of the volume that holds the current folder, including scene, parts and image
     #[arg(long, value_name = "NAME", default_value = "rayfront")]
     pub volume: String,
-    /// Options of the rendering, after --, such as -- --spp 1024
+    /// Options of the render, after --, such as -- --spp 1024
     #[arg(last = true, value_name = "OPTIONS")]
     pub options: Vec<String>,
 }
 
-/// What runs the jobs.
+/// The engine that runs the jobs.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
     /// An array, and a merge that waits for its end
@@ -79,7 +79,7 @@ pub enum Engine {
     Commands,
 }
 
-/// What the tasks are.
+/// The tasks of a plan.
 #[derive(Clone)]
 enum Tasks {
     /// Parts of the samples, to be merged.
@@ -101,28 +101,28 @@ impl Tasks {
     }
 }
 
-/// What all engines are told.
+/// The jobs, in a form for all engines.
 #[derive(Clone)]
 struct Jobs<'a> {
     plan: &'a PlanArguments,
     tasks: Tasks,
-    /// Options of the rendering, but for which frames.
+    /// The options of the render, except the frames.
     options: Vec<String>,
     /// The resources of a task.
     resources: Resources,
-    /// True if the options say what a task reports, or that it reports nothing.
+    /// True if the options select the form of progress reports, or none.
     options_say_progress: bool,
-    /// What the merge does with the image.
+    /// The options of the merge.
     of_merge: Vec<String>,
-    /// Whether a pilot decides first how many samples blocks get.
+    /// True if a pilot first decides the number of samples of each block.
     has_pilot: bool,
     program: String,
     scene: String,
     folder: PathBuf,
     images: Vec<String>,
-    /// The folder of all that.
+    /// The current folder.
     here: PathBuf,
-    /// The scene's name, in letters that all engines take for a job's.
+    /// The name of the job, in characters that all engines accept.
     name: String,
 }
 
@@ -139,7 +139,7 @@ pub(super) fn run(plan: &PlanArguments) -> Result<ExitCode, Failure> {
         Engine::Commands => jobs.commands(),
     };
     links::make_folder(&jobs.folder)?;
-    // Also those that the tasks write to: parts, the pilot.
+    // The check includes the files that the tasks write: parts, the pilot.
     let inside = std::fs::read_dir(&jobs.folder).into_iter().flatten().flatten();
     inside.map(|file| file.path()).try_for_each(|path| links::check(&path))?;
     for (name, content) in &files {
@@ -150,7 +150,7 @@ pub(super) fn run(plan: &PlanArguments) -> Result<ExitCode, Failure> {
 }
 
 impl PlanArguments {
-    /// Refuses names that lines of job files would end at.
+    /// Refuses names with control characters, which would end lines of job files.
     fn check_names(&self) -> Result<(), Failure> {
         let is_odd = |path: &&PathBuf| path.to_string_lossy().chars().any(char::is_control);
         let mut names = [&self.scene].into_iter().chain(&self.folder).chain(&self.output);
@@ -160,7 +160,7 @@ impl PlanArguments {
         })
     }
 
-    /// The options of the tasks. What is wrong with them shows now, not in every part.
+    /// Parses the options of the tasks. Errors in them appear now, not in every part.
     fn arguments(&self) -> Result<Arguments, Failure> {
         let command = ["rayfront".into(), self.scene.to_string_lossy().into_owned()];
         let arguments = Arguments::try_parse_from(command.iter().chain(&self.options)).map_err(|error| {
@@ -180,7 +180,7 @@ impl PlanArguments {
         Ok(arguments)
     }
 
-    /// The program that the engine starts.
+    /// Returns the program that the engine starts.
     fn program(&self) -> String {
         match &self.program {
             Some(program) => program.clone(),
@@ -191,7 +191,7 @@ impl PlanArguments {
         }
     }
 
-    /// This folder, the one of the jobs, and the images, all of which can be written.
+    /// Returns the current folder, the folder of the jobs, and the images, which are checked to be writable.
     fn places(&self, scene: &Path, tasks: &Tasks) -> Result<(PathBuf, PathBuf, Vec<String>), Failure> {
         let image = output::default_image(scene);
         let jobs = image.with_extension("jobs");
@@ -221,7 +221,7 @@ fn absolute(path: &Path) -> Result<PathBuf, Failure> {
     std::path::absolute(path).map_err(|error| Failure::command_line(format!("{}: {error}", path.display())))
 }
 
-/// A scene's name in letters that all engines take for a job's.
+/// Returns the name of a job, made of the scene's name in characters that all engines accept.
 fn job_name(scene: &Path) -> String {
     let stem = scene.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().to_lowercase());
     let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
@@ -230,12 +230,12 @@ fn job_name(scene: &Path) -> String {
 }
 
 impl<'a> Jobs<'a> {
-    /// Refuses whatever would keep the parts from being rendered.
+    /// Prepares the jobs. Refuses whatever would keep the parts from being rendered.
     fn new(plan: &'a PlanArguments) -> Result<Self, Failure> {
         let scene = absolute(&plan.scene)?;
         plan.check_names()?;
         let arguments = plan.arguments()?;
-        // What the tasks are allowed, planning is allowed, too.
+        // The limits of the tasks apply to planning, too.
         arguments.limits.set();
         let tasks = Tasks::of(plan.shards, arguments.render.frames.frames.clone())?;
         let tasks_merge = matches!(tasks, Tasks::Shards(_));
@@ -288,7 +288,7 @@ impl<'a> Jobs<'a> {
         self.folder.join(name).to_string_lossy().into_owned()
     }
 
-    /// The words that every task begins with.
+    /// Returns the words that every task begins with.
     fn command(&self) -> Vec<String> {
         let mut words = vec![self.program.clone(), self.scene.clone()];
         words.extend(self.options.iter().cloned());
@@ -305,21 +305,21 @@ impl<'a> Jobs<'a> {
         words
     }
 
-    /// The words that render the pilot; if it fails, every part renders one for itself.
+    /// Returns the words that render the pilot; if it fails, every part renders one for itself.
     fn pilot(&self) -> Vec<String> {
         let mut words = self.command();
         words.push("--pilot-only".to_owned());
         words
     }
 
-    /// The words that render a part.
+    /// Returns the words that render a part.
     fn render(&self, shard: &str, film: &str) -> Vec<String> {
         let mut words = self.command();
         words.extend(["--shard", shard, "-o", film].map(String::from));
         words
     }
 
-    /// The words that render frames.
+    /// Returns the words that render frames.
     fn render_frames(&self, frames: &str) -> Vec<String> {
         let mut words = self.command();
         words.extend(["--frames", frames].map(String::from));
@@ -327,7 +327,7 @@ impl<'a> Jobs<'a> {
         words
     }
 
-    /// What any task of an array does: it asks its scheduler which one it is.
+    /// Returns the words of any task of an array, which takes its number from the scheduler.
     fn render_any(&self) -> Vec<String> {
         match &self.tasks {
             Tasks::Shards(count) => self.render(&format!("auto/{count}"), &self.path("part-{shard}.film")),
@@ -335,7 +335,7 @@ impl<'a> Jobs<'a> {
         }
     }
 
-    /// How many there are.
+    /// The number of tasks.
     fn count(&self) -> u32 {
         match &self.tasks {
             Tasks::Shards(count) => *count,
@@ -347,8 +347,8 @@ impl<'a> Jobs<'a> {
         matches!(self.tasks, Tasks::Shards(_))
     }
 
-    /// The words of the command that merges all parts that exist; so it can say what is missing. Parts from before the
-    /// scene was changed are none of them.
+    /// Returns the words that merge all parts that exist, so that the merge can report what is missing. It refuses
+    /// parts from before the scene was changed.
     fn merge_words(&self) -> Vec<String> {
         let folder = self.folder.to_string_lossy().into_owned();
         let mut words = vec![self.program.clone(), "merge".into(), folder, "--current".into()];
@@ -358,7 +358,7 @@ impl<'a> Jobs<'a> {
         words
     }
 
-    /// The same for a shell.
+    /// Returns the command of the merge for a shell.
     fn merge(&self) -> String {
         shell_line(&self.merge_words())
     }
@@ -368,7 +368,7 @@ impl<'a> Jobs<'a> {
     }
 }
 
-/// Refuses images that could not be written in the end.
+/// Refuses images that cannot be written.
 fn check_outputs(images: &[PathBuf], tasks: &Tasks) -> Result<(), Failure> {
     let mut outputs = Outputs::of(images)?;
     if let Tasks::Frames(frames) = tasks {
@@ -379,21 +379,21 @@ fn check_outputs(images: &[PathBuf], tasks: &Tasks) -> Result<(), Failure> {
     Ok(outputs.film.iter().try_for_each(|film| film_file::writable(film))?)
 }
 
-/// The options of a task, without what all tasks are told anyway, and what is for the whole image.
+/// Returns the options of a task, without those that every task gets anyway and those for the whole image.
 fn of_tasks(plan: &PlanArguments, render: &Render, resources: &Resources, merges: bool) -> Vec<String> {
     let mut options = command_line::recorded(plan.options.clone());
     options.retain(|word| !merges || word != "--denoise");
     let others = ["--frames", "--env", "--threads", "--bits"];
     options = command_line::without(&options, &others[..if merges { 4 } else { 3 }]);
     let mut more = Words::default();
-    // A picture is found wherever a task runs.
+    // The path of an environment image is absolute, so that tasks find it wherever they run.
     more.surroundings(render.model.env.as_ref());
     more.option("--threads", resources.cores);
     options.extend(more);
     options
 }
 
-/// What is done once with the image of all parts.
+/// Returns the options of the merge, which apply to the image of all parts.
 fn of_merge(arguments: &Arguments, resources: &Resources) -> Vec<String> {
     let output = &arguments.render.output;
     let mut words = Vec::new();
@@ -406,7 +406,7 @@ fn of_merge(arguments: &Arguments, resources: &Resources) -> Vec<String> {
     if let Some(cores) = resources.cores {
         words.extend(["--threads".to_owned(), cores.to_string()]);
     }
-    // The scene is read again: what tasks may read of it and take of memory, this may, too.
+    // The merge reads the scene again: it gets the access to files and the memory limit of the tasks.
     let picture = matches!(arguments.render.model.env, Some(EnvironmentPreset::Picture(_)));
     if arguments.limits.allow_outside || picture {
         words.push("--allow-outside".to_owned());

@@ -9,25 +9,25 @@ use crate::film::Region;
 use crate::memory;
 use crate::render::{MemoryEstimate, on_threads};
 
-/// The most cores of a task for which nobody has said how many.
+/// The largest number of cores of a task by default.
 const USUAL_CORES: usize = 4;
-/// Memory is asked for in steps of so many bytes, so that the same scene asks for the same.
+/// The step of memory requests in bytes, so that requests for the same scene are equal.
 const STEP: u64 = 64 << 20;
 
 /// The resources of a task.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resources {
-    /// Cores; none: all that there are where it runs.
+    /// The number of cores; `None` for all of the machine that runs the task.
     pub cores: Option<u32>,
-    /// Memory in units of 2^20 bytes.
+    /// The memory in units of 2^20 bytes.
     pub mebibytes: u64,
-    /// At most so many seconds.
+    /// The time limit in seconds.
     pub seconds: Option<u64>,
 }
 
 impl Resources {
-    /// Those of a task that renders a scene. Returns the scene as well, ready to be rendered; warnings about it have
-    /// been printed.
+    /// Determines the resources of a task that renders a scene. Returns the scene as well, ready to be rendered;
+    /// warnings about it have been printed.
     pub(super) fn of(
         plan: &PlanArguments,
         scene: &Path,
@@ -41,7 +41,7 @@ impl Resources {
         }
         let threads = u32::try_from(options.work.threads).ok().filter(|threads| *threads > 0);
         let cores = plan.cores.or(threads).or_else(|| match plan.engine {
-            // A worker has one task at a time, or nobody counts cores.
+            // A worker has one task at a time, or cores are not counted.
             Engine::Openjd | Engine::Commands => None,
             Engine::Slurm | Engine::Hyperqueue | Engine::Kubernetes => {
                 let here = std::thread::available_parallelism().map_or(1, usize::from);
@@ -57,33 +57,33 @@ impl Resources {
             let rendering = info::rendering_bytes(before, &job.setup, &job.header.settings, &needs);
             Ok::<_, Failure>((job, memory::peak().max(rendering)))
         })??;
-        // Other machines take a little more for the same, and of what they allow some is never handed out.
+        // Other machines take a little more for the same work, and a part of their limit is never granted.
         let bytes = bytes.map(|bytes| bytes + bytes / 4 + memory::RESERVE);
         let bytes = memory::limit().or(bytes).unwrap_or(STEP);
         let mebibytes = bytes.next_multiple_of(STEP) >> 20;
-        // Whole minutes, as engines count.
+        // Engines count in whole minutes.
         let seconds = plan.time_limit.map(|time| time.as_secs().max(1).next_multiple_of(60));
         Ok((job, Resources { cores, mebibytes, seconds }))
     }
 
-    /// Lines of a script for Slurm.
+    /// Returns the lines of a script for Slurm.
     pub(super) fn slurm(&self) -> String {
         let cores = self.cores.map_or(String::new(), |cores| format!("#SBATCH --cpus-per-task={cores}\n"));
         let time = self.seconds.map_or(String::new(), |seconds| format!("#SBATCH --time={}\n", seconds / 60));
         format!("{cores}#SBATCH --mem={}M\n{time}", self.mebibytes)
     }
 
-    /// Options of `hq submit`.
+    /// Returns the options of `hq submit`.
     pub(super) fn hyperqueue(&self) -> String {
         let cores = self.cores.map_or("all".to_owned(), |cores| cores.to_string());
         let time = self.seconds.map_or(String::new(), |seconds| format!(" --time-limit {seconds}s"));
-        // (It counts millions of bytes.)
+        // HyperQueue counts in millions of bytes.
         let megabytes = (self.mebibytes << 20).div_ceil(1_000_000);
         format!("--cpus {cores} --resource mem={megabytes}{time}")
     }
 }
 
-/// The memory that the rendering and, where there is one, the merge take beside the scene.
+/// Returns the parameters of the memory that the render and, if there is one, the merge take besides the scene.
 fn needs(plan: &PlanArguments, options: &Render, region: Region) -> MemoryEstimate {
     let region = options.crop.unwrap_or(region);
     MemoryEstimate {

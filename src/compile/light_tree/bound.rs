@@ -1,4 +1,4 @@
-//! Lights as nodes of the tree see them: a box, a cone of normals, a power.
+//! Bounds of lights in double precision, from which nodes of the tree are made: a box, a cone of normals, a power.
 
 use std::f64::consts::PI;
 
@@ -29,7 +29,7 @@ pub(super) struct WideBounds {
 pub(super) struct DirectionCone {
     pub(super) axis: DVec3,
     pub(super) spread: f64,
-    /// Its cosine: for large numbers of lights, trigonometry takes most of the time.
+    /// Its cosine, stored because trigonometry takes most of the time for large numbers of lights.
     pub(super) cos: f64,
 }
 
@@ -42,7 +42,7 @@ impl DirectionCone {
         Self { axis, spread: PI, cos: -1.0 }
     }
 
-    /// The narrowest around both (PBRT 3.8.4).
+    /// The narrowest cone around both (PBRT 3.8.4).
     fn union(&self, other: &Self) -> Self {
         let (a, b) = (self.axis, other.axis);
         if self.spread >= PI || other.spread >= PI {
@@ -62,7 +62,7 @@ impl DirectionCone {
         }
         let spread = 0.5 * (self.spread + between + other.spread);
         if sin < 1e-9 {
-            // Parallel within rounding, or opposite: then anything across would do.
+            // Parallel within rounding, or opposite: then any perpendicular axis would do.
             return if cos > 0.0 { Self::new(a, spread + SLACK) } else { Self::all(a) };
         }
         let turn = spread - self.spread;
@@ -72,7 +72,7 @@ impl DirectionCone {
 }
 
 impl WideBounds {
-    /// Of no light; as lights without power, it widens nothing.
+    /// The bounds of no light. Like lights without power, they widen nothing.
     pub(super) const NONE: WideBounds = WideBounds {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
@@ -120,7 +120,7 @@ impl WideBounds {
         if self.power == 0.0 {
             return *other;
         }
-        // The normals of what has two sides may as well be turned around.
+        // The normals of a two-sided light may be reversed.
         let turned = if other.two_sided && self.cone.axis.dot(other.cone.axis) < 0.0 {
             DirectionCone { axis: -other.cone.axis, ..other.cone }
         } else {
@@ -130,7 +130,7 @@ impl WideBounds {
         let power = self.power + other.power;
         let two_sided = self.two_sided | other.two_sided;
         let outside = (self.outside * self.power + other.outside * other.power) / power;
-        // A node has room for one of the two.
+        // A node stores only one of the two.
         let everywhere = two_sided && outside > 0.0;
         Self {
             min: self.min.min(other.min),
@@ -173,7 +173,7 @@ mod tests {
     use rand::RngExt;
 
     #[test]
-    fn cones_hold_what_is_in_them() {
+    fn union_of_cones_contains_both() {
         let mut stream = Stream::new(3);
         for round in 0..5000 {
             let mut cone = || {

@@ -1,4 +1,4 @@
-//! Where to cut a set of lights in two.
+//! Cuts a set of lights in two.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -6,14 +6,14 @@ use super::CutItem;
 use super::bound::WideBounds;
 use crate::math::DVec3;
 
-/// How many bins compete for a cut along each axis.
+/// Bins along each axis; the planes between them are the candidate cuts.
 const BINS: usize = 12;
 
 /// A plane between two bins along an axis.
 pub(super) struct BinPlane {
     axis: usize,
     low: f64,
-    /// Bins a metre.
+    /// Bins per metre.
     scale: f64,
     /// The first bin of the second part.
     bin: usize,
@@ -61,7 +61,7 @@ pub(super) fn best_cut(items: &[CutItem]) -> Option<BinPlane> {
     best.map(|(_, cut)| cut)
 }
 
-/// The lowest cost of the cuts between bins, and the bin before which it is.
+/// The lowest cost of the cuts between bins, and the first bin after that cut.
 fn cheapest(bins: &[CutBox; BINS]) -> (f64, usize) {
     let mut after = [0.0; BINS + 1];
     let mut extent = CutBox::NONE;
@@ -85,8 +85,8 @@ fn cheapest(bins: &[CutBox; BINS]) -> (f64, usize) {
     best
 }
 
-/// Lights as cuts see them. The spread of their normals is estimated from the mean, because the cone around them
-/// takes trigonometry for each: with a million lights, that was nine tenths of the time.
+/// The bounds of lights, as far as cuts depend on them. The spread of normals is estimated from their mean: the cone
+/// around them takes trigonometry for each light, which was nine tenths of the time with a million lights.
 #[derive(Clone, Copy)]
 pub(super) struct CutBox {
     min: DVec3,
@@ -99,7 +99,7 @@ pub(super) struct CutBox {
 }
 
 impl CutBox {
-    /// Of no light; as lights without power, it widens nothing.
+    /// The bounds of no light. Like lights without power, they widen nothing.
     const NONE: CutBox = CutBox {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
@@ -110,7 +110,7 @@ impl CutBox {
     };
 
     pub(super) fn new(bound: &WideBounds) -> Self {
-        // Of two sides, the one that faces more upwards, so that equal lights agree.
+        // The side of a two-sided light that faces more upwards, so that equal lights agree.
         let upwards = DVec3::new(0.28, 0.9, 0.33);
         let turned = bound.two_sided && bound.cone.axis.dot(upwards) < 0.0;
         // The mean of the directions in a cone is (1 + cos) / 2 long.
@@ -142,7 +142,7 @@ impl CutBox {
         }
     }
 
-    /// Power, times the measure of directions, times the area of the box (PBRT, "EvaluateCost").
+    /// Power times the measure of directions times the area of the box (PBRT, "EvaluateCost").
     fn cost(&self) -> f64 {
         if self.power == 0.0 {
             return 0.0;

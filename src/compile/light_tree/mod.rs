@@ -1,6 +1,6 @@
-//! Lights to light tree: what is far away apart from what is at a place, and each of these cut in two, again and
-//! again, where the surface area orientation heuristic says (Conty Estevez and Kulla, "Importance sampling of many
-//! lights with adaptive tree splitting", 2018; PBRT 4th ed., 12.6.3).
+//! Builds a light tree: separates distant lights from those at a finite place, and cuts each set in two, recursively,
+//! by the surface area orientation heuristic (Conty Estevez and Kulla, "Importance sampling of many lights with
+//! adaptive tree splitting", 2018; PBRT 4th ed., 12.6.3).
 
 mod bound;
 mod cut;
@@ -11,34 +11,34 @@ use cut::{CutBox, best_cut};
 use crate::math::{Aabb, Vec3};
 use crate::scene::light_tree::{LEAF, LightTree, NODE};
 
-/// Where a light is and where it shines.
+/// The bounds of a light: its place, its directions and its power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
-    /// Around all points of it; of no meaning where it is far away.
+    /// The box around all of its points; without meaning for a distant light.
     pub bounds: Aabb,
-    /// Whether it is infinitely far away.
+    /// True if it is infinitely far away.
     pub far: bool,
-    /// Its intensity along its normal in W/sr, or the irradiance from far away in W/m², in any one scale;
-    /// that of the brighter side if it has two.
+    /// Its intensity along its normal in W/sr, or the irradiance of a distant light in W/m², in any common scale; for a
+    /// two-sided light, that of the brighter side.
     pub power: f32,
-    /// The middle of its normals, of any length; of what is far away, of the directions to it.
+    /// The middle of its normals, of any length; for a distant light, of the directions to it.
     pub axis: Vec3,
-    /// Cosine of the angle from the axis within which these are: 1 for what is flat, −1
-    /// for what shines everywhere, such as a point.
+    /// Cosine of the angle from the axis within which these are: 1 for a flat light, −1 for one that emits everywhere,
+    /// such as a point.
     pub cos_spread: f32,
-    /// Cosine of the angle from a normal within which its light leaves: 0 for a diffuse surface.
-    /// For a spot light with its axis as normal, that of the outer angle.
+    /// Cosine of the angle from a normal within which light leaves: 0 for a diffuse surface. For a spot light with its
+    /// axis as normal, that of the outer angle.
     pub cos_emission: f32,
-    /// Whether light leaves on the other side of the normals, too.
+    /// True if light also leaves on the other side of the normals.
     pub two_sided: bool,
-    /// The intensity outside of these directions, as a fraction of `power`; only for what is not two-sided.
+    /// The intensity outside of these directions, as a fraction of `power`; only for one-sided lights.
     pub outside: f32,
 }
 
-/// No path in the tree is longer than the bits of a word.
+/// The longest path in the tree: the number of bits of a word.
 const LONGEST_PATH: u32 = 32;
 
-/// The tree over all of them; the index of a light is its own in the slice. At most 2³¹.
+/// Builds the tree over all lights, which it identifies by their index in the slice. At most 2³¹.
 pub fn build(lights: &[LightBounds]) -> LightTree {
     if lights.is_empty() {
         return LightTree::default();
@@ -68,7 +68,7 @@ pub fn build(lights: &[LightBounds]) -> LightTree {
     LightTree { nodes: builder.nodes, paths: builder.paths, mixed }
 }
 
-/// What cuts are chosen by. It is moved about so that a range of it can be read in one go.
+/// A light with the bounds by which cuts are chosen, stored by value so that a range of items is contiguous in memory.
 #[derive(Clone, Copy)]
 struct CutItem {
     extent: CutBox,
@@ -90,7 +90,7 @@ struct LightTreeBuilder {
 }
 
 impl LightTreeBuilder {
-    /// Builds over lights, with the root in a slot that is there already.
+    /// Builds over lights, with the root in an existing slot.
     fn subtree(&mut self, items: &mut [CutItem], slot: usize, path: u32, depth: u32) -> WideBounds {
         let (bound, next) = if let [item] = items {
             self.paths[item.light as usize] = path;
@@ -113,7 +113,7 @@ fn cut(items: &mut [CutItem], levels: u32) -> (&mut [CutItem], &mut [CutItem]) {
     let half = items.len() / 2;
     let cut = if items.len() > 2 { best_cut(items) } else { None };
     let Some(cut) = cut else { return items.split_at_mut(half) };
-    // Swapping from both ends: the same order for the same input.
+    // Swaps from both ends: the order depends only on the input.
     let (mut low, mut high) = (0, items.len());
     while low < high {
         if cut.is_first(&items[low].extent) {
@@ -150,7 +150,7 @@ mod tests {
         }
     }
 
-    /// The length of the longest path, after checking that each light's leads to it.
+    /// The length of the longest path; checks that each light's path leads to it.
     fn longest_path(tree: &LightTree) -> u32 {
         let next = |node: u32| tree.nodes[node as usize][field::NEXT as usize].to_bits();
         let mut longest = 0;
@@ -182,8 +182,8 @@ mod tests {
     }
 
     #[test]
-    fn no_input_makes_a_deep_tree() {
-        // Each is a thousand times as far as the one before, so each cut would take one off.
+    fn tree_depth_is_limited_for_any_input() {
+        // Each light is a little farther and fainter than the one before, so each cut would split off one.
         let far: Vec<_> = (0..3000)
             .map(|i| lamp(Vec3::X * 2f32.powf(i as f32 * 0.04), 2f32.powf(i as f32 * -0.03)))
             .collect();
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_lights_do_no_harm() {
+    fn invalid_lights_give_a_finite_tree() {
         let broken = [
             lamp(Vec3::NAN, 1.0),
             lamp(Vec3::ONE, f32::INFINITY),

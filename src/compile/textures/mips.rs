@@ -1,5 +1,4 @@
-//! Images in smaller and smaller copies, each texel the mean of those that it covers, in linear
-//! light.
+//! Mip levels: smaller and smaller copies of an image, each texel the mean of those that it covers, in linear light.
 
 use rayon::prelude::*;
 
@@ -9,30 +8,30 @@ use crate::world::assets::Texels;
 /// Texels of a copy that are worth a job of their own.
 const JOB: usize = 1 << 13;
 
-/// Larger images are done one after the other, each by all threads, because of the floats that are kept while their
-/// copies are made.
+/// Larger images are processed one after the other, each by all threads, because of the floats that are held while
+/// their copies are made.
 const LARGE: usize = 1 << 20;
 
 /// Width and height in texels.
 pub(super) type TexelSize = [usize; 2];
 
-/// Where the texels of an image and of its copies go.
+/// The destination of the texels of an image and of its copies.
 pub(super) enum TexelsOut<'a> {
     Bytes(&'a mut [u32]),
     Floats(&'a mut [[f32; 3]]),
 }
 
-/// An image, the sizes of its levels, and where they go.
+/// An image, the sizes of its levels, and their destination.
 pub(super) struct MipJob<'a> {
     pub texels: &'a Texels,
-    /// The image's own, then those of its copies.
+    /// The image's own size, then those of its copies.
     pub sizes: Vec<TexelSize>,
     pub room: TexelsOut<'a>,
-    /// What bytes of colours and of alpha stand for.
+    /// The values of colour bytes and of alpha bytes.
     pub decode: [&'a [f32]; 2],
-    /// Bytes of colours go through the sRGB curve.
+    /// True if colour bytes are sRGB-encoded.
     pub srgb: bool,
-    /// Colours count by their alpha, as much as they are there.
+    /// True if colours are weighted by their alpha.
     pub cut: bool,
 }
 
@@ -43,12 +42,12 @@ pub(super) fn sizes(own: TexelSize, copies: bool) -> Vec<TexelSize> {
 }
 
 impl MipJob<'_> {
-    /// Whether it is more than one thread should do.
+    /// True if all threads should share the work.
     pub(super) fn is_large(&self) -> bool {
         self.sizes[0].iter().product::<usize>() > LARGE
     }
 
-    /// Fills the room.
+    /// Makes all texels.
     pub(super) fn run(self) {
         let Self { texels, sizes, room, decode, srgb, cut } = self;
         match (texels, room) {
@@ -65,10 +64,10 @@ impl MipJob<'_> {
     }
 }
 
-/// The weight of colours that are not there at all: where there are no others, these have to do.
+/// Added to the weight of each colour: where all are transparent, these have to do.
 const HARDLY: f32 = 1e-3;
 
-/// With colours that count by their alpha, or that all count alike.
+/// Makes the levels of bytes. With `CUT`, colours are weighted by their alpha.
 fn bytes<const CUT: bool>(
     texels: &[[u8; 4]],
     sizes: &[TexelSize],
@@ -95,8 +94,8 @@ fn bytes<const CUT: bool>(
             *word = u32::from_le_bytes(*texel);
         }
     });
-    // A copy is made from the one before it, as that was before rounding. The image itself is never held as floats:
-    // it may fill half of the memory.
+    // Each copy is made from the one before it, prior to rounding. The image itself is never held as floats: it may
+    // fill half of the memory.
     let mut finer: Vec<[f32; 4]> = Vec::new();
     for pair in sizes.windows(2) {
         let [from, to] = [pair[0], pair[1]];
@@ -130,7 +129,7 @@ fn floats(texels: &[[f32; 3]], sizes: &[TexelSize], room: &mut [[f32; 3]]) {
     }
 }
 
-/// A row of an image of half the size. Odd sizes lose no row: the last texel covers three.
+/// Computes a row of an image of half the size. Odd sizes lose no row: the last texel covers three.
 fn halve<T: Copy, const N: usize>(
     texels: &[T],
     read: impl Fn(T) -> [f32; N],
@@ -173,7 +172,7 @@ mod tests {
         (0..count).map(|i| (word(i) ^ word(i) >> 15).to_le_bytes()).collect()
     }
 
-    /// The copies by definition: the mean of what each texel covers, of the copy before it.
+    /// The copies by definition: each texel is the mean of those that it covers in the copy before.
     fn copies(own: Vec<[f32; 4]>, sizes: &[TexelSize]) -> Vec<[f32; 4]> {
         let (mut all, mut finer) = (Vec::new(), own);
         for pair in sizes.windows(2) {
@@ -204,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_of_bytes_are_those_of_the_definition() {
+    fn copies_of_bytes_match_the_definition() {
         let unit = |byte: u8| f32::from(byte) / 255.0;
         let linear: Vec<f32> = (0..=255).map(unit).collect();
         let curved: Vec<f32> = linear.iter().map(|value| srgb_decode(*value)).collect();
@@ -228,9 +227,9 @@ mod tests {
         }
     }
 
-    /// What alpha cuts away leaves no fringe of its colour.
+    /// Transparent texels leave no fringe of their colour.
     #[test]
-    fn colours_count_as_much_as_they_are_there() {
+    fn colours_are_weighted_by_alpha() {
         let linear: Vec<f32> = (0..=255).map(|byte| byte as f32 / 255.0).collect();
         let (leaf, faint, gone) = ([40, 200, 80, 255], [240, 100, 80, 51], [255, 255, 255, 0]);
         let copy = |texels: [[u8; 4]; 4], cut: bool| {
@@ -253,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_of_floats_are_those_of_the_definition() {
+    fn copies_of_floats_match_the_definition() {
         for own in SIZES {
             let texels: Vec<[f32; 3]> = noise(own[0] * own[1])
                 .iter()

@@ -1,18 +1,18 @@
-//! Light to bytes of the sRGB curve, by a table.
+//! Converts light to sRGB bytes by a table.
 
 use std::sync::LazyLock;
 
 use crate::film::tonemap::srgb_encode;
 
-/// What is darker than this is byte 0.
+/// Darker light is byte 0.
 const DARKEST: f32 = 1.0 / 8192.0;
 /// Floats that share one entry of [`ByteThresholds::cells`]: 128 cells for each power of two, so that no cell
 /// holds more than one threshold.
 const CELL_BITS: u32 = 16;
 
-/// Where the nearest byte of the sRGB curve changes.
+/// The thresholds at which the nearest byte of the sRGB curve changes.
 pub(super) struct ByteThresholds {
-    /// The least light whose byte is at least that many; above 255 none.
+    /// The least light whose byte is at least the index; none above 255.
     thresholds: [f32; 257],
     /// The byte at the beginning of each cell from [`DARKEST`] to 1.
     cells: Vec<u8>,
@@ -25,7 +25,7 @@ impl ByteThresholds {
     fn new() -> Self {
         let mut thresholds = [f32::INFINITY; 257];
         for (byte, threshold) in thresholds.iter_mut().enumerate().take(256) {
-            // The bits of positive floats are in their order.
+            // Positive floats are ordered as their bits are.
             let (mut low, mut high) = (0, 1.0_f32.to_bits());
             while low < high {
                 let middle = low + (high - low) / 2;
@@ -40,7 +40,7 @@ impl ByteThresholds {
         Self { thresholds, cells: cells.map(|bits| by_definition(f32::from_bits(bits))).collect() }
     }
 
-    /// The byte nearest to this much light.
+    /// The byte nearest to a light value.
     pub(super) fn byte(&self, light: f32) -> u8 {
         if light >= 1.0 {
             return 255;
@@ -53,7 +53,7 @@ impl ByteThresholds {
     }
 }
 
-/// [0, 1] to the nearest byte.
+/// The byte nearest to a value in [0, 1].
 pub(super) fn nearest(value: f32) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_has_the_bytes_of_the_curve() {
+    fn table_matches_the_srgb_curve() {
         for threshold in &CURVE.thresholds[1..256] {
             let before = threshold.next_down();
             assert!(by_definition(before) < by_definition(*threshold));

@@ -1,10 +1,10 @@
-//! Numbers to colours that look as far apart as the numbers are.
+//! A perceptually uniform colour map.
 
 use crate::math::Rgb;
 
-/// A linear colour for a value from 0 (nearly black) through blue, red and orange to 1 (pale yellow). In Oklab (Björn
-/// Ottosson, 2020) its lightness grows evenly and its hue turns evenly, so equal steps look equal, in grey too. NaN
-/// counts as 0.
+/// Returns a linear colour for a value from 0 (nearly black) through blue, red and orange to 1 (pale yellow). In Oklab
+/// (Björn Ottosson, 2020) lightness and hue are linear in the value, so equal steps look equal, in grey too. NaN counts
+/// as 0.
 pub fn color(value: f64) -> Rgb {
     let t = if value > 0.0 { value.min(1.0) } else { 0.0 };
     let lightness = 0.10 + 0.87 * t;
@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_gets_brighter_all_the_way() {
+    fn colormap_luminance_increases_with_value() {
         let mut before = -1.0;
         for step in 0..=100 {
             let luminance = color(f64::from(step) / 100.0).luminance();

@@ -1,6 +1,5 @@
-//! LDR-FLIP, how much two images differ when they are shown in turn: Andersson, Nilsson,
-//! Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference Evaluator for
-//! Alternating Images" (2020). Names and constants are the paper's.
+//! LDR-FLIP, the difference of two images that are shown in turn: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström
+//! and Fairchild, "FLIP: A Difference Evaluator for Alternating Images" (2020). Names and constants are the paper's.
 //!
 //! Written from the paper: the only crate for it wraps the authors' C++.
 
@@ -9,23 +8,23 @@ use std::f64::consts::PI;
 use super::raster::{Raster, gaussian, normalised};
 use crate::math::{DMat3, DVec3, Rgb};
 
-/// The paper's viewer: 0.7 m from a screen 0.7 m and 3,840 pixels wide.
+/// The angular resolution of the paper's viewer: 0.7 m from a screen that is 0.7 m and 3,840 pixels wide.
 const PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
-/// Exponents of colour and feature differences, and where the former are bent.
+/// The exponents of colour and feature differences, and the knee of the former.
 const QC: f64 = 0.7;
 const QF: f64 = 0.5;
 const PC: f64 = 0.4;
 const PT: f64 = 0.95;
-/// Width of the feature detectors in degrees.
+/// The width of the feature detectors in degrees.
 const FEATURE_WIDTH: f64 = 0.082;
 
 /// Contrast sensitivity as sums of Gaussians (a, b), for the three components of YCxCz.
 const SENSITIVITY: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
 
-/// A pixel of one of the spaces between linear light and what is perceived.
+/// A pixel in a colour space between linear light and perception.
 type ColorTriple = [f64; 3];
 
-/// The error of each pixel from 0 to 1. Values are linear, 0 to 1.
+/// Returns the error of each pixel, from 0 to 1. Inputs are linear, 0 to 1.
 pub(super) fn map(width: usize, reference: &[Rgb], test: &[Rgb]) -> Vec<f64> {
     let space = Space::new();
     let (reference, test) = (Perceived::new(&space, width, reference), Perceived::new(&space, width, test));
@@ -40,7 +39,7 @@ pub(super) fn map(width: usize, reference: &[Rgb], test: &[Rgb]) -> Vec<f64> {
     (0..reference.color.len()).map(|i| libm::pow(color(i), 1.0 - feature(i).min(1.0))).collect()
 }
 
-/// Large differences are pressed into the range from PT to 1.
+/// Compresses large differences into the range from PT to 1.
 fn bend(difference: f64, largest: f64) -> f64 {
     let limit = PC * largest;
     if difference < limit {
@@ -50,19 +49,19 @@ fn bend(difference: f64, largest: f64) -> f64 {
     }
 }
 
-/// A distance between colours that holds for large ones too.
+/// The HyAB distance between colours, which is valid for large distances too.
 fn hyab(a: ColorTriple, b: ColorTriple) -> f64 {
     let [lightness, red, yellow] = [0, 1, 2].map(|i| a[i] - b[i]);
     lightness.abs() + (red * red + yellow * yellow).sqrt()
 }
 
-/// An image as the eye takes it in.
+/// An image as the eye perceives it.
 struct Perceived {
-    /// L*a*b* after Hunt, blurred as far as the eye blurs it.
+    /// Hunt-adjusted L*a*b*, blurred as far as the eye blurs it.
     color: Vec<ColorTriple>,
-    /// How strong an edge is in each pixel.
+    /// The strength of edges in each pixel.
     edges: Vec<f64>,
-    /// The same for points and lines.
+    /// The strength of points and lines in each pixel.
     points: Vec<f64>,
 }
 
@@ -74,7 +73,7 @@ impl Perceived {
             .map(|i| space.hunt(space.light([y.values[i], cx.values[i], cz.values[i]])))
             .collect();
         drop([y, cx, cz]);
-        // Features are looked for in lightness from 0 to 1.
+        // Features are detected in lightness from 0 to 1.
         let lightness = Raster::new(width, &plane(0).values, |y| (y + 16.0) / 116.0);
         Perceived {
             color,
@@ -84,9 +83,9 @@ impl Perceived {
     }
 }
 
-/// What remains of a component at the distance of the viewer.
+/// Filters a component by the eye's contrast sensitivity at the viewer's distance.
 fn sensed(plane: &Raster, gaussians: &[(f64, f64)]) -> Raster {
-    // All components reach as far as the widest: 3 σ.
+    // All components use the radius of the widest: 3 σ.
     let sigma = |b: f64| (b / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE;
     let radius = (3.0 * sigma(0.04)).ceil() as usize;
     let parts: Vec<(f64, Vec<f64>)> = gaussians
@@ -105,7 +104,7 @@ fn sensed(plane: &Raster, gaussians: &[(f64, f64)]) -> Raster {
     out
 }
 
-/// The strength of what a pair of detectors, along rows and along columns, finds.
+/// Returns the response of a pair of detectors, along rows and along columns.
 fn features(lightness: &Raster, detector: impl Fn(f64, usize) -> Vec<f64>) -> Vec<f64> {
     let sigma = 0.5 * FEATURE_WIDTH * PIXELS_PER_DEGREE;
     let radius = (3.0 * sigma).ceil() as usize;
@@ -122,7 +121,7 @@ fn point_weights(sigma: f64, radius: usize) -> Vec<f64> {
     balanced(sigma, radius, |x| x * x / (sigma * sigma) - 1.0)
 }
 
-/// A Gaussian times `factor`, positive weights adding up to 1 and negative ones to −1.
+/// Returns a Gaussian times `factor`, with positive weights that add up to 1 and negative ones to −1.
 fn balanced(sigma: f64, radius: usize, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     let weights: Vec<f64> = gaussian(sigma, radius)
         .iter()
@@ -134,7 +133,7 @@ fn balanced(sigma: f64, radius: usize, factor: impl Fn(f64) -> f64) -> Vec<f64> 
     weights.iter().map(|w| w / if *w > 0.0 { positive } else { negative }).collect()
 }
 
-/// From linear Rec. 709 to YCxCz and L*a*b*, and part of the way back.
+/// Conversion from linear Rec. 709 to YCxCz and L*a*b*, and from YCxCz back.
 struct Space {
     to_xyz: DMat3,
     from_xyz: DMat3,
@@ -152,21 +151,21 @@ impl Space {
         Space { to_xyz, from_xyz: to_xyz.inverse(), white: to_xyz * DVec3::ONE }
     }
 
-    /// YCxCz: linear, but scaled as L*a*b* is.
+    /// Converts to YCxCz: linear, but scaled like L*a*b*.
     fn opponent(&self, pixel: &Rgb) -> ColorTriple {
         let linear = DVec3::from_array(pixel.to_array().map(f64::from));
         let DVec3 { x, y, z } = self.to_xyz * linear / self.white;
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
-    /// The inverse of [`Space::opponent`], cut off at what a screen can show.
+    /// The inverse of [`Space::opponent`], clamped to what a screen can show.
     fn light(&self, [y, cx, cz]: ColorTriple) -> DVec3 {
         let y = (y + 16.0) / 116.0;
         let xyz = DVec3::new(y + cx / 500.0, y, y - cz / 200.0) * self.white;
         (self.from_xyz * xyz).clamp(DVec3::ZERO, DVec3::ONE)
     }
 
-    /// L*a*b*, with less colour where it is dark.
+    /// Converts to L*a*b*, with less chroma in the dark.
     fn hunt(&self, linear: DVec3) -> ColorTriple {
         const DELTA: f64 = 6.0 / 29.0;
         let [x, y, z] = (self.to_xyz * linear / self.white).to_array().map(|t| {
@@ -187,7 +186,7 @@ mod tests {
         map.iter().sum::<f64>() / map.len() as f64
     }
 
-    /// A picture by formula, so that other programs can make the same one.
+    /// An image by formula, so that other programs can make the same one.
     fn waves(phase: f64) -> Vec<Rgb> {
         let level = |x: f64| (0.5 + 0.5 * libm::sin(x + phase)) as f32;
         (0..64 * 48)
@@ -198,9 +197,9 @@ mod tests {
             .collect()
     }
 
-    /// The means are what the authors' program (1.7, `flip_evaluator` for Python) gives.
+    /// The expected values are those of the authors' program (1.7, `flip_evaluator` for Python).
     #[test]
-    fn it_agrees_with_the_authors() {
+    fn flip_matches_authors_program() {
         assert!((mean(64, &waves(0.0), &waves(0.5)) - 0.638_353).abs() < 2e-4);
         let errors = map(64, &waves(0.0), &waves(0.5));
         for (x, y, wanted) in [(0, 0, 0.442_252), (20, 10, 0.641_797), (63, 47, 0.789_295)] {
@@ -212,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_have_no_error() {
+    fn flip_of_equal_images_is_zero() {
         let picture = waves(0.0);
         assert_eq!(mean(64, &picture, &picture), 0.0);
         assert_eq!(mean(1, &picture[..7], &picture[..7]), 0.0);

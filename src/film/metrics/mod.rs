@@ -1,7 +1,7 @@
-//! How far an image is from a reference: numbers for programs, a map for people.
+//! Metrics of the difference between an image and a reference, and a map of the error.
 //!
-//! The first four are measured on linear light as it is; PSNR, SSIM and FLIP on what a screen
-//! shows of it, linear light cut off at 0 and 1.
+//! The squared errors are measured on linear light as it is; PSNR, SSIM and FLIP on light that is clamped to [0, 1], as
+//! a screen shows it.
 
 pub mod colormap;
 mod flip;
@@ -13,56 +13,55 @@ use crate::math::Rgb;
 use crate::memory::{self, Reservation, Shortage};
 use raster::Raster;
 
-/// Light above this counts as this in the relative error, so that a few very bright pixels do
-/// not outweigh all others.
+/// The upper limit of light in the relative error, so that a few very bright pixels do not outweigh all others.
 pub const RELATIVE_LIMIT: f64 = 20.0;
 
-/// Sides of blocks in pixels.
+/// The sides of blocks in pixels.
 pub const BLOCKS: [usize; 3] = [2, 4, 8];
 
-/// Bytes that [`compare`] takes for each pixel, besides the two images.
+/// The bytes that [`compare`] takes for each pixel, besides the two images.
 const BYTES: u64 = 150;
 
-/// Claims the memory that [`compare`] takes for images of a size.
+/// Reserves the memory that [`compare`] takes for images of a size.
 pub fn claim([width, height]: [u32; 2]) -> Result<Reservation<'static>, Shortage> {
     let what = format_args!("comparing images of {width}x{height}");
     memory::reserve(what, u64::from(width) * u64::from(height) * BYTES)
 }
 
-/// How far an image is from a reference.
+/// The difference between an image and a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metrics {
-    /// Mean of (a − b)² over all components.
+    /// The mean of (a − b)² over all components.
     pub mse: f64,
-    /// Its root.
+    /// The square root of `mse`.
     pub rmse: f64,
-    /// Mean of (a − b)² / (b² + 0.01), both cut off at [`RELATIVE_LIMIT`].
+    /// The mean of (a − b)² / (b² + 0.01), with both clamped to [`RELATIVE_LIMIT`].
     pub relative_mse: f64,
-    /// The same for the means of blocks of [`BLOCKS`] pixels to a side: the error that is left when a picture is seen
-    /// from afar or scaled down. Errors that neighbours have in common stay.
+    /// The relative MSE of the means of blocks of [`BLOCKS`] pixels to a side: the error that remains when the image is
+    /// seen from afar or scaled down. Errors that neighbours have in common remain.
     pub relative_mse_of_blocks: [f64; BLOCKS.len()],
-    /// Peak signal to noise in dB, peak 1, of light cut off at 0 and 1; infinite for equal images.
+    /// The peak signal-to-noise ratio in dB, peak 1, of light clamped to [0, 1]; infinite for equal images.
     pub psnr_db: f64,
-    /// Structural similarity of sRGB luma: 1 for equal images.
+    /// The structural similarity of sRGB luma: 1 for equal images.
     pub ssim: f64,
-    /// Mean of FLIP's error: 0 for equal images, at most 1.
+    /// The mean of FLIP's error: 0 for equal images, at most 1.
     pub flip: f64,
-    /// Mean of the image over that of the reference: red, green, blue. 1 if both are black.
+    /// The mean of the image divided by that of the reference: red, green, blue. 1 if both are black.
     pub mean_ratio: [f64; 3],
-    /// Whether all components are equal.
+    /// True if all components are equal.
     pub identical: bool,
 }
 
-/// [`Metrics`] and where they come from.
+/// [`Metrics`] and the map of FLIP's error.
 pub struct ImageComparison {
-    /// Of the whole image.
+    /// The metrics of the whole image.
     pub metrics: Metrics,
     /// FLIP's error of each pixel, 0 to 1, row by row.
     pub flip: Vec<f64>,
 }
 
-/// Compares an image with a reference of the same size, at least one pixel. Before PSNR, SSIM
-/// and FLIP both are multiplied by `exposure`. All components have to be finite.
+/// Compares an image with a reference of the same size, at least one pixel. Before PSNR, SSIM and FLIP both are
+/// multiplied by `exposure`. All components have to be finite.
 pub fn compare(width: usize, image: &[Rgb], reference: &[Rgb], exposure: f32) -> ImageComparison {
     assert!(image.len() == reference.len() && !image.is_empty(), "two images of one size");
     let shown = |pixels: &[Rgb]| -> Vec<Rgb> {
@@ -95,8 +94,8 @@ fn relative_square(a: f64, b: f64) -> f64 {
     (a - b) * (a - b) / (b * b + 0.01)
 }
 
-/// Means of blocks of pixels, each component cut off at [`RELATIVE_LIMIT`]; those at the right and lower edges
-/// may be smaller.
+/// Returns the means of blocks of pixels, with each component clamped to [`RELATIVE_LIMIT`]; blocks at the right and
+/// lower edges may be smaller.
 fn block_means(width: usize, pixels: &[Rgb], side: usize) -> Vec<Rgb> {
     let rows: Vec<&[Rgb]> = pixels.chunks(width).collect();
     let mean = |rows: &[&[Rgb]], x: usize| {
@@ -120,7 +119,7 @@ fn mean_square(a: &[Rgb], b: &[Rgb], error: impl Fn(f64, f64) -> f64) -> f64 {
     sum / (3 * a.len()) as f64
 }
 
-/// The grey that the eye sees, in the sRGB curve.
+/// Returns the luma of sRGB-encoded pixels.
 fn luma(width: usize, shown: &[Rgb]) -> Raster {
     Raster::new(width, shown, |pixel| f64::from(pixel.map(srgb_encode).luminance()))
 }
@@ -142,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_images_have_no_error() {
+    fn metrics_of_equal_images_are_zero() {
         let a = picture(|i| (i % 7) as f32);
         let ImageComparison { metrics, flip } = compare(16, &a, &a, 1.0);
         assert_eq!((metrics.mse, metrics.rmse, metrics.relative_mse, metrics.flip), (0.0, 0.0, 0.0, 0.0));
@@ -152,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_by_hand() {
+    fn metrics_match_hand_computation() {
         let (a, b) = (vec![Rgb::splat(0.5); 144], vec![Rgb::splat(0.4); 144]);
         let m = compare(12, &a, &b, 1.0).metrics;
         assert!((m.mse - 0.01).abs() < 1e-8 && (m.rmse - 0.1).abs() < 1e-7);
@@ -162,9 +161,9 @@ mod tests {
         assert!(!m.identical && m.flip > 0.01 && m.ssim < 1.0);
     }
 
-    /// What alternates is gone in the mean of a block; what does not stays.
+    /// Alternating errors vanish in the mean of a block; constant ones remain.
     #[test]
-    fn errors_of_blocks() {
+    fn block_error_ignores_alternating_errors() {
         let b = vec![Rgb::splat(0.5); 20 * 20];
         let chequered = |i: usize| if (i % 20 + i / 20).is_multiple_of(2) { 0.6 } else { 0.4 };
         let a: Vec<Rgb> = (0..20 * 20).map(|i| Rgb::splat(chequered(i))).collect();
@@ -177,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_screen_only_light_differs() {
+    fn display_metrics_ignore_differences_above_one() {
         let (a, b) = (vec![Rgb::splat(100.0); 4], vec![Rgb::splat(25.0); 4]);
         let m = compare(2, &a, &b, 1.0).metrics;
         assert_eq!((m.relative_mse, m.flip, m.psnr_db), (0.0, 0.0, f64::INFINITY));

@@ -1,6 +1,6 @@
-//! One number a pixel, and separable filters over it.
+//! Rasters of one number per pixel, and separable filters.
 
-/// Row by row from the top.
+/// A raster, row by row from the top.
 pub(super) struct Raster {
     pub width: usize,
     pub height: usize,
@@ -8,27 +8,27 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    /// From rows of pixels.
+    /// Creates a raster from rows of pixels.
     pub fn new<T>(width: usize, pixels: &[T], value: impl Fn(&T) -> f64) -> Raster {
         let width = width.max(1);
         Raster { width, height: pixels.len() / width, values: pixels.iter().map(value).collect() }
     }
 
-    /// The same for each pixel of two planes of one size.
+    /// Combines two rasters of one size pixel by pixel.
     pub fn zip(&self, other: &Raster, value: impl Fn(f64, f64) -> f64) -> Raster {
         let values = self.values.iter().zip(&other.values).map(|(a, b)| value(*a, *b)).collect();
         Raster { values, ..*self }
     }
 
-    /// Weighs each pixel's neighbours in its row by `across`, then in its column by `down`; both have an odd length.
-    /// Beyond the border its pixels are repeated.
+    /// Filters rows by the weights `across`, then columns by the weights `down`; both have an odd length. Border pixels
+    /// are repeated beyond the border.
     pub fn filtered(&self, across: &[f64], down: &[f64]) -> Raster {
         let rows = convolve(&self.values, self.width, self.height, [1, self.width], across);
         Raster { values: convolve(&rows, self.height, self.width, [self.width, 1], down), ..*self }
     }
 }
 
-/// Along `length` values that lie `step` apart, in each of `lines` lines that lie `line_step` apart.
+/// Filters each of `lines` lines, which lie `line_step` apart, along its `length` values, which lie `step` apart.
 fn convolve(
     values: &[f64],
     length: usize,
@@ -53,13 +53,13 @@ fn convolve(
     out
 }
 
-/// exp(−x²/2σ²) for whole x from −`radius` to `radius`.
+/// Returns exp(−x²/2σ²) for whole x from −`radius` to `radius`.
 pub(super) fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
     let offsets = -(radius as i64)..=radius as i64;
     offsets.map(|x| libm::exp(-((x * x) as f64) / (2.0 * sigma * sigma))).collect()
 }
 
-/// Scaled so that they add up to 1.
+/// Scales weights so that they add up to 1.
 pub(super) fn normalised(weights: &[f64]) -> Vec<f64> {
     let sum: f64 = weights.iter().sum();
     weights.iter().map(|weight| weight / sum).collect()
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn filters_go_along_rows_and_columns_and_over_the_border() {
+    fn filters_apply_to_rows_and_columns_and_repeat_the_border() {
         let pixels = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
         let plane = Raster::new(3, &pixels, |value| *value);
         let left = plane.filtered(&[1.0, 0.0, 0.0], &[1.0]);

@@ -12,8 +12,8 @@ const SIGMA: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean over all windows that lie within the image (over all pixels where none does): 1 for
-/// equal images, less for others. Values are encoded for the eye, 0 to 1.
+/// Returns the mean over all windows that lie within the image (over all pixels if none does): 1 for equal images, less
+/// for others. Values are sRGB-encoded, 0 to 1.
 pub(super) fn mean(a: &Raster, b: &Raster) -> f64 {
     let window = normalised(&gaussian(SIGMA, RADIUS));
     let blurred = |plane: &Raster| plane.filtered(&window, &window);
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_is_one_and_constants_follow_the_formula() {
+    fn ssim_is_one_for_equal_images_and_follows_the_formula_for_constants() {
         let texture = plane(|i| (i * 37 % 100) as f64 / 100.0);
         assert!((mean(&texture, &texture) - 1.0).abs() < 1e-12);
         let (a, b) = (plane(|_| 0.25), plane(|_| 0.75));

@@ -1,4 +1,4 @@
-//! The bounds of records: their numbers have the bounds of the options that they were made of.
+//! Validation of film headers: their numbers must lie within the bounds of the options they come from.
 
 use super::header::{Begun, FilmHeader, PROGRAM, RenderedView};
 use crate::error::words;
@@ -6,20 +6,20 @@ use crate::film::{Allocation, Region};
 use crate::formats::environment_preset::{EnvironmentPreset, SkyOptions};
 use crate::world::{Adaptive, Settings};
 
-/// More parts than a film can have samples.
+/// An upper bound: a film cannot have more shards than samples.
 const MOST_PARTS: u32 = 1 << 22;
-/// A block gets at most so many times the samples that were asked for, under adaptive sampling.
+/// Under adaptive sampling, a block gets at most this multiple of the requested samples.
 const MOST_TIMES: u32 = 16;
-/// More rays than a block takes in a century.
+/// An upper bound: more rays than a block takes in a century.
 const MOST_RAYS: u64 = 1 << 53;
-/// More seconds than anybody renders.
+/// An upper bound: more seconds than any rendering takes.
 const MOST_SECONDS: f64 = 1e12;
 
 impl FilmHeader {
-    /// Reads a record. Errors: what is wrong with it, in words that follow "its record".
+    /// Parses a header. The error is a predicate that follows "its header" or "its record".
     pub fn parse(json: &[u8]) -> Result<FilmHeader, String> {
         let damaged = || "is damaged: render it again, or use another copy".to_owned();
-        // A record of another version may have other fields.
+        // A header of another version may have other fields.
         let any: serde_json::Value = serde_json::from_slice(json).map_err(|_| damaged())?;
         let program = any.get("program").and_then(serde_json::Value::as_str).ok_or_else(damaged)?;
         if program != PROGRAM {
@@ -33,7 +33,7 @@ impl FilmHeader {
         Ok(header)
     }
 
-    /// Errors: the first number that cannot be, or does not fit to the others.
+    /// Checks all numbers. The error names the first one that is out of bounds or inconsistent with others.
     fn check(&self) -> Result<(), String> {
         self.settings.check()?;
         self.view.check()?;
@@ -60,7 +60,7 @@ impl FilmHeader {
 }
 
 impl Begun {
-    /// True if a film of a region, of whose samples none is beyond a number, can have such a pass.
+    /// True if a film of a region, all of whose sample numbers are below `most`, can have such a pass.
     fn is_sound(&self, region: Region, most: u32) -> bool {
         let Begun { samples: [start, end], until, tile, tiles, blocks: _ } = self;
         let side = |from: u32, to: u32| u64::from(to.div_ceil(*tile) - from / tile);
@@ -73,7 +73,7 @@ impl Begun {
 }
 
 impl RenderedView {
-    /// Errors: the first number that no option can have said.
+    /// Checks all numbers. The error names the first one that no option can have set.
     fn check(&self) -> Result<(), String> {
         let all = |numbers: &[f64], most: f64| numbers.iter().all(|number| number.abs() <= most);
         is_true("time_s", self.time_s.is_none_or(f32::is_finite))?;

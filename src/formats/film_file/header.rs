@@ -1,4 +1,4 @@
-//! What a film file says about itself.
+//! The header of a film file.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,54 +15,53 @@ use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::source_files::FileDigest;
 use crate::world::{Settings, SourceFiles};
 
-/// This program and its version. Another version may produce different samples.
+/// The name and version of this program. Another version may produce different samples.
 pub const PROGRAM: &str = concat!("rayfront ", env!("CARGO_PKG_VERSION"));
 
-/// The name that a scene's own file has among the files that were read, whatever it is called.
+/// The key of the scene's own file among the files that were read, whatever its name.
 const SCENE: &str = ".";
 
-/// What a film was rendered from, how, and how far.
+/// The scene and the settings of a film, and the progress of its rendering.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FilmHeader {
     /// [`PROGRAM`].
     pub program: String,
-    /// What was rendered.
+    /// The scene's files.
     pub scene: Source,
-    /// Which view of it.
+    /// The view of the scene.
     pub view: RenderedView,
-    /// The settings, including what the command line changed.
+    /// The settings, including the changes made on the command line.
     pub settings: Settings,
-    /// Which pixels.
+    /// The rendered region in pixels.
     pub region: Region,
-    /// The unit that the sums count in.
+    /// The unit of the sums.
     pub unit: FilmScale,
-    /// Whether squares of samples follow the sums.
+    /// True if sums of squared samples are stored, too.
     pub variance: bool,
-    /// The range of samples that the film is to have: for a shard, a part of [`Settings::samples`].
+    /// The range of samples that the film is to have; for a shard, a part of [`Settings::samples`].
     pub wanted: [u32; 2],
-    /// Samples that all pixels have: ranges, in order.
+    /// The samples that all pixels have, as sorted ranges.
     pub samples: Vec<[u32; 2]>,
-    /// The most samples that any pixel has: with adaptive samples more than all have.
+    /// The largest number of samples of any pixel: under adaptive sampling, more than all pixels have.
     pub most: u32,
-    /// The pass under way, whose samples only some tiles have.
+    /// The unfinished pass, whose samples only some tiles have.
     pub begun: Option<Begun>,
-    /// How many rays each block's first samples have taken, under adaptive sampling.
+    /// The number of rays that the first samples of each block took, under adaptive sampling.
     pub rays: Option<Vec<u64>>,
-    /// How many samples blocks get, where that was decided beforehand: `samples` are then those that the pixels have
-    /// which get them.
+    /// The numbers of samples of the blocks, if decided beforehand. `samples` then refers to the pixels that get them.
     pub allocation: Option<Allocation>,
-    /// Which part was asked for, and of how many.
+    /// The index of the shard, and the number of shards.
     pub shard: Option<[u32; 2]>,
     /// [`Film::hash`], in hexadecimal digits.
     pub film_hash: String,
-    /// The same of the squares.
+    /// The hash of the squares.
     pub moments_hash: Option<String>,
-    /// What no bit of the image depends on.
+    /// Metadata that no bit of the image depends on.
     pub note: Note,
 }
 
-/// Paths as text. What is not Unicode in them is replaced, because JSON can hold nothing else; the file's place must
-/// then be given again.
+/// Serialisation of paths as text. Invalid Unicode is replaced, because JSON cannot represent it; the path must then be
+/// given again.
 pub(in crate::formats) mod as_text {
     use std::path::{Path, PathBuf};
 
@@ -89,110 +88,111 @@ pub(in crate::formats) mod as_text {
     }
 }
 
-/// A pass that was under way.
+/// An unfinished pass.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Begun {
     /// Its range of samples.
     pub samples: [u32; 2],
-    /// Where the samples end that are to follow for the same blocks, if any are.
+    /// The end of the samples that are to follow for the same blocks, if there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<u32>,
     /// Width and height of its tiles in pixels.
     pub tile: u32,
-    /// Numbers of the tiles that have them.
+    /// The numbers of the tiles that have these samples.
     pub tiles: Vec<u32>,
-    /// The numbers of the blocks that get these samples, if not all do.
+    /// The numbers of the blocks that get these samples; none for all.
     pub blocks: Option<Vec<u32>>,
 }
 
-/// For people, and to go on as it was begun.
+/// Human-readable notes, and the data needed to continue with the same options.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Note {
     /// The command line, without the program's name.
     pub command: Vec<String>,
-    /// Where the images go.
+    /// The paths of the output images.
     #[serde(with = "as_text::several")]
     pub outputs: Vec<PathBuf>,
     /// The machines that rendered it.
     pub hosts: Vec<String>,
-    /// How many seconds they rendered, added up.
+    /// The total rendering time of all machines in seconds.
     pub seconds: f64,
-    /// Why there are fewer samples than wanted.
+    /// The reason why there are fewer samples than wanted.
     pub stopped_by: Option<String>,
 }
 
 /// The files that a scene was read from.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Source {
-    /// The scene's path, as it was given.
+    /// The scene's path, as given.
     #[serde(with = "as_text")]
     pub path: PathBuf,
-    /// The hash of each file's content, by its name as seen from the scene's folder; `.` is the scene file itself.
+    /// The hash of each file's content, by its path relative to the scene's folder; `.` is the scene file itself.
     pub files: BTreeMap<String, String>,
-    /// A hash of all that.
+    /// The hash of `files`.
     pub hash: String,
 }
 
-/// Which view of a scene is rendered.
+/// The view of a scene that is rendered.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RenderedView {
-    /// The camera's name, if not the first.
+    /// The camera's name; none for the first.
     pub camera: Option<String>,
-    /// The moment of a model's animations.
+    /// The time in a model's animations.
     pub time_s: Option<f32>,
-    /// For how many seconds from then on the shutter is open, if motion is to be blurred.
+    /// The exposure time in seconds from then on, for motion blur.
     pub shutter_s: Option<f32>,
-    /// At how many moments within these the scene is rendered.
+    /// The number of moments within the exposure at which the scene is rendered.
     pub moments: Option<u32>,
     /// A variant of a model's materials.
     pub variant: Option<String>,
-    /// One of a model's scenes.
+    /// The scene of a model.
     pub scene: Option<String>,
-    /// Of models.
+    /// The units of the lights in models.
     #[serde(default)]
     pub light_units: LightUnits,
-    /// Of models.
+    /// True if glass in models is solid.
     #[serde(default)]
     pub solid_glass: bool,
-    /// Of models.
+    /// True if all surfaces of models are double-sided.
     #[serde(default)]
     pub double_sided: bool,
-    /// What is put around the scene in place of its own environment.
+    /// The environment that replaces the scene's own.
     #[serde(default)]
     pub surroundings: Option<EnvironmentPreset>,
-    /// Changes beyond what its files say.
+    /// Edits of the scene.
     #[serde(default, skip_serializing_if = "Edits::is_empty")]
     pub edits: Edits,
-    /// The size of the picture, if not the scene's own.
+    /// The size of the image, if not the scene's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<[u32; 2]>,
 }
 
 impl RenderedView {
-    /// The most [`RenderedView::moments`].
+    /// The largest value of [`RenderedView::moments`].
     pub const MOST_MOMENTS: u32 = 4096;
-    /// The longest [`RenderedView::shutter_s`]: all of the time between frames, a thousand seconds apart.
+    /// The largest value of [`RenderedView::shutter_s`]: the whole interval between frames a thousand seconds apart.
     pub const LONGEST_SHUTTER_S: f32 = 1001.0;
-    /// The most degrees by which cameras turn.
+    /// The largest rotation of a camera in degrees.
     pub const MOST_DEGREES: f64 = 36_000.0;
 
-    /// How many moments there are.
+    /// The number of moments.
     pub fn moments(&self) -> u32 {
         self.shutter_s.and(self.moments).unwrap_or(1).max(1)
     }
 
-    /// The moment that a sample out of so many belongs to, and the first sample after it that belongs to another one.
+    /// Returns the moment of a sample, out of `samples`, and the first later sample that belongs to another moment.
     ///
-    /// The samples are divided as evenly as possible, in two rounds through all moments, the first with a quarter of
-    /// the samples. Each round goes through time in the order of the radical inverse in base 3 (Halton, 1960). So what is
-    /// stopped early has samples from all of the time, too, although each moment's samples follow each other: every
-    /// sixteenth point of a Sobol sequence, say, would cover only a sixteenth of the pixel.
+    /// The samples are divided as evenly as possible, in two rounds through all moments; the first has a quarter of the
+    /// samples. Each round visits the moments in the order of the radical inverse in base 3 (Halton, 1960). So a
+    /// rendering that is stopped early also has samples from the whole exposure, although the samples of each moment
+    /// are consecutive: every sixteenth point of a Sobol sequence, for example, would cover only a sixteenth of the
+    /// pixel.
     pub fn moment_of(&self, sample: u32, samples: u32) -> (u32, u32) {
         let (place, end) = self.place_of(sample, samples);
         (in_radical_inverse_order(place, self.moments()), end)
     }
 
-    /// The same, but which moment it is in the order in which they come.
+    /// Like [`RenderedView::moment_of`], but returns the position in the order of visit instead of the moment.
     fn place_of(&self, sample: u32, samples: u32) -> (u32, u32) {
         let moments = u64::from(self.moments());
         let quarter = if u64::from(samples / 4) >= moments { samples / 4 } else { 0 };
@@ -203,7 +203,7 @@ impl RenderedView {
         (place as u32, end)
     }
 
-    /// How many of the moments some samples belong to, which are given as ranges out of so many.
+    /// The number of moments to which the samples in `ranges`, out of `samples`, belong.
     pub fn moments_among(&self, ranges: &[[u32; 2]], samples: u32) -> u32 {
         let mut moments = vec![false; self.moments() as usize];
         for [start, end] in ranges {
@@ -217,14 +217,14 @@ impl RenderedView {
         moments.into_iter().filter(|is_there| *is_there).count() as u32
     }
 
-    /// The view at one moment alone, in the middle of its part of the time.
+    /// The view at a single moment, in the middle of its part of the exposure.
     pub fn at(&self, moment: u32) -> RenderedView {
         let part = (moment as f32 + 0.5) / self.moments() as f32;
         let time_s = self.shutter_s.map(|shutter| self.time_s.unwrap_or(0.0) + shutter * part);
         RenderedView { time_s: time_s.or(self.time_s), shutter_s: None, moments: None, ..self.clone() }
     }
 
-    /// The options to load the scene for this view.
+    /// The options that load the scene for this view.
     pub fn load_options(&self) -> LoadOptions {
         let RenderedView {
             time_s,
@@ -243,8 +243,8 @@ impl RenderedView {
     }
 }
 
-/// The number at a place among 0, 1, … `count` − 1, ordered by their digits from the last to the first one, in base 3:
-/// in base 2 pixels are sampled, and what moves would meet the same places of a pixel at the same times.
+/// Returns the number at a position of 0, 1, … `count` − 1 sorted by their reversed digits in base 3. Not in base 2, in
+/// which pixels are sampled: moving objects would meet the same positions of a pixel at the same times.
 fn in_radical_inverse_order(place: u32, count: u32) -> u32 {
     let digits = (0..).find(|digits| 3u32.pow(*digits) >= count).unwrap_or(0);
     let inverse = |number: u32| {
@@ -254,7 +254,7 @@ fn in_radical_inverse_order(place: u32, count: u32) -> u32 {
 }
 
 impl Source {
-    /// From a scene's path and all the files that were read for it.
+    /// Hashes a scene's path and all the files that were read for it.
     pub fn new(path: &Path, files: &SourceFiles) -> Source {
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = |file: &Path| match file.strip_prefix(folder) {
@@ -274,7 +274,7 @@ impl Source {
         Source { path: path.to_owned(), files, hash: format!("{:032x}", hasher.digest128()) }
     }
 
-    /// Where these files are.
+    /// The paths of these files.
     pub fn paths(&self) -> impl Iterator<Item = PathBuf> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         self.files.keys().map(move |name| match &name[..] {
@@ -283,7 +283,7 @@ impl Source {
         })
     }
 
-    /// The first of these files whose content is another by now, as far as a scene at that place may refer to them.
+    /// Returns the first of these files that has changed since, among those that a scene at that path may refer to.
     pub fn changed(&self, scene: &Path) -> Option<PathBuf> {
         let sources = SourceFiles::default();
         sources.name(scene);
@@ -295,7 +295,7 @@ impl Source {
         })
     }
 
-    /// How another source's content differs, in a few words; none if it does not.
+    /// A short description of how another source differs; none if it does not.
     pub fn difference(&self, other: &Source) -> Option<String> {
         if self.hash == other.hash {
             return None;
@@ -316,11 +316,11 @@ impl Source {
     }
 }
 
-/// Settings that no sample depends on: they say what is made of the film.
+/// Settings that no sample depends on: they affect only the images made from the film.
 const OF_THE_PICTURE: [&str; 4] = ["tonemap", "exposure_ev", "auto_exposure", "aov"];
 
 impl FilmHeader {
-    /// The samples that all pixels have; none if the ranges make no sense.
+    /// The samples that all pixels have; none if the ranges are invalid.
     pub fn ranges(&self) -> Option<SampleRanges> {
         let total = self.total();
         let ranges = SampleRanges::disjoint(self.samples.iter().map(|[start, end]| *start..*end))?;
@@ -328,12 +328,12 @@ impl FilmHeader {
         fits.then_some(ranges)
     }
 
-    /// How many samples there are in all: one past the last sample's number.
+    /// The total number of samples: one past the number of the last one.
     pub fn total(&self) -> u32 {
         self.allocation.as_ref().map_or(self.settings.samples, Allocation::most)
     }
 
-    /// The samples of a part of several.
+    /// The samples of a shard.
     pub fn part(&self, index: u32, count: u32) -> Range<u32> {
         match &self.allocation {
             Some(allocation) => allocation.shard(index, count),
@@ -341,12 +341,12 @@ impl FilmHeader {
         }
     }
 
-    /// Says which samples all pixels have.
+    /// Stores the samples that all pixels have.
     pub fn set_ranges(&mut self, ranges: &SampleRanges) {
         self.samples = ranges.iter().map(|range| [range.start, range.end]).collect();
     }
 
-    /// Records what is in a film.
+    /// Stores the description of a film's contents.
     pub fn set_film(&mut self, film: &Film, moments: Option<&Moments>) {
         (self.region, self.unit) = (film.region(), film.unit());
         self.variance = moments.is_some();
@@ -355,7 +355,7 @@ impl FilmHeader {
         self.moments_hash = moments.map(|moments| format!("{:032x}", moments.hash()));
     }
 
-    /// Why another film's samples do not fit to this one's, in a few words; none if they do.
+    /// A short reason why another film's samples cannot be combined with this one's; none if they can.
     pub fn difference(&self, other: &FilmHeader) -> Option<String> {
         if self.program != other.program {
             return Some(format!("rendered by {}, not {}", self.program, other.program));
@@ -364,7 +364,7 @@ impl FilmHeader {
             return Some(format!("of another scene: {what}"));
         }
         let parts = |header: &FilmHeader| {
-            // The settings hold the size, wherever it came from.
+            // The settings contain the size, wherever it came from.
             let view = RenderedView { size: None, ..header.view.clone() };
             let view = serde_json::to_value(&view).unwrap_or_default();
             let settings = serde_json::to_value(&header.settings).unwrap_or_default();
@@ -384,14 +384,14 @@ impl FilmHeader {
         Some(format!("of other settings: {differs}"))
     }
 
-    /// How what is to be made of its samples differs from what is to be made of another film's; none if it does not.
+    /// The first difference between the image settings of two films; none if there is none.
     pub fn difference_of_picture(&self, other: &FilmHeader) -> Option<String> {
         let [own, other] =
             [self, other].map(|header| serde_json::to_value(&header.settings).unwrap_or_default());
         differing(&own, &other, |name| OF_THE_PICTURE.contains(&name)).into_iter().next()
     }
 
-    /// The same, but both must also be meant to have the same samples.
+    /// Like [`FilmHeader::difference`], but the wanted samples must also be the same.
     pub fn difference_of_job(&self, other: &FilmHeader) -> Option<String> {
         let ([start, end], [from, to]) = (self.wanted, other.wanted);
         let samples =
@@ -400,7 +400,7 @@ impl FilmHeader {
     }
 }
 
-/// How two objects differ in what counts: `seed is 7, not 3` for each difference.
+/// The differences between two objects in the fields that count, such as `seed is 7, not 3`.
 fn differing(own: &Value, other: &Value, counts: impl Fn(&str) -> bool) -> Vec<String> {
     let (Some(own), Some(other)) = (own.as_object(), other.as_object()) else { return Vec::new() };
     let differing = own.keys().filter(|name| counts(name) && other.get(*name) != own.get(*name));

@@ -1,18 +1,19 @@
-//! Films on disk (`.film`): exact sums, and all that is needed to continue rendering them or to merge several.
+//! Films on disk (`.film`): exact sums, and all the data needed to continue rendering them or to merge several.
 //!
 //! | bytes | |
 //! |---|---|
-//! | 8 | `89 52 46 49 4c 4d 0d 0a`: a transfer that treats the file as text damages these bytes, so it shows here |
+//! | 8 | `89 52 46 49 4c 4d 0d 0a`: a transfer that treats the file as text damages these bytes, so it is detected |
 //! | 4 | version of the format, 1 |
 //! | 4 | length of the header |
 //! | 16 | XXH3 of the version, the length and the header |
 //! | | the header ([`FilmHeader`]) as JSON |
 //! | | blocks of rows, from the top |
 //!
-//! A block has as many rows as have about 65,536 pixels, at least one: 4 bytes with the length of its content,
-//! 16 with the XXH3 of the block's number, that length and the content, and the content: planes of bytes
-//! (`planes.rs`) of the sums, even and odd, red, green, blue, of the counts, even and odd, and of the squares if
-//! there are any. All numbers are little-endian. Files that follow each other are read one by one.
+//! A block has as many rows as make about 65,536 pixels, but at least one. It consists of the length of its content (4
+//! bytes), the XXH3 of the block's number, that length and the content (16 bytes), and the content: byte planes
+//! (`planes.rs`) of the sums (even and odd samples; red, green, blue), of the counts (even and odd), and of the squares
+//! if there are any. All numbers are little-endian. Several films may follow each other in a file; they are read one by
+//! one.
 
 mod bounds;
 mod header;
@@ -37,25 +38,25 @@ pub use header::{Begun, FilmHeader, Note, PROGRAM, RenderedView, Source};
 
 const MAGIC: [u8; 8] = *b"\x89RFILM\r\n";
 const VERSION: u32 = 1;
-/// A longer header was not written by us: that of a scene with 100,000 files is shorter.
+/// Longer headers are invalid: that of a scene with 100,000 files is shorter.
 const LONGEST_HEADER: u32 = 1 << 26;
-/// About how many pixels a block has.
+/// The approximate number of pixels per block.
 const BLOCK: usize = 1 << 16;
-/// Blocks that are packed or unpacked at once, at most.
+/// The largest number of blocks that are packed or unpacked in parallel.
 const MOST_AT_ONCE: usize = 16;
 
-/// A film and what it says about itself.
+/// A film and its header.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmFile {
-    /// What it says.
+    /// The header.
     pub header: FilmHeader,
     /// The sums.
     pub film: Film,
-    /// Squares of the samples, if they were wanted.
+    /// The sums of squared samples, if they were requested.
     pub moments: Option<Moments>,
 }
 
-/// Writes a film. The file appears, or replaces an older one, once it is complete.
+/// Writes a film. The file appears, or replaces an older one, only when it is complete.
 pub fn save(
     path: &Path,
     header: &FilmHeader,
@@ -65,7 +66,7 @@ pub fn save(
     begin(path, header, film, moments)?.finish()
 }
 
-/// The first half of [`save`], after which the film may change: the file is whole, but has no name yet.
+/// The first half of [`save`], after which the film may change: the file is complete, but has no name yet.
 pub fn begin(
     path: &Path,
     header: &FilmHeader,
@@ -75,28 +76,28 @@ pub fn begin(
     atomic_write::begin(path, |mut writer| write(&mut writer, header, film, moments))
 }
 
-/// The most bytes that writing or reading a film takes besides the film.
+/// The most memory that writing or reading takes besides the film, in bytes.
 pub fn packed_bytes(region: Region, variance: bool) -> u64 {
     let block = u64::from(rows(region)) * u64::from(region.width()) * bytes_a_pixel(variance) as u64;
     block * at_once().min(blocks(region)) as u64
 }
 
-/// A block for each thread.
+/// The number of blocks processed in parallel, one per thread.
 fn at_once() -> usize {
     rayon::current_num_threads().min(MOST_AT_ONCE)
 }
 
-/// Bytes of a pixel, with squares or without.
+/// Bytes per pixel, with or without squares.
 fn bytes_a_pixel(variance: bool) -> usize {
     size_of::<PixelSum>() + if variance { size_of::<[u128; 3]>() } else { 0 }
 }
 
-/// Whether a path is named like a film.
+/// True if a path has the extension of films.
 pub fn is_film(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film"))
 }
 
-/// Writes a film to anything that takes bytes. The header must say what is in it: see [`FilmHeader::set_film`].
+/// Writes a film to a byte stream. The header must describe its contents: see [`FilmHeader::set_film`].
 pub fn write(
     to: &mut dyn Write,
     header: &FilmHeader,
@@ -123,7 +124,7 @@ pub fn write(
     to.flush()
 }
 
-/// Reads the film at `path`, which must end where the file does.
+/// Reads the film at `path`; the file must end where the film does.
 pub fn load(path: &Path) -> Result<FilmFile, LoadError> {
     let (file, _) = files::open(path).map_err(LoadError::io(path))?;
     let mut reader = io::BufReader::new(file);
@@ -141,7 +142,7 @@ pub fn load_header(path: &Path) -> Result<FilmHeader, LoadError> {
     header.ok_or_else(|| LoadError::invalid(path, "this is an empty file"))
 }
 
-/// Reads the next film from a source that may hold several; none at its end. Messages call the source `path`.
+/// Reads the next film from a stream that may contain several; none at its end. Messages call the stream `path`.
 pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadError> {
     let Some(header) = read_header(from, path)? else { return Ok(None) };
     let region = header.region;
@@ -225,7 +226,7 @@ fn block_sum(number: usize, content: &[u8]) -> u128 {
     xxh3_128(&[&start[..], &xxh3_128(content).to_le_bytes()].concat())
 }
 
-/// Rows of a block.
+/// The number of rows per block.
 fn rows(region: Region) -> u32 {
     (BLOCK as u32 / region.width().max(1)).clamp(1, region.height().max(1))
 }
@@ -234,7 +235,7 @@ fn blocks(region: Region) -> usize {
     region.height().div_ceil(rows(region)) as usize
 }
 
-/// The numbers of a block's pixels.
+/// The range of a block's pixels.
 fn pixels_of(region: Region, block: usize) -> std::ops::Range<usize> {
     let size = rows(region) as usize * region.width() as usize;
     let start = (block * size).min(region.area());
@@ -295,7 +296,7 @@ fn read_block(
     let length = number(from, path)?;
     let mut sum = [0; 16];
     exactly(from, &mut sum, path)?;
-    // No plane is longer than its bytes and five more.
+    // A plane takes at most its bytes and five more.
     let pixel = bytes_a_pixel(header.variance);
     if length as usize > pixels_of(header.region, block).len() * pixel + 5 * pixel {
         return Err(damaged(header, block, path));
@@ -320,7 +321,7 @@ fn cut_off(path: &Path) -> LoadError {
     LoadError::invalid(path, "the film is cut off: render it again, or use another copy")
 }
 
-/// The next four bytes.
+/// Reads a little-endian number of four bytes.
 fn number(from: &mut dyn Read, path: &Path) -> Result<u32, LoadError> {
     let mut bytes = [0; 4];
     exactly(from, &mut bytes, path)?;

@@ -1,5 +1,5 @@
-//! Rows of sums as bytes: numbers of a kind are taken apart into planes, all their lowest bytes first, and
-//! each plane is stored as it is smallest. The highest bytes are all zero, the lowest ones are noise.
+//! Encoding of sums as bytes: numbers are split into byte planes, lowest bytes first, and each plane is stored in its
+//! smallest form. The highest bytes are all zero, the lowest ones are noise.
 
 use std::io::{Read, Write};
 
@@ -7,16 +7,16 @@ use flate2::Compression;
 use flate2::read::DeflateDecoder;
 use flate2::write::DeflateEncoder;
 
-/// How a plane is stored.
+/// The encodings of a plane.
 const ZERO: u8 = 0;
 const RAW: u8 = 1;
 const DEFLATED: u8 = 2;
 
-/// Numbers of `N` bytes, little-endian.
+/// A number of `N` bytes, stored little-endian.
 pub trait Number<const N: usize>: Copy {
-    /// Its bytes, the lowest first.
+    /// Returns its bytes, lowest first.
     fn to_bytes(self) -> [u8; N];
-    /// The number of these bytes.
+    /// Returns the number with these bytes.
     fn from_bytes(bytes: [u8; N]) -> Self;
 }
 
@@ -50,7 +50,7 @@ impl Number<16> for u128 {
     }
 }
 
-/// Adds the planes of some numbers.
+/// Appends the planes of some numbers.
 pub fn encode<T: Number<N>, const N: usize>(numbers: impl Iterator<Item = T> + Clone, out: &mut Vec<u8>) {
     let mut plane = Vec::new();
     for byte in 0..N {
@@ -70,7 +70,7 @@ fn encode_plane(plane: &[u8], out: &mut Vec<u8>) {
         out.push(DEFLATED);
         out.extend([0; 4]);
         let mut encoder = DeflateEncoder::new(&mut *out, Compression::fast());
-        // Writing to memory cannot fail; if it did, the plane would be stored as it is.
+        // Writing to memory cannot fail; if it did, the plane would be stored uncompressed.
         let written = encoder.write_all(plane).and_then(|()| encoder.finish().map(|_| ()));
         let length = out.len() - start - 5;
         if written.is_ok() && length < plane.len() {
@@ -83,7 +83,7 @@ fn encode_plane(plane: &[u8], out: &mut Vec<u8>) {
     out.extend_from_slice(plane);
 }
 
-/// Whether all bytes are about as frequent: compressing them would take time and save nothing.
+/// True if all byte values are about equally frequent: compression would take time and save nothing.
 fn is_noise(plane: &[u8]) -> bool {
     let mut counts = [0u32; 256];
     plane.iter().for_each(|byte| counts[usize::from(*byte)] += 1);
@@ -93,7 +93,7 @@ fn is_noise(plane: &[u8]) -> bool {
     entropy > 7.9 * total
 }
 
-/// Takes the planes of `count` numbers from the front of `bytes`; none if the bytes are no such planes.
+/// Takes the planes of `count` numbers from the front of `bytes`; none if they are invalid.
 pub fn decode<T: Number<N>, const N: usize>(bytes: &mut &[u8], count: usize) -> Option<Vec<T>> {
     let mut numbers = vec![[0u8; N]; count];
     let mut plane = Vec::new();
@@ -114,7 +114,7 @@ fn decode_plane(bytes: &mut &[u8], count: usize, plane: &mut Vec<u8>) -> Option<
         [DEFLATED] => {
             let length = u32::from_le_bytes(take(bytes, 4)?.try_into().ok()?);
             let packed = take(bytes, length as usize)?;
-            // No more than there should be, whatever the bytes say.
+            // One byte more than expected suffices to detect damage.
             DeflateDecoder::new(packed).take(count as u64 + 1).read_to_end(plane).ok()?;
         }
         _ => return None,
@@ -122,7 +122,7 @@ fn decode_plane(bytes: &mut &[u8], count: usize, plane: &mut Vec<u8>) -> Option<
     (plane.len() == count).then_some(())
 }
 
-/// Takes the first bytes off the front.
+/// Takes `count` bytes from the front.
 fn take<'a>(bytes: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
     let (first, rest) = bytes.split_at_checked(count)?;
     *bytes = rest;
@@ -136,7 +136,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn numbers_come_back(numbers in prop::collection::vec(any::<i64>(), 0..600), small in 0i64..4, fill in 0usize..3000) {
+        fn encoded_numbers_decode_unchanged_and_cut_ones_fail(numbers in prop::collection::vec(any::<i64>(), 0..600), small in 0i64..4, fill in 0usize..3000) {
             let mut all = numbers;
             all.extend(std::iter::repeat_n(small, fill));
             let mut bytes = Vec::new();
@@ -144,7 +144,7 @@ mod tests {
             let mut rest = &bytes[..];
             prop_assert_eq!(decode::<i64, 8>(&mut rest, all.len()), Some(all.clone()));
             prop_assert!(rest.is_empty());
-            // Cut off, or read for another count of numbers.
+            // Cut off.
             if !all.is_empty() {
                 prop_assert_eq!(decode::<i64, 8>(&mut &bytes[..bytes.len() - 1], all.len()), None);
             }
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn few_bytes_for_what_is_the_same() {
+    fn equal_numbers_compress_to_few_bytes() {
         let mut bytes = Vec::new();
         encode::<u32, 4>(std::iter::repeat_n(64, 10_000), &mut bytes);
         assert!(bytes.len() < 100, "{} bytes", bytes.len());

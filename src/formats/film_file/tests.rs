@@ -6,7 +6,7 @@ use crate::formats::environment_preset::{EnvironmentPreset, SkyOptions};
 use crate::math::Rgb;
 use crate::world::{Settings, Sharing, SourceFiles};
 
-/// Three blocks of 300 × 500 pixels, some of them bright, with or without squares.
+/// A film, with or without squares; its region of 300 × 500 pixels has three blocks. Some pixels are bright.
 fn film(region: Region, variance: bool) -> FilmFile {
     let mut film = Film::new(region, FilmScale::new(1e6, 1e6));
     let mut moments = variance.then(|| Moments::new(region));
@@ -60,12 +60,12 @@ const LARGE: Region = Region { x0: 20, y0: 10, x1: 320, y1: 510 };
 const SMALL: Region = Region { x0: 1, y0: 2, x1: 13, y1: 11 };
 
 #[test]
-fn films_come_back_as_they_were() {
+fn written_films_read_back_unchanged() {
     for (region, variance) in [(LARGE, true), (LARGE, false), (SMALL, true)] {
         let file = film(region, variance);
         let written = bytes(&file);
         assert_eq!(read_all(&written), Ok(Some(file.clone())));
-        // Several, one after the other.
+        // Two in a row.
         let twice = [&written[..], &written].concat();
         let mut rest = &twice[..];
         let path = Path::new("-");
@@ -75,10 +75,10 @@ fn films_come_back_as_they_were() {
     }
 }
 
-/// Numbers of the header are compared, and some of them are double: they come back to the last bit. (Fuzzing has found
-/// 1e-45, which a reader of floats that is a digit off gave back as another number.)
+/// Header numbers are compared, and some are doubles, so they must read back bit for bit. (Fuzzing found 1e-45, which a
+/// less exact float parser read as another number.)
 #[test]
-fn numbers_in_the_header_come_back_as_they_were() {
+fn header_numbers_read_back_unchanged() {
     let mut file = film(SMALL, false);
     let mut comes_back = |number: f64| {
         let sun = SkyOptions { azimuth_degrees: number, ..SkyOptions::default() };
@@ -87,7 +87,7 @@ fn numbers_in_the_header_come_back_as_they_were() {
         assert_eq!(read_all(&bytes(&file)), Ok(Some(file.clone())), "{number:e}");
     };
     comes_back(1e-45);
-    // Any bits, the same ones every time.
+    // Arbitrary bits, but the same in each run.
     let mut bits = 1u64;
     for _ in 0..2000 {
         bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -98,9 +98,9 @@ fn numbers_in_the_header_come_back_as_they_were() {
     }
 }
 
-/// Sums of other units cannot be added, and what cannot be a part is none.
+/// Sums in different units cannot be added, and invalid ranges and shards are rejected.
 #[test]
-fn headers_that_cannot_be_are_refused() {
+fn inconsistent_headers_are_rejected() {
     let file = film(SMALL, false);
     let other = FilmHeader { unit: FilmScale::new(1e12, 1e12), ..file.header.clone() };
     assert!(file.header.difference(&other).is_some_and(|what| what.contains("unit")));
@@ -117,9 +117,9 @@ fn headers_that_cannot_be_are_refused() {
     assert!(!refused(|header| header.shard = None));
 }
 
-/// Every number of a record, replaced by every other: it is refused, or what is done with it ends soon.
+/// Replaces each number of a header by various values: the header is rejected, or its use terminates soon.
 #[test]
-fn numbers_of_records_have_the_bounds_of_their_options() {
+fn header_numbers_have_the_bounds_of_their_options() {
     use serde_json::{Value, json};
     fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
         match value {
@@ -153,7 +153,7 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
     let mut places = Vec::new();
     numbers(&sound, "", &mut places);
     assert!(places.len() > 50, "{places:?}");
-    // Numbers for which any value is a right one, or which say nothing that anything depends on.
+    // Numbers for which any value is valid, or on which nothing depends.
     let free = ["/settings/seed", "/begun/blocks/0", "/begun/tiles/0", "/view/time_s", "azimuth_degrees"];
     let bright = ["/settings/background", "/settings/ambient", "/settings/clamp", "/settings/min_throughput"];
     let start = std::time::Instant::now();
@@ -173,7 +173,7 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
             let _ = (read.part(0, 4), read.view.moments_among(&read.samples, read.total()), read.ranges());
         }
     }
-    // A list as long as a header can be.
+    // A list as long as a header can contain.
     let mut long = header.clone();
     (long.allocation, long.begun, long.rays) = (None, None, None);
     long.settings.samples = Settings::MOST_SAMPLES;
@@ -184,9 +184,9 @@ fn numbers_of_records_have_the_bounds_of_their_options() {
     assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
 }
 
-/// However few samples there are, they come from all of the time.
+/// However few samples there are, they cover the whole exposure.
 #[test]
-fn moments_come_in_an_order_that_covers_the_time() {
+fn moments_are_visited_in_an_order_that_covers_the_exposure() {
     let view =
         |moments| RenderedView { shutter_s: Some(1.0), moments: Some(moments), ..RenderedView::default() };
     for (moments, samples) in
@@ -218,14 +218,14 @@ fn moments_come_in_an_order_that_covers_the_time() {
 }
 
 #[test]
-fn high_bytes_take_no_room() {
+fn high_byte_planes_take_little_space() {
     let file = film(LARGE, false);
     let (packed, plain) = (bytes(&file).len(), size_of_val(file.film.pixels()));
     assert!(packed * 2 < plain, "{packed} of {plain} bytes");
 }
 
 #[test]
-fn a_film_that_is_cut_off_says_so() {
+fn truncated_films_are_reported_as_cut_off() {
     let written = bytes(&film(SMALL, true));
     for length in 1..written.len() {
         let error = read_all(&written[..length]).expect_err("cut off");
@@ -238,7 +238,7 @@ fn a_film_that_is_cut_off_says_so() {
 }
 
 #[test]
-fn what_is_not_ours_is_refused_with_the_reason() {
+fn foreign_and_invalid_files_are_rejected_with_the_reason() {
     let file = film(SMALL, false);
     let mut newer = bytes(&file);
     newer[8] = 2;
@@ -262,7 +262,7 @@ fn what_is_not_ours_is_refused_with_the_reason() {
 }
 
 #[test]
-fn what_differs_is_named() {
+fn differences_between_headers_are_named() {
     let file = film(SMALL, false).header;
     let mut other = file.clone();
     other.settings.seed = 7;
@@ -288,9 +288,9 @@ fn what_differs_is_named() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever bit flips on the way: the film is refused, or it is the same.
+    /// Whatever bit is flipped: the film is rejected, or it is the same.
     #[test]
-    fn no_flipped_bit_gives_another_film(place in any::<prop::sample::Index>(), bit in 0u8..8, variance in any::<bool>()) {
+    fn flipped_bits_are_detected_or_harmless(place in any::<prop::sample::Index>(), bit in 0u8..8, variance in any::<bool>()) {
         let file = film(SMALL, variance);
         let mut written = bytes(&file);
         let at = place.index(written.len());

@@ -10,15 +10,15 @@ use gltf::json::validation::Checked;
 use super::document::Document;
 use crate::error::LoadError;
 
-/// What an accessor may hold in a certain use.
+/// The types and components allowed for an accessor in a certain use.
 pub(super) struct Rule {
     pub types: &'static [Type],
     pub components: &'static [ComponentType],
-    /// Whether integers always stand for fractions there.
+    /// True if integers are always normalised in this use.
     pub always_normalized: bool,
 }
 
-/// Numbers of one kind, `count` times.
+/// The layout of an accessor: `count` elements of one type.
 #[derive(Clone, Copy)]
 struct AccessorLayout {
     component: ComponentType,
@@ -62,7 +62,7 @@ impl AccessorLayout {
         self.width * self.component.size()
     }
 
-    /// The numbers of an element. If `N` is larger, the rest stays 0.
+    /// The components of an element. If `N` is larger, the rest stays 0.
     fn floats<const N: usize>(&self, element: &[u8]) -> [f32; N] {
         let mut numbers = [0.0; N];
         for (number, bytes) in numbers.iter_mut().zip(element.chunks_exact(self.component.size())) {
@@ -112,7 +112,7 @@ pub(super) fn indices(
     }
 }
 
-/// Reads elements with `element`; those that the file leaves out are `zero`.
+/// Reads elements with `element`; elements that the file leaves out are `zero`.
 fn read<T: Clone>(
     document: &Document,
     index: Index<Accessor>,
@@ -179,7 +179,7 @@ fn override_some<T>(
     Ok(())
 }
 
-/// `count` times `size` bytes of a view.
+/// Returns `count` elements of `size` bytes of a view.
 fn strided<'d>(
     document: &'d Document,
     view: Index<View>,
@@ -210,7 +210,7 @@ fn strided<'d>(
     Ok(bytes[start..end.max(start as u128) as usize].chunks(stride).map(move |chunk| &chunk[..size]))
 }
 
-/// Fractions are decoded as in the specification (3.6.2.2).
+/// Decodes a component; normalised integers as in the specification (3.6.2.2).
 fn float(bytes: &[u8], component: ComponentType, normalized: bool) -> f32 {
     let (value, one) = match component {
         ComponentType::I8 => (f32::from(i8::from_le_bytes(array(bytes))), 127.0),

@@ -1,4 +1,4 @@
-//! Animations at one moment. If several move the same property of a node, the first one counts.
+//! Animations evaluated at a given time. If several animate the same property of a node, the first one counts.
 
 use std::collections::{HashMap, HashSet};
 
@@ -21,7 +21,7 @@ const VECTORS: Rule = Rule { types: &[Type::Vec3], components: F32, always_norma
 const ROTATIONS: Rule = Rule { types: &[Type::Vec4], components: FRACTIONS, always_normalized: true };
 const WEIGHTS: Rule = Rule { types: &[Type::Scalar], components: FRACTIONS, always_normalized: true };
 
-/// What all animations of a file make of its nodes at `time` seconds.
+/// The animated properties of all nodes at `time` seconds.
 pub(super) fn at_time(document: &Document, time: f32) -> Result<HashMap<usize, Moved>, LoadError> {
     let mut moved: HashMap<usize, Moved> = HashMap::new();
     let mut taken = HashSet::new();
@@ -53,7 +53,7 @@ pub(super) fn at_time(document: &Document, time: f32) -> Result<HashMap<usize, M
     Ok(moved)
 }
 
-/// A sampler's keys.
+/// Reads a sampler's keys.
 fn read(document: &Document, sampler: &Sampler, property: Property, at: &str) -> Result<Track, LoadError> {
     let interpolation = match sampler.interpolation {
         Checked::Valid(Between::Step) => Interpolation::Step,

@@ -1,4 +1,4 @@
-//! `KHR_texture_basisu`: KTX 2.0 pictures whose blocks were made by Basis Universal.
+//! `KHR_texture_basisu`: KTX 2.0 images with blocks encoded by Basis Universal.
 
 use std::path::Path;
 
@@ -6,10 +6,10 @@ use crate::error::LoadError;
 use crate::formats::picture;
 use crate::world::Image;
 
-/// How KTX 2.0 files begin.
+/// The first bytes of KTX 2.0 files.
 const MAGIC: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// Decodes a picture of any kind that glTF files may have.
+/// Decodes an image in any format that glTF files may contain.
 pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     match bytes.starts_with(MAGIC) {
         true => decode_ktx(bytes, path),
@@ -58,12 +58,12 @@ mod tests {
     use super::*;
     use crate::world::Texels;
 
-    /// A picture of one UASTC block that is red all over.
+    /// An image of one UASTC block that is entirely red.
     fn red() -> Vec<u8> {
         let mut file = MAGIC.to_vec();
         let words: [u32; 17] = [0, 1, 4, 4, 0, 0, 1, 1, 0, 104, 44, 0, 0, 0, 0, 0, 0];
         words.iter().for_each(|word| file.extend(word.to_le_bytes()));
-        // The level: where, how long, how long when decompressed.
+        // The level: offset, length, uncompressed length.
         [148u64, 16, 16].iter().for_each(|number| file.extend(number.to_le_bytes()));
         // The descriptor: UASTC, BT.709, linear; four by four texels; RGBA.
         let words: [u32; 11] = [
@@ -80,7 +80,7 @@ mod tests {
             u32::MAX,
         ];
         words.iter().for_each(|word| file.extend(word.to_le_bytes()));
-        // Mode 8 is five bits, 0b10111 with the least first, then red, green, blue, alpha.
+        // Mode 8 is five bits, 0b10111, least significant first, then red, green, blue, alpha.
         let block = SOLID | 255u128 << 5 | 255u128 << 29;
         file.extend(block.to_le_bytes());
         file
@@ -89,14 +89,14 @@ mod tests {
     const SOLID: u128 = 0b10111;
 
     #[test]
-    fn a_block_of_one_color_is_decoded() {
+    fn uniform_uastc_block_is_decoded() {
         let image = decode(&red(), Path::new("red.ktx2")).unwrap();
         let Texels::Rgba8(texels) = image.texels else { panic!() };
         assert_eq!((image.width, image.height, texels), (4, 4, vec![[255, 0, 0, 255]; 16]));
     }
 
     #[test]
-    fn damaged_files_are_refused() {
+    fn damaged_ktx_files_are_rejected_without_panics() {
         let file = red();
         for length in 0..file.len() {
             assert!(decode(&file[..length], Path::new("red.ktx2")).is_err());

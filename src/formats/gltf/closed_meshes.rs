@@ -1,12 +1,12 @@
-//! Closed meshes that may not be meant as the file says.
+//! Detection of closed meshes that are probably not meant as the file describes them.
 
 use super::Import;
 use crate::world::boundary::{MOST_TESTED, MeshEdges, six_volumes};
 use crate::world::{AlphaMode, Material, MaterialId, Mesh, Principled};
 
 impl Import<'_> {
-    /// Whether a mesh, or the transparent part of it, is closed and of glass that has no inside. Only Blender's files
-    /// are tested: they are like that unless their authors took pains. Other programs' files mean sheets.
+    /// True if a mesh, or its transparent part, is closed and of glass without a volume. Only Blender's files are
+    /// tested: they are like that unless their authors took pains. Files of other programs mean thin sheets.
     pub(super) fn is_hollow_body(&self, mesh: &Mesh) -> bool {
         if !self.document.is_of_blender() {
             return false;
@@ -15,8 +15,8 @@ impl Import<'_> {
         is_closed(mesh, &sheets)
     }
 
-    /// Whether a mesh, or the part of it that can be seen from one side only, is closed and faces inwards: from
-    /// outside one sees only the far inner sides.
+    /// True if a mesh, or its single-sided part, is closed and faces inwards: from outside, only the far inner sides
+    /// are visible.
     pub(super) fn is_inside_out(&self, mesh: &Mesh) -> bool {
         let one_sided = self.materials_of(mesh, |m| {
             !m.double_sided && m.volume.is_none() && m.alpha_mode == AlphaMode::Opaque && !m.unlit
@@ -29,7 +29,7 @@ impl Import<'_> {
     /// The materials of a mesh for which `holds` is true.
     fn materials_of(&self, mesh: &Mesh, holds: impl Fn(&Principled) -> bool) -> Vec<MaterialId> {
         let mut ids = mesh.triangle_materials.clone();
-        // Merges runs of one material first, so that little is left to sort.
+        // Merges runs of one material first, so that few are left to sort.
         ids.dedup();
         ids.sort_unstable();
         ids.dedup();
@@ -41,13 +41,13 @@ impl Import<'_> {
     }
 }
 
-/// The triangles of some materials.
+/// The triangles whose material is one of `materials`.
 fn triangles_of(mesh: &Mesh, materials: &[MaterialId]) -> impl Iterator<Item = [u32; 3]> {
     let pairs = mesh.triangles.iter().zip(&mesh.triangle_materials);
     pairs.filter(|(_, material)| materials.contains(material)).map(|(triangle, _)| *triangle)
 }
 
-/// Whether the triangles of some materials are closed, and few enough to be tested.
+/// True if the triangles of some materials form a closed surface, and the mesh is small enough to be tested.
 fn is_closed(mesh: &Mesh, materials: &[MaterialId]) -> bool {
     let can_be_tested = !materials.is_empty() && mesh.triangles.len() <= MOST_TESTED;
     can_be_tested && MeshEdges::of(&mesh.positions, triangles_of(mesh, materials)).are_closed()

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::error::LoadError;
 use crate::formats::extension;
 
-/// JSON, and the binary chunk if there is one.
+/// The JSON, and the binary chunk if there is one.
 pub(super) struct Container<'b> {
     json: &'b [u8],
     pub binary: Option<&'b [u8]>,
@@ -22,7 +22,7 @@ const BINARY: u32 = u32::from_le_bytes(*b"BIN\0");
 const HEADER_LENGTH: usize = 12;
 
 impl<'b> Container<'b> {
-    /// Takes a file apart; its first four bytes say which form it has.
+    /// Splits a file into its parts; its first four bytes tell JSON from GLB.
     pub(super) fn open(bytes: &'b [u8], path: &Path) -> Result<Self, LoadError> {
         if !bytes.starts_with(MAGIC) {
             let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -52,7 +52,7 @@ impl<'b> Container<'b> {
         if kind != JSON {
             return Err("the first chunk must be JSON".to_owned());
         }
-        // Only the second may be the binary one; all others are for extensions.
+        // Only the second chunk may be the binary one; all others belong to extensions.
         let mut binary = None;
         if next < contents.len() {
             let (data, kind, end) = chunk(contents, next)?;
@@ -65,7 +65,7 @@ impl<'b> Container<'b> {
         Ok(Self { json, binary, is_glb: true })
     }
 
-    /// Reads the JSON of a file of version 2.
+    /// Parses the JSON of a file of version 2.
     pub(super) fn parse(&self, path: &Path) -> Result<Root, LoadError> {
         let refuse = |error: serde_json::Error| self.json_error(&error, path);
         let head: Head = serde_json::from_slice(self.json).map_err(refuse)?;
@@ -73,7 +73,7 @@ impl<'b> Container<'b> {
         let Some(Asset { version, min_version }) = head.asset else {
             return Err(invalid("this is not glTF: it has no \"asset\"".to_owned()));
         };
-        // A later version of 2 may be read as 2.0, unless the file says that it may not.
+        // A later 2.x file may be read as 2.0, unless it requires a newer version.
         let least = min_version.as_ref().map(in_words);
         let too_new = least.filter(|least| least != "2.0");
         let version =
@@ -85,8 +85,8 @@ impl<'b> Container<'b> {
         serde_json::from_slice(self.json).or_else(|error| self.as_expected().ok_or_else(|| refuse(error)))
     }
 
-    /// The JSON without what the specification allows and the crate does not expect. None if that is not what is wrong
-    /// with it.
+    /// Parses the JSON after removing what the specification allows and the crate does not expect. None if it is
+    /// invalid for another reason.
     fn as_expected(&self) -> Option<Root> {
         let mut json: Value = serde_json::from_slice(self.json).ok()?;
         whole_numbers(&mut json);
@@ -96,7 +96,7 @@ impl<'b> Container<'b> {
         };
         let mut scenes = list(&mut json, "scenes");
         for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
-            // An empty scene.
+            // An empty scene may omit its nodes.
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
         }
         let mut animations = list(&mut json, "animations");
@@ -128,11 +128,11 @@ impl<'b> Container<'b> {
     }
 }
 
-/// Writes 1.0 as 1: JSON has one kind of number.
+/// Rewrites 1.0 as 1: JSON does not distinguish integers from floats.
 fn whole_numbers(json: &mut Value) {
     match json {
         Value::Number(number) => {
-            // Beyond this, not every whole number is a float.
+            // Beyond this, not every integer is representable as a float.
             let whole = number.as_f64().filter(|value| value.fract() == 0.0 && value.abs() < 9e15);
             if let Some(value) = whole.filter(|_| number.is_f64()) {
                 *json = Value::from(value as i64);
@@ -144,7 +144,7 @@ fn whole_numbers(json: &mut Value) {
     }
 }
 
-/// Just enough of the JSON to tell that we cannot read the rest.
+/// The part of the JSON that is needed to detect files that cannot be read.
 #[derive(Deserialize)]
 struct Head {
     asset: Option<Asset>,
@@ -157,7 +157,7 @@ struct Asset {
     min_version: Option<Value>,
 }
 
-/// A version, which files before 2.0 also have as a number.
+/// A version as text; files before 2.0 may give it as a number.
 fn in_words(version: &Value) -> String {
     match version.as_str() {
         Some(text) => text.chars().take(16).flat_map(char::escape_debug).collect(),
@@ -169,7 +169,7 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     bytes.get(at..)?.first_chunk().map(|word| u32::from_le_bytes(*word))
 }
 
-/// The data and kind of the chunk that begins at a byte, and where it ends.
+/// The data and type of the chunk at a byte offset, and the offset of its end.
 fn chunk(bytes: &[u8], at: usize) -> Result<(&[u8], u32, usize), String> {
     let (Some(length), Some(kind)) = (word(bytes, at), word(bytes, at + 4)) else {
         return Err(format!("the chunk at byte {at} ends within its header"));

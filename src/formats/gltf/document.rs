@@ -18,23 +18,23 @@ use crate::error::LoadError;
 use crate::memory;
 use crate::world::SourceFiles;
 
-/// Bytes that may be made of each byte of the files. Exporters share vertices between a
-/// handful of meshes; files made to exhaust memory share them between thousands.
+/// Limit for the bytes made from each byte of the files. Exporters share vertices between a handful of meshes; files
+/// designed to exhaust memory share them between thousands.
 const LARGEST_EXPANSION: u64 = 64;
-/// The same of each byte that was decompressed before, which was counted once.
+/// Limit for the bytes made from each decompressed byte, which itself counts once already.
 const LARGEST_SECOND_EXPANSION: u64 = 16;
-/// How many bytes may always be made.
+/// The number of bytes that any file may expand to.
 const ALWAYS_ALLOWED: u64 = 16 << 20;
 
-/// The file that is being read.
+/// The file being read.
 pub(super) struct Document<'p> {
     pub path: &'p Path,
     pub root: Root,
-    /// The bytes of each buffer, or why there are none.
+    /// The bytes of each buffer, or the reason why they are missing.
     buffers: Vec<Result<Rc<[u8]>, String>>,
-    /// The decompressed content of each buffer view that was compressed.
+    /// The decompressed contents of compressed buffer views.
     decompressed: Vec<OnceCell<Vec<u8>>>,
-    /// Bytes that may still be made of the file's.
+    /// The number of bytes that may still be made from the file's data.
     budget: Cell<u64>,
 }
 
@@ -66,22 +66,22 @@ impl<'p> Document<'p> {
         Ok(Self { path, root, buffers, decompressed, budget: Cell::new(budget) })
     }
 
-    /// What is wrong at a place in the JSON, given as in `/meshes/0/primitives/1`.
+    /// An error at a place in the JSON, such as `/meshes/0/primitives/1`.
     pub(super) fn error(&self, place: impl Display, reason: impl Display) -> LoadError {
         LoadError::invalid(self.path, format!("{place}: {reason}"))
     }
 
-    /// Whether Blender's exporter wrote it.
+    /// True if the file was written by Blender's exporter.
     pub(super) fn is_of_blender(&self) -> bool {
         self.root.asset.generator.as_deref().is_some_and(|generator| generator.contains("Blender"))
     }
 
-    /// A line for the person who opened the file.
+    /// A warning for the user, prefixed with the file's path.
     pub(super) fn warning(&self, what: impl Display) -> String {
         format!("{}: {what}", self.path.display())
     }
 
-    /// The item of an array that something at `place` refers to.
+    /// Returns the array item that the object at `place` refers to.
     pub(super) fn get<'d, T>(
         &self,
         items: &'d [T],
@@ -95,7 +95,7 @@ impl<'p> Document<'p> {
         })
     }
 
-    /// Counts `bytes` that are about to be made of the file's.
+    /// Charges the budget with `bytes` about to be made from the file's data.
     pub(super) fn charge(&self, bytes: u64, place: impl Display) -> Result<(), LoadError> {
         let left = self.budget.get().checked_sub(bytes).ok_or_else(|| {
             self.error(&place, "what is read up to here is far larger than the file can honestly hold")
@@ -106,7 +106,7 @@ impl<'p> Document<'p> {
         Ok(())
     }
 
-    /// The bytes of a buffer view, decompressed.
+    /// Returns the bytes of a buffer view, decompressed.
     pub(super) fn view(&self, index: Index<View>, place: impl Display) -> Result<&[u8], LoadError> {
         let view = self.get(&self.root.buffer_views, index, &place, "buffer view")?;
         let known = self.decompressed.get(index.value());
@@ -139,19 +139,19 @@ impl<'p> Document<'p> {
         Ok(bytes)
     }
 
-    /// How many bytes may still be made.
+    /// The number of bytes that may still be made.
     #[cfg(feature = "draco")]
     pub(super) fn affordable(&self) -> u64 {
         self.budget.get()
     }
 
-    /// Allows for what will be made of `bytes` that were decompressed.
+    /// Raises the budget in proportion to `bytes` that were decompressed.
     pub(super) fn allow_for(&self, bytes: u64) {
         let more = LARGEST_SECOND_EXPANSION.saturating_mul(bytes);
         self.budget.set(self.budget.get().saturating_add(more));
     }
 
-    /// A part of a buffer: offset and length.
+    /// Returns a part of a buffer, given by offset and length.
     fn range(
         &self,
         number: usize,
@@ -174,7 +174,7 @@ impl<'p> Document<'p> {
         })
     }
 
-    /// An extension's object among those of something at `place`.
+    /// Parses an extension of the object at `place`.
     pub(super) fn extension<T: DeserializeOwned>(
         &self,
         extensions: Option<&Map<String, Value>>,
@@ -188,13 +188,13 @@ impl<'p> Document<'p> {
         })
     }
 
-    /// The folder that references start from.
+    /// The folder that relative references start from.
     pub(super) fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
 }
 
-/// The bytes that a buffer's URI refers to; files are read once.
+/// Reads the bytes that a buffer's URI refers to; each file is read once.
 fn from_uri(
     uri: &str,
     path: &Path,

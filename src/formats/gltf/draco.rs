@@ -1,4 +1,4 @@
-//! `KHR_draco_mesh_compression`: what a primitive's accessors would hold, decompressed.
+//! `KHR_draco_mesh_compression`: decompresses the contents of a primitive's accessors.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use super::document::Document;
 use super::extensions::draco::DracoPrimitive;
 use crate::error::LoadError;
 
-/// The extension.
+/// The name of the extension.
 pub(super) const NAME: &str = "KHR_draco_mesh_compression";
 
 /// The vertices and triangles of a primitive.
@@ -20,18 +20,18 @@ pub(super) struct Decoded {
     pub columns: HashMap<String, Attribute>,
 }
 
-/// One attribute of all vertices.
+/// An attribute of all vertices.
 #[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "nothing makes one"))]
 pub(super) struct Attribute {
-    /// Numbers of each vertex, at most four.
+    /// Components per vertex, at most four.
     pub width: usize,
     pub numbers: Vec<f32>,
-    /// The divisor for integers that stand for fractions; 1 for floats.
+    /// The divisor for normalised integers; 1 for floats.
     pub one: f32,
 }
 
 impl Attribute {
-    /// The first `N` numbers of each vertex; missing ones are 0.
+    /// The first `N` components of each vertex; missing ones are 0.
     pub(super) fn elements<const N: usize>(&self, normalized: bool) -> Vec<[f32; N]> {
         let fraction = |number: f32| match normalized && self.one != 1.0 {
             true => (number / self.one).max(-1.0),
@@ -94,7 +94,7 @@ pub(super) fn decode(
     Ok(Some(Decoded { corners, columns }))
 }
 
-/// Without the feature, all that a compressed primitive has is the uncompressed copy that its file may hold.
+/// Without the feature, only the uncompressed copy that the file may contain is used.
 #[cfg(not(feature = "draco"))]
 pub(super) fn decode(_: &Document, _: &Primitive, _: &str) -> Result<Option<Decoded>, LoadError> {
     Ok(None)

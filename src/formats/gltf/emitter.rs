@@ -1,8 +1,8 @@
 //! Cameras and lights of nodes.
 //!
-//! Lights are photometric: candela and lux. We have no spectra to weigh, so a lumen counts
-//! as a watt, and a nit as a watt a square metre and steradian. But Blender's exporter multiplies its lights'
-//! watts by 683, and what its materials and its world give off by nothing, unless it is told otherwise.
+//! Lights are photometric: candela and lux. The renderer has no spectra to weight, so a lumen counts as a watt, and a
+//! nit as a watt per square metre and steradian. But Blender's exporter multiplies the power of its lights by 683 by
+//! default, and does not scale the emission of its materials and its world.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -18,13 +18,13 @@ use crate::formats::LightUnits;
 use crate::math::Rgb;
 use crate::world::{Camera, Falloff, Light};
 
-/// Lumens per watt of light at 555 nm, a ratio that exporters apply to all light.
+/// Lumens per watt at 555 nm, a ratio that exporters apply to all light.
 const LUMEN_TO_WATT: f32 = 683.0;
-/// The brightest suns (lux) and lamps (candela) that can be in watts: a sun seldom has more than 10 W/m² in Blender,
-/// and 450 W/sr are a lamp of 5.7 kW, while 450 cd are one of 8 W.
+/// The largest plausible values in watts for suns (lux) and other lights (candela): a sun in Blender seldom exceeds 10
+/// W/m², and 450 W/sr are a light of 5.7 kW, while 450 cd are one of 8 W.
 const BRIGHT: [f32; 2] = [100.0, 450.0];
 
-/// What the numbers of a file's lights are multiplied by.
+/// The factor for the intensities of a file's lights.
 pub(super) fn light_scale(
     document: &Document,
     lights: &[light::GltfLight],
@@ -48,8 +48,8 @@ pub(super) fn light_scale(
     }
 }
 
-/// Whether Blender's lights are too bright to be in watts, judged by its median sun, or by its median lamp if it has
-/// no suns.
+/// True if Blender's lights are too bright to be in watts, judged by the median of its suns, or of its other lights if
+/// it has no suns.
 fn are_lumen(lights: &[light::GltfLight]) -> bool {
     let brightness = |suns: bool| {
         let of_kind = lights.iter().filter(|light| (light.kind == "directional") == suns);
@@ -66,7 +66,7 @@ fn are_lumen(lights: &[light::GltfLight]) -> bool {
 }
 
 impl Import<'_> {
-    /// The camera of the node at `place`, and its name.
+    /// Returns the camera of the node at `place`, and its name.
     pub(super) fn camera(
         &self,
         index: Index<json::Camera>,
@@ -85,7 +85,7 @@ impl Import<'_> {
                 Camera::Pinhole { vertical_fov }
             }
             (Checked::Valid(Type::Orthographic), _, Some(orthographic)) => {
-                // Negative ones occur. They would flip the image, which nobody means.
+                // Negative values occur; they would flip the image, which is never intended.
                 let height_m = orthographic.ymag.abs() * 2.0;
                 if height_m == 0.0 || !height_m.is_finite() {
                     return Err(document.error(format!("{at}/orthographic/ymag"), "it must not be 0"));
@@ -112,7 +112,7 @@ impl Import<'_> {
         (0.01..=100.0).contains(&aspect).then_some(aspect)
     }
 
-    /// The light of the node at `place`, if it has one, and its name.
+    /// Returns the light of the node at `place`, if it has one, and its name.
     pub(super) fn light(
         &self,
         node: &json::Node,
@@ -146,7 +146,7 @@ impl Import<'_> {
                 let spot = light.spot.as_ref();
                 let spot = spot.ok_or_else(|| document.error(at, "a spot light needs its \"spot\""))?;
                 let (inner_angle, outer_angle) = (spot.inner_cone_angle, spot.outer_cone_angle);
-                // π/2 rounded up by another program's arithmetic is meant as π/2.
+                // Accepts π/2 as rounded up by another program's arithmetic.
                 if !(inner_angle >= 0.0 && inner_angle < outer_angle && outer_angle <= FRAC_PI_2 + 1e-5) {
                     let reason = format!(
                         "the cone from {inner_angle} to {outer_angle} is not 0 ≤ inner < outer ≤ π/2"

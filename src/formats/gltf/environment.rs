@@ -1,4 +1,4 @@
-//! `EXT_lights_image_based`: a cube of pictures becomes one equirectangular image.
+//! `EXT_lights_image_based`: converts a cube map to one equirectangular image.
 
 use gltf::json::{self, Index};
 
@@ -10,11 +10,11 @@ use crate::formats::studio::towards;
 use crate::math::{DQuat, Rgb, Vec3};
 use crate::world::{Image, Light, Texels, Transform};
 
-/// The most rows that the image has; it has twice as many columns.
+/// The largest number of rows of the image; it has twice as many columns.
 const MOST_ROWS: u32 = 1024;
 
 impl Import<'_> {
-    /// The light from all around a scene; none, and a warning, if its pictures cannot be had.
+    /// The environment light of a scene; none, with a warning, if an image cannot be read.
     pub(super) fn environment(
         &mut self,
         scene: Option<Index<json::Scene>>,
@@ -84,7 +84,7 @@ impl Import<'_> {
     }
 }
 
-/// One side of the cube, linear.
+/// A face of the cube, linear.
 struct Face {
     width: usize,
     height: usize,
@@ -92,7 +92,7 @@ struct Face {
 }
 
 impl Face {
-    /// Eight-bit pictures are RGBD: sRGB-encoded colours, divided by alpha.
+    /// Decodes a face. Eight-bit images are RGBD: sRGB-encoded colours, divided by alpha.
     fn new(image: &Image) -> Self {
         let texels = match &image.texels {
             Texels::Rgb32(texels) => texels.clone(),
@@ -109,7 +109,7 @@ impl Face {
         Self { width: image.width as usize, height: image.height as usize, texels }
     }
 
-    /// Between the four texels around a place, both coordinates from 0 to 1.
+    /// Bilinear lookup; both coordinates are from 0 to 1.
     fn at(&self, s: f32, t: f32) -> [f32; 3] {
         let split = |at: f32, size: usize| {
             let at = (at * size as f32 - 0.5).clamp(0.0, (size - 1) as f32);
@@ -127,8 +127,8 @@ impl Face {
     }
 }
 
-/// The face of a cube map (+X, −X, +Y, −Y, +Z, −Z) that a direction meets, and where on it, by the conventions of
-/// graphics APIs.
+/// The face of the cube map (+X, −X, +Y, −Y, +Z, −Z) that a direction intersects, and the coordinates on it, by the
+/// conventions of graphics APIs.
 fn on_cube(towards: Vec3) -> (usize, f32, f32) {
     let [x, y, z] = towards.to_array();
     let size = towards.abs();
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn directions_meet_the_sides_of_a_cube() {
+    fn directions_map_to_cube_faces() {
         let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
         for (face, axis) in axes.into_iter().enumerate() {
             assert_eq!(on_cube(axis), (face, 0.5, 0.5));
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn alpha_divides() {
+    fn alpha_divides_rgbd_colors() {
         let image = |texels: Vec<[u8; 4]>| Image {
             source: None,
             width: texels.len() as u32,

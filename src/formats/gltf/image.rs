@@ -1,4 +1,4 @@
-//! Pictures in a file or next to it, each decoded once.
+//! Images in a file or next to it, each decoded once.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -15,35 +15,35 @@ use crate::film::tonemap::srgb_encode;
 use crate::world::assets::ColorSpace;
 use crate::world::{Assets, Image, ImageId, SourceFiles, Texels};
 
-/// Where an image's bytes are: equal for equal images.
+/// The location of an image's bytes: equal for equal images.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) enum ImageLocation {
     File(PathBuf),
     /// Offset and length in a buffer.
     Buffer(usize, u64, u64),
-    /// In the URI of this image.
+    /// Within the URI of this image.
     Uri(usize),
 }
 
-/// The pictures that were asked for so far.
+/// The images used up to now.
 #[derive(Default)]
 pub(super) struct Images {
-    /// By location and by how they are decoded: see [`Images::id`].
+    /// Ids by location and colour space (true for linear): see [`Images::id`].
     ids: HashMap<(ImageLocation, bool), Option<ImageId>>,
-    /// Those whose gloss became roughness, and by which factor.
+    /// Images whose gloss was converted to roughness, with the bits of the factor.
     rough: HashMap<ImageLocation, (u32, ImageId)>,
-    /// How many encoded bytes of each buffer were decoded. Overlapping views could otherwise make much out of little.
+    /// Encoded bytes decoded from each buffer: limits the expansion by overlapping views.
     decoded: HashMap<usize, u64>,
     complained: HashSet<ImageLocation>,
-    /// Pictures that `ahead` has decoded and that nothing has asked for yet.
+    /// Images decoded by `decode_ahead` that have not been used yet.
     pub ahead: HashMap<ImageLocation, Result<Arc<Image>, LoadError>>,
 }
 
 impl Images {
-    /// An image as an asset; none, and a warning, if it cannot be had.
+    /// Returns an image as an asset; none, with a warning, if it cannot be read.
     ///
-    /// Pictures of more than eight bits a channel are made linear when they are decoded. Where
-    /// they hold no colours the values as they are stored are what counts: that is another image.
+    /// Images of more than eight bits per channel are made linear when they are decoded. If they do not contain
+    /// colours, the values as stored count: that is another image.
     pub(super) fn id(
         &mut self,
         document: &Document,
@@ -64,7 +64,7 @@ impl Images {
             true => assets.add_made_image(as_stored(&image)),
             false => assets.add_image(image),
         });
-        // The same bytes serve both colour spaces.
+        // Eight-bit images serve both colour spaces.
         if !wide {
             self.ids.insert((place.clone(), !linear), id);
         }
@@ -72,8 +72,8 @@ impl Images {
         Ok(id)
     }
 
-    /// An image whose red is roughness, 1 − gloss · `factor`, from a texture whose alpha is gloss. Each picture has
-    /// only one of these, so that files cannot turn one picture into many.
+    /// Returns an image whose red is roughness, 1 − gloss · `factor`, from a texture whose alpha is gloss. Each image
+    /// has only one of these, so that files cannot turn one image into many.
     pub(super) fn rough(
         &mut self,
         document: &Document,
@@ -97,7 +97,7 @@ impl Images {
         Ok(Some(id))
     }
 
-    /// An image's pixels; none, and a warning, if they cannot be had.
+    /// Returns an image's pixels; none, with a warning, if they cannot be read.
     pub(super) fn picture(
         &mut self,
         document: &Document,
@@ -122,7 +122,7 @@ impl Images {
         let ahead = self.ahead.remove(place);
         let encoded = if ahead.is_none() { Encoded::of(document, index, place)? } else { None };
         if let ImageLocation::Buffer(buffer, _, length) = place {
-            // A picture may be wanted for its colours and as it is stored.
+            // An image may be used both as colours and as stored.
             let decoded = self.decoded.entry(*buffer).or_default();
             *decoded += length;
             if *decoded > whole(document, *buffer).saturating_mul(2) {
@@ -141,15 +141,15 @@ impl Images {
     }
 }
 
-/// A picture before it is decoded.
+/// An image before decoding.
 pub(super) enum Encoded<'d> {
     File(PathBuf),
-    /// Its bytes, and the name that messages use.
+    /// The bytes, and the name for messages.
     Bytes(Cow<'d, [u8]>, PathBuf),
 }
 
 impl<'d> Encoded<'d> {
-    /// The encoded picture of an image; none if there is nothing there.
+    /// The encoded data of an image; none if there are none.
     pub(super) fn of(
         document: &'d Document,
         index: Index<json::Image>,
@@ -175,7 +175,7 @@ impl<'d> Encoded<'d> {
         Ok(Some(Self::Bytes(bytes, inside(document.path, &at))))
     }
 
-    /// Its pixels.
+    /// Decodes the pixels.
     pub(super) fn decode(self, sources: &SourceFiles) -> Result<Arc<Image>, LoadError> {
         let (bytes, name, source) = match self {
             Self::File(file) => {
@@ -196,7 +196,7 @@ pub(super) fn whole(document: &Document, buffer: usize) -> u64 {
     document.root.buffers.get(buffer).map_or(0, |buffer| buffer.byte_length.0)
 }
 
-/// The name that messages use for a picture inside a file.
+/// The name for messages about an image inside a file.
 fn inside(path: &Path, at: &str) -> PathBuf {
     PathBuf::from(format!("{}: {at}", path.display()))
 }
@@ -229,7 +229,7 @@ pub(super) fn place(
     }
 }
 
-/// Undoes what the decoder did to a picture of 16 bits a channel, which it takes for colours.
+/// Reverts the decoder's conversion of an image of 16 bits per channel, which it takes for colours.
 fn as_stored(image: &Image) -> Image {
     let mut image = image.clone();
     if let Texels::Rgb32(texels) = &mut image.texels {

@@ -1,32 +1,32 @@
-//! What is left out of a file: counted while it is read and reported in a few lines at the end.
+//! The parts of a file that are left out: counted while it is read, and reported in a few lines at the end.
 
-/// Counts and names.
+/// Counts of the parts left out.
 #[derive(Default)]
 pub(super) struct ImportReport {
-    /// Whether there are animations, and no moment of them was asked for.
+    /// True if there are animations and no time was given.
     pub animations: bool,
-    /// Primitives without triangles.
+    /// The number of primitives without triangles.
     pub points_and_lines: usize,
-    /// Nodes that are hidden by a scale of 0.
+    /// The number of nodes hidden by a scale of 0.
     pub flat_nodes: usize,
-    /// Materials whose gloss cannot be made roughness.
+    /// The number of materials whose gloss cannot be converted to roughness.
     pub glosses: usize,
-    /// Textures that are looked up by a third set of coordinates or a later one.
+    /// The number of textures that use a third or later set of coordinates.
     pub other_sets: usize,
-    /// Closed meshes of glass that has no inside.
+    /// The number of closed meshes of glass without a volume.
     pub hollow_bodies: usize,
-    /// Closed meshes whose surfaces face inwards and are invisible from behind.
+    /// The number of closed meshes whose surfaces face inwards and are invisible from behind.
     pub inside_out: usize,
 }
 
 impl ImportReport {
-    /// A line for each kind of loss.
+    /// Returns a line for each kind of loss.
     pub(super) fn lines(&self) -> impl Iterator<Item = String> {
         let mut lines = Vec::new();
         if self.animations {
             lines.push("animations: nodes stand as the file has them (--time shows a moment)".to_owned());
         }
-        // The words for one, the words for several, and what is true of them.
+        // The singular, the plural, and the rest of the sentence.
         let counted = [
             (
                 self.points_and_lines,

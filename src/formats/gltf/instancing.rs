@@ -1,4 +1,4 @@
-//! `EXT_mesh_gpu_instancing`: a node's mesh at many places.
+//! `EXT_mesh_gpu_instancing`: many instances of a node's mesh.
 
 use gltf::json;
 use gltf::json::accessor::{ComponentType, Type};
@@ -14,11 +14,11 @@ const F32: &[ComponentType] = &[ComponentType::F32];
 const SIGNED: &[ComponentType] = &[ComponentType::F32, ComponentType::I8, ComponentType::I16];
 const VECTOR: Rule = Rule { types: &[Type::Vec3], components: F32, always_normalized: false };
 const ROTATION: Rule = Rule { types: &[Type::Vec4], components: SIGNED, always_normalized: true };
-/// About how many bytes an instance will take.
+/// The approximate size of an instance in bytes.
 const INSTANCE_BYTES: u64 = 256;
 
 impl Import<'_> {
-    /// The transforms of a node's instances; none if it is shown once.
+    /// The transforms of a node's instances; none if it is not instanced.
     pub(super) fn instances(
         &self,
         node: &json::Node,
@@ -33,7 +33,7 @@ impl Import<'_> {
         let translations = self.column::<3>(&read, "TRANSLATION", &VECTOR, &at, &mut count)?;
         let rotations = self.column::<4>(&read, "ROTATION", &ROTATION, &at, &mut count)?;
         let scales = self.column::<3>(&read, "SCALE", &VECTOR, &at, &mut count)?;
-        // Attributes of other names are for other programs.
+        // Other attributes are application-specific.
         let Some(count) = count else { return Ok(None) };
         document.charge(count as u64 * INSTANCE_BYTES, &at)?;
         let mut instances = Vec::with_capacity(count);
@@ -54,7 +54,7 @@ impl Import<'_> {
         Ok(Some(instances))
     }
 
-    /// One attribute of all instances. It must have as many elements as the others.
+    /// Reads an attribute of all instances. All attributes must have the same number of elements.
     fn column<const N: usize>(
         &self,
         read: &Instancing,

@@ -1,4 +1,4 @@
-//! What extensions add to a material. Each is read on its own; the renderer knows how they combine.
+//! The layers that extensions add to a material. Each is read on its own; the renderer combines them.
 
 use super::Import;
 use super::extensions::material as read;
@@ -36,7 +36,7 @@ impl Import<'_> {
         let document = self.document;
         let ior: Option<read::Ior> = document.extension(extensions, "KHR_materials_ior", at)?;
         if let Some(read::Ior { ior }) = ior {
-            // 0 has a meaning of its own, and nothing lies between it and 1.
+            // 0 is a special value, and indices between 0 and 1 are invalid.
             material.ior = if ior <= 0.0 { 0.0 } else { ior.max(1.0) };
         }
         let name = "KHR_materials_specular";

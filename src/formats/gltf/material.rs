@@ -1,4 +1,4 @@
-//! Metallic-roughness materials. What extensions add stands in `layers`.
+//! Metallic-roughness materials. The layers of extensions are in `layers`.
 
 use gltf::json::material::AlphaMode as Mode;
 use gltf::json::validation::Checked;
@@ -13,7 +13,7 @@ use crate::math::Rgb;
 use crate::world::assets::ColorSpace;
 use crate::world::{AlphaMode, Channel, ColorInput, Material, MaterialId, Principled, ScalarInput, Texture};
 
-/// A material of the file and what a mesh must know of it.
+/// A material of the file, and the data that a mesh needs of it.
 #[derive(Clone, Copy)]
 pub(super) struct Lowered {
     pub id: MaterialId,
@@ -21,11 +21,11 @@ pub(super) struct Lowered {
     pub tangents: Option<u32>,
 }
 
-/// The extensions of something.
+/// The extensions of a JSON object.
 pub(super) type Extensions<'d> = Option<&'d Map<String, Value>>;
 
 impl Import<'_> {
-    /// The material of a primitive; each is read once.
+    /// Returns the material of a primitive; each is read once.
     pub(super) fn material(
         &mut self,
         index: Option<Index<json::Material>>,
@@ -130,8 +130,8 @@ impl Import<'_> {
         self.color(factor, slot.as_ref(), &format!("{at}/emissiveTexture"))
     }
 
-    /// The older model, as KHR_materials_ior says: where the index of refraction is 0 a surface
-    /// reflects its specular colour, and what is left of white light meets the diffuse colour.
+    /// Converts the older model as KHR_materials_ior describes: with an index of refraction of 0, a surface reflects
+    /// its specular colour, and the rest of white light reaches the diffuse colour.
     fn specular_glossiness(
         &mut self,
         older: &SpecularGlossiness,
@@ -155,7 +155,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Roughness by a texture whose alpha is gloss.
+    /// Roughness from a texture whose alpha is gloss.
     fn roughness(&mut self, slot: &Slot, gloss: f32, at: &str) -> Result<ScalarInput, LoadError> {
         let constant = ScalarInput::constant(1.0 - gloss);
         let Some(texture) = self.lookup(Some(slot), ColorSpace::Linear, at)? else { return Ok(constant) };
@@ -169,7 +169,7 @@ impl Import<'_> {
         Ok(ScalarInput { factor: 1.0, texture: Some((texture, Channel::Red)) })
     }
 
-    /// The set of texture coordinates of what bends normals or stretches highlights.
+    /// The set of texture coordinates used by normal maps or anisotropy.
     fn tangent_set(&self, material: &Principled) -> Option<u32> {
         let normal = material.normal.or(material.clearcoat_normal).map(|map| map.texture);
         let stretched = material.anisotropy.strength > 0.0;
@@ -179,7 +179,7 @@ impl Import<'_> {
     }
 }
 
-/// Factors beyond their range occur, and are taken for the end of the range.
+/// Clamps a factor; files contain factors outside their range.
 pub(super) fn unit(factor: f32) -> f32 {
     factor.clamp(0.0, 1.0)
 }

@@ -1,4 +1,4 @@
-//! Meshes: the primitives of one become one mesh of ours with a material for each triangle.
+//! Meshes: the primitives of a glTF mesh become one mesh with a material per triangle.
 
 use std::collections::HashMap;
 
@@ -18,24 +18,24 @@ use crate::error::LoadError;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
 use crate::world::{MaterialId, Mesh, MeshId};
 
-/// How the node that shows a mesh bends it.
+/// The deformation of a mesh by the node that instantiates it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Shaping<'s> {
-    /// Weights of the morph targets; none for the mesh's own.
+    /// Weights of the morph targets; none for those of the mesh.
     pub weights: Option<&'s [f32]>,
     /// The node and its joints if it has a skin.
     pub joints: Option<(usize, &'s Joints)>,
 }
 
-/// A mesh of ours where a node shows it.
+/// A mesh as placed by a node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlacedMesh {
     pub id: MeshId,
-    /// Instead of the mesh's own.
+    /// Overrides the mesh's own material.
     pub material: Option<MaterialId>,
 }
 
-/// Equal for meshes of one primitive that have the same triangles, whatever their material.
+/// A key that is equal for meshes of one primitive with the same triangles, whatever their material.
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct ShapeKey {
     accessors: Vec<Option<usize>>,
@@ -44,20 +44,21 @@ pub(super) struct ShapeKey {
     mode: u32,
     /// The set of texture coordinates that tangents follow.
     tangents: Option<u32>,
-    /// Of the morph targets, by their bits.
+    /// The weights of the morph targets, as bits.
     weights: Option<Vec<u32>>,
     /// The node that has a skin.
     skinned: Option<usize>,
 }
 
-/// Equal for what becomes the same mesh of ours: the mesh's number, the weights' bits, the node with a skin.
+/// A key that is equal for glTF meshes that become the same mesh: the mesh's number, the weights' bits, the node with a
+/// skin.
 pub(super) type MeshKey = (usize, Option<Vec<u32>>, Option<usize>);
 
-/// For the numbers of some accessors, the first vertex and the count of the vertices that were made from them.
+/// Maps accessor numbers to the first vertex and the number of vertices made from them.
 type KnownVertices = HashMap<Vec<Option<usize>>, (u32, usize)>;
 
 impl Import<'_> {
-    /// The mesh of a node; none if it has no triangles.
+    /// Returns the mesh of a node; none if it has no triangles.
     pub(super) fn mesh(
         &mut self,
         index: Index<json::Mesh>,
@@ -67,7 +68,7 @@ impl Import<'_> {
         let document = self.document;
         let source = document.get(&document.root.meshes, index, place, "mesh")?;
         let morphs = source.primitives.iter().any(|primitive| primitive.targets.is_some());
-        // The mesh's own weights are no part of its key: thousands of nodes may share them.
+        // The mesh's own weights are not part of its key: thousands of nodes may share them.
         let weights = shaping.weights.filter(|_| morphs);
         let bits = weights.map(|weights| weights.iter().map(|weight| weight.to_bits()).collect());
         let key: MeshKey = (index.value(), bits, shaping.joints.map(|(node, _)| node));
@@ -79,7 +80,7 @@ impl Import<'_> {
         let shape = self.shape_key(source, shaping, index.value())?;
         let known = shape.as_ref().and_then(|(key, material)| Some((*self.shapes.get(key)?, *material)));
         if let Some((id, material)) = known {
-            // Exporters write a mesh anew for each of its materials, with the same accessors.
+            // Exporters repeat a mesh for each of its materials, with the same accessors.
             let own = self.assets.meshes.get(id.0 as usize).and_then(|mesh| mesh.triangle_materials.first());
             let placed = PlacedMesh { id, material: (own != Some(&material)).then_some(material) };
             self.meshes.insert(key, Some(placed));
@@ -106,7 +107,7 @@ impl Import<'_> {
         Ok(placed)
     }
 
-    /// The key of a mesh's triangles, and its material, if the triangles can be shared.
+    /// The key of a mesh's triangles, and its material; none if the triangles cannot be shared.
     fn shape_key(
         &mut self,
         mesh: &json::Mesh,
@@ -151,7 +152,7 @@ impl Import<'_> {
         };
         let material = self.material_of(primitive, at)?;
         if !primitive.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
-            // The specification leaves these to extensions.
+            // The specification leaves primitives without positions to extensions.
             self.losses.points_and_lines += 1;
             return Ok(());
         }
@@ -161,7 +162,7 @@ impl Import<'_> {
             .all(|semantic| primitive.attributes.contains_key(&Checked::Valid(semantic.clone())));
         let generated = material.tangents.filter(|_| !has_tangents);
         let decoded = draco::decode(document, primitive, at)?;
-        // Generated tangents split vertices, so nothing else can use these.
+        // Generated tangents split vertices, so these cannot be shared.
         let is_shared = generated.is_none() && decoded.is_none();
         let key = is_shared.then(|| vertex::accessors(primitive));
         let found = key.as_ref().and_then(|key| known.get(key)).copied();
@@ -209,13 +210,13 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// The material of a primitive under the variant that was asked for.
+    /// The material of a primitive in the requested variant.
     fn material_of(&mut self, primitive: &Primitive, at: &str) -> Result<Lowered, LoadError> {
         let index = self.material_index(primitive, at)?;
         self.material(index, &format!("{at}/material"))
     }
 
-    /// The number of a primitive's material, which may depend on the variant that was asked for.
+    /// The number of a primitive's material, which may depend on the requested variant.
     pub(super) fn material_index(
         &self,
         primitive: &Primitive,
@@ -233,9 +234,9 @@ impl Import<'_> {
     }
 }
 
-/// Adds the vertices of `part` and empties it; returns the number of the first one added.
+/// Appends the vertices of `part` and empties it; returns the number of the first one. None if there are too many.
 fn append(mesh: &mut Mesh, part: &mut Mesh) -> Option<u32> {
-    /// If only one of them has values, the other gets `filler`; if neither has, both stay empty.
+    /// If only one of the two has values, the other is filled with `filler`; if neither has, both stay empty.
     fn join<T: Clone>(to: &mut Vec<T>, before: usize, from: &mut Vec<T>, count: usize, filler: T) {
         if !(to.is_empty() && from.is_empty()) {
             to.resize(before, filler.clone());
@@ -255,7 +256,7 @@ fn append(mesh: &mut Mesh, part: &mut Mesh) -> Option<u32> {
     Some(first as u32)
 }
 
-/// The triangles of a list, strip or fan (3.7.2.1), but for those without area.
+/// Calls `add` for the triangles of a list, strip or fan (3.7.2.1), except degenerate ones.
 fn each_triangle(mode: Mode, corners: &[u32], mut add: impl FnMut([u32; 3])) {
     let mut add = |a, b, c| {
         if a != b && b != c && c != a {
@@ -289,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn strips_turn_every_other_triangle_and_fans_share_their_first_corner() {
+    fn strips_flip_every_other_triangle_and_fans_share_their_first_corner() {
         let five = [0, 1, 2, 3, 4];
         assert_eq!(triangles(Mode::TriangleStrip, &five), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
         assert_eq!(triangles(Mode::TriangleFan, &five), [[1, 2, 0], [2, 3, 0], [3, 4, 0]]);

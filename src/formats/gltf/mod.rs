@@ -1,17 +1,16 @@
 //! [glTF 2.0](https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html), as JSON or GLB.
 //!
-//! The `gltf` crate gives the structure of the JSON. What it says is checked here: the crate
-//! panics on wrongly typed accessors and on views that end past their buffers, accepts nodes
-//! that are their own ancestors and knows few extensions. So there is an accessor reader
-//! (`accessor`), a resolver of references (`uri`) and a list of extensions (`extensions`) of
-//! our own; extensions arrive as JSON.
+//! The `gltf` crate parses the structure of the JSON. Its contents are checked here: the crate panics on wrongly typed
+//! accessors and on views that end past their buffers, accepts nodes that are their own ancestors and supports few
+//! extensions. Hence this module has its own accessor reader (`accessor`), resolver of references (`uri`) and list of
+//! extensions (`extensions`), which arrive as JSON.
 //!
-//! [`load`] makes a [`GltfModel`] of a scene's nodes, [`GltfModel::place`] makes entities of these, as
-//! often as wanted. Meshes are moved by their morph targets and joints while they are read
-//! (`vertex`, `skin`), at the moment that was asked for (`animation`).
+//! [`load`] reads the nodes of a scene into a [`GltfModel`]; [`GltfModel::place`] creates entities from it, as often as
+//! wanted. Meshes are deformed by their morph targets and joints while they are read (`vertex`, `skin`), at the
+//! requested time (`animation`).
 //!
-//! A node that is wrong is an error that names its place in the JSON. A picture that cannot
-//! be had is a warning, and so is what is left out.
+//! An invalid node is an error that names its place in the JSON. An image that cannot be read is a warning, and so is
+//! everything left out.
 
 mod accessor;
 mod animation;
@@ -64,18 +63,18 @@ use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, Worl
 /// The nodes of one of a file's scenes. Meshes and materials are in the asset store.
 #[derive(Debug)]
 pub struct GltfModel {
-    /// Every node comes after its parent.
+    /// The nodes; parents precede their children.
     nodes: Vec<GltfNode>,
     /// Width over height of the first camera's image, if the file gives it.
     pub aspect: Option<f32>,
-    /// Whether the file has animations.
+    /// True if the file has animations.
     moves: bool,
 }
 
-/// What becomes an entity.
+/// A node that becomes an entity.
 #[derive(Debug)]
 struct GltfNode {
-    /// Its place among the nodes.
+    /// The index of its parent among the nodes.
     parent: Option<usize>,
     name: Option<String>,
     transform: Transform,
@@ -91,24 +90,24 @@ struct Import<'a> {
     warnings: &'a mut Vec<String>,
     losses: ImportReport,
     lights: Vec<extensions::light::GltfLight>,
-    /// What the lights' intensities are multiplied by.
+    /// The factor for the lights' intensities.
     light_scale: f32,
     /// See [`LoadOptions`].
     solid_glass: bool,
-    /// Whether all surfaces can be seen from behind.
+    /// True if all surfaces are visible from behind.
     double_sided: bool,
-    /// The number of the variant that was asked for.
+    /// The number of the requested variant.
     variant: Option<usize>,
     images: Images,
     textures: GltfTextures,
-    /// By their numbers in the file; `None` is the default material.
+    /// The converted materials by their numbers in the file; `None` is the default material.
     materials: HashMap<Option<usize>, Lowered>,
     meshes: HashMap<MeshKey, Option<PlacedMesh>>,
     shapes: HashMap<ShapeKey, MeshId>,
     parents: Vec<Option<usize>>,
-    /// Nodes that an animation moves.
+    /// Nodes that an animation moves, with their transforms and weights.
     moved: HashMap<usize, Moved>,
-    /// The transforms from nodes to the scene that are known so far.
+    /// The transforms from nodes to the scene computed up to now.
     globals: HashMap<usize, DAffine3>,
     /// Aspect ratio of the first camera.
     aspect: Option<f32>,
@@ -125,7 +124,7 @@ pub fn load(
     parse(&bytes, path, options, assets, warnings)
 }
 
-/// [`load`] for a file in memory. Messages call it `path`, and its references are relative to that.
+/// [`load`] for a file in memory. Messages use `path` as its name, and its references are relative to it.
 pub fn parse(
     bytes: &[u8],
     path: &Path,
@@ -175,7 +174,7 @@ pub fn parse(
     Ok(GltfModel { nodes, aspect, moves })
 }
 
-/// The number of the variant that was asked for by name, or by its number.
+/// Returns the number of the variant requested by name or number.
 fn variant(document: &Document, asked: Option<&str>) -> Result<Option<usize>, LoadError> {
     let Some(asked) = asked else { return Ok(None) };
     let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
@@ -198,14 +197,13 @@ fn variant(document: &Document, asked: Option<&str>) -> Result<Option<usize>, Lo
     })
 }
 
-/// Names that can stand in a line as they are.
+/// Filters names that can be printed on a line as they are.
 fn presentable<'n>(names: impl Iterator<Item = &'n str> + Clone) -> impl Iterator<Item = &'n str> + Clone {
     names.filter(|name| name.len() <= 64 && !name.contains(char::is_control))
 }
 
 impl GltfModel {
-    /// Adds an entity for each node, under `parent` if there is one. Names that another
-    /// entity has are numbered.
+    /// Adds an entity for each node, under `parent` if there is one. Names that are already taken get a number.
     pub fn place(&self, world: &mut World, parent: Option<hecs::Entity>) {
         world.moves |= self.moves;
         let mut names = TakenNames::of(world);

@@ -10,21 +10,21 @@ use super::{GltfNode, Import, presentable};
 use crate::error::{LoadError, did_you_mean, words};
 use crate::world::Transform;
 
-/// A node that is to be visited.
+/// A node to be visited.
 struct PendingNode {
     number: usize,
-    /// Its parent's place among those found.
+    /// The index of its parent among the nodes found.
     parent: Option<usize>,
-    /// From its parent's space to the scene's.
+    /// True if its ancestors are visible.
     visible: bool,
 }
 
 impl Import<'_> {
-    /// The nodes of a scene, each after its parent.
+    /// Returns the nodes of a scene; parents precede their children.
     pub(super) fn nodes(&mut self, roots: Vec<usize>) -> Result<Vec<GltfNode>, LoadError> {
         let all = &self.document.root.nodes;
         let mut found: Vec<GltfNode> = Vec::new();
-        // An explicit stack: files may be nested more deeply than the machine's stack allows.
+        // Uses an explicit stack: files may be nested more deeply than the call stack allows.
         let first = |number| PendingNode { number, parent: None, visible: true };
         let mut stack: Vec<PendingNode> = roots.into_iter().rev().map(first).collect();
         while let Some(PendingNode { number, parent, mut visible }) = stack.pop() {
@@ -54,7 +54,7 @@ impl Import<'_> {
         Ok(found)
     }
 
-    /// A node without its mesh.
+    /// Creates a node without its mesh.
     fn node(
         &mut self,
         source: &json::Node,
@@ -75,7 +75,7 @@ impl Import<'_> {
         Ok(GltfNode { parent, name, transform, mesh: None, light, camera })
     }
 
-    /// Gives a node its mesh: once, at many places, or where its joints are.
+    /// Adds a node's mesh: once, once per instance, or deformed by its joints.
     fn meshes_of(
         &mut self,
         number: usize,
@@ -97,7 +97,7 @@ impl Import<'_> {
             camera: None,
         };
         if let Some(skin) = source.skin {
-            // The joints say where the mesh is; the node's own transform is ignored.
+            // The joints place the mesh; the node's own transform is ignored.
             let joints = self.joints(skin, &format!("{at}/skin"))?;
             shaping.joints = Some((number, &joints));
             if let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? {
@@ -121,7 +121,7 @@ impl Import<'_> {
     }
 }
 
-/// The parent of each node. Errors: a child that does not exist, has two parents, or is its own ancestor.
+/// Returns the parent of each node. Errors: a child that does not exist, has two parents, or is its own ancestor.
 pub(super) fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadError> {
     let nodes = &document.root.nodes;
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
@@ -136,7 +136,7 @@ pub(super) fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadErr
             parents[child] = Some(number);
         }
     }
-    // From every node upwards, until there is no parent or the node was visited before.
+    // Walk up from every node, until there is no parent or the node was visited before.
     let mut met_from = vec![usize::MAX; nodes.len()];
     for start in 0..nodes.len() {
         let mut at = Some(start);
@@ -154,8 +154,8 @@ pub(super) fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadErr
     Ok(parents)
 }
 
-/// The scene to show: the one asked for by name or number, else the file's default scene, else its first. None if the
-/// file has no scenes.
+/// Returns the scene to show: the one requested by name or number, else the file's default scene, else its first. None
+/// if the file has no scenes.
 pub(super) fn scene(
     document: &Document,
     asked: Option<&str>,
@@ -180,7 +180,7 @@ pub(super) fn scene(
     })
 }
 
-/// The root nodes of a scene; without a scene, all nodes that have no parent.
+/// Returns the root nodes of a scene; without a scene, all nodes that have no parent.
 pub(super) fn roots(
     document: &Document,
     scene: Option<Index<json::Scene>>,

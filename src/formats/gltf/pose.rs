@@ -1,4 +1,4 @@
-//! Where each node stands: as the file says or as an animation has it.
+//! The transforms of nodes, as given by the file or by an animation.
 
 use gltf::json;
 
@@ -11,11 +11,11 @@ use crate::world::Transform;
 /// A transform is flat if |determinant| over the product of the axes' lengths is below this.
 const FLAT: f64 = 1e-8;
 
-/// What an animation says in place of the node itself.
+/// The animated properties of a node, which replace its own.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moved {
     pub translation: Option<Vec3>,
-    /// Of any length except zero.
+    /// A quaternion of any length except zero.
     pub rotation: Option<[f32; 4]>,
     pub scale: Option<Vec3>,
     /// Weights of the mesh's morph targets.
@@ -29,7 +29,7 @@ impl Moved {
 }
 
 impl Import<'_> {
-    /// A node's own transform, and the same as a matrix.
+    /// A node's own transform, also as a matrix.
     pub(super) fn local(&self, number: usize) -> Result<(Transform, DAffine3), LoadError> {
         let Some(node) = self.document.root.nodes.get(number) else {
             return Ok((Transform::IDENTITY, DAffine3::IDENTITY));
@@ -39,7 +39,7 @@ impl Import<'_> {
 
     /// The transform from a node's space to the scene's.
     pub(super) fn global(&mut self, number: usize) -> Result<DAffine3, LoadError> {
-        // Up to a root or to a node whose transform is known, and down again.
+        // Walk up to a root or to a node whose transform is known, and down again.
         let (mut path, mut at) = (Vec::new(), Some(number));
         while let Some(node) = at.filter(|node| !self.globals.contains_key(node)) {
             path.push(node);
@@ -101,7 +101,7 @@ fn wide(matrix: &Mat4) -> DMat4 {
     DMat4::from_cols_array(&matrix.to_cols_array().map(f64::from))
 }
 
-/// Whether a transform leaves no volume: files hide things with a scale of 0.
+/// True if a transform leaves no volume: files hide objects with a scale of 0.
 pub(super) fn is_flat(matrix: &DAffine3) -> bool {
     let axes = matrix.matrix3;
     let length = |axis: DVec3| axis.length();

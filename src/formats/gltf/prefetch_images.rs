@@ -1,4 +1,4 @@
-//! Pictures are decoded several at once, before materials are read one after the other.
+//! Parallel decoding of images, before materials are read in sequence.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,8 +13,8 @@ use crate::world::Image;
 use std::sync::Arc;
 
 impl Import<'_> {
-    /// Decodes the pictures of all materials that nodes below `roots` show. Faults are not reported here: reading the
-    /// material that needs the picture reports them, or finds that there is none.
+    /// Decodes the images of all materials used by nodes below `roots`. Errors are not reported here: reading the
+    /// material that uses the image reports them, or succeeds.
     pub(super) fn decode_ahead(&mut self, roots: &[usize]) {
         let document = self.document;
         let said = self.warnings.len();
@@ -46,7 +46,7 @@ impl Import<'_> {
         self.images.ahead.extend(decoded);
     }
 
-    /// The textures of all materials that nodes below `roots` show, each once, in their order.
+    /// The textures of all materials used by nodes below `roots`, each once, in order.
     fn textures_below(&self, roots: &[usize]) -> Vec<Index<json::Texture>> {
         let root = &self.document.root;
         let (mut meshes, mut materials, mut found) = (HashSet::new(), HashSet::new(), Vec::new());
@@ -75,8 +75,8 @@ impl Import<'_> {
     }
 }
 
-/// The texture numbers in the slots of a material and its extensions: `…Texture: { index: … }`. A path tracer has no
-/// use for occlusion.
+/// Visits the texture numbers in the slots of a material and its extensions: `…Texture: { index: … }`. A path tracer
+/// does not use occlusion.
 fn slots(value: &Value, found: &mut dyn FnMut(u32)) {
     let Some(fields) = value.as_object() else { return };
     for (name, value) in fields.iter().filter(|(name, _)| *name != "occlusionTexture") {

@@ -1,4 +1,4 @@
-//! Skins: vertices that follow nodes.
+//! Skins: vertices that follow joints.
 
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::{self, Index};
@@ -11,11 +11,11 @@ use crate::math::{DMat4, DVec3, Vec3};
 const MATRIX: Rule =
     Rule { types: &[Type::Mat4], components: &[ComponentType::F32], always_normalized: false };
 
-/// Where each joint takes a vertex of the mesh: from the mesh's space to the scene's.
+/// The matrices of the joints, from the mesh's space to the scene's.
 pub(super) struct Joints(Vec<DMat4>);
 
 impl Import<'_> {
-    /// The joints of a skin as their nodes stand now.
+    /// The joints of a skin, with the current transforms of their nodes.
     pub(super) fn joints(&mut self, index: Index<json::Skin>, place: &str) -> Result<Joints, LoadError> {
         let document = self.document;
         let skin = document.get(&document.root.skins, index, place, "skin")?;
@@ -47,7 +47,7 @@ impl Import<'_> {
 }
 
 impl Joints {
-    /// The joints' combined effect by their weights; the error is a joint that does not exist.
+    /// Blends the joints' matrices by their weights; the error is the number of a joint that does not exist.
     pub(super) fn blend(&self, influences: impl Iterator<Item = (usize, f32)>) -> Result<Blend, usize> {
         let (mut sum, mut whole) = (DMat4::ZERO, 0.0);
         for (joint, weight) in influences.filter(|(_, weight)| *weight != 0.0) {
@@ -59,7 +59,7 @@ impl Joints {
     }
 }
 
-/// How one vertex moves.
+/// The transform of one vertex.
 pub(super) struct Blend(DMat4);
 
 impl Blend {
@@ -71,7 +71,7 @@ impl Blend {
         self.0.transform_vector3(direction.as_dvec3()).as_vec3()
     }
 
-    /// By the cofactors: no division, and a flat transform still gives a normal.
+    /// Transforms by the cofactor matrix: no division, and a flat transform still gives a normal.
     pub(super) fn normal(&self, normal: Vec3) -> Vec3 {
         let [x, y, z] = [self.0.x_axis, self.0.y_axis, self.0.z_axis].map(|axis| axis.truncate());
         let turned = |normal: DVec3| y.cross(z) * normal.x + z.cross(x) * normal.y + x.cross(y) * normal.z;

@@ -1,4 +1,4 @@
-//! What a file offers to choose from, judged by its JSON alone.
+//! The scenes, variants and animations of a file, read from its JSON only.
 
 use std::path::Path;
 
@@ -9,25 +9,25 @@ use super::container::Container;
 use super::extensions::variants::Variants;
 use crate::error::LoadError;
 
-/// Names to choose by. What has no name is called by its number.
+/// Names to choose by. Items without a name are called by their numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelSummary {
-    /// Of scenes.
+    /// The names of the scenes.
     pub scenes: Vec<String>,
-    /// Of variants of materials.
+    /// The names of the material variants.
     pub variants: Vec<String>,
-    /// Names of animations, each with the second at which it ends if the file says so.
+    /// The names of the animations, each with the time of its end in seconds if the file gives it.
     pub animations: Vec<(String, Option<f32>)>,
 }
 
-/// Looks into the file at `path`.
+/// Reads the summary of the file at `path`.
 pub fn contents(path: &Path) -> Result<ModelSummary, LoadError> {
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     let root = Container::open(&bytes, path)?.parse(path)?;
     let name = |given: &Option<String>, number: usize| given.clone().unwrap_or_else(|| number.to_string());
     let extensions = root.extensions.as_ref().map(|extensions| &extensions.others);
     let variants = extensions.and_then(|others| others.get("KHR_materials_variants"));
-    // Faults in the list are reported when a variant is asked for.
+    // Errors in the list are reported when a variant is requested.
     let variants = variants.and_then(|value| Variants::deserialize(value).ok());
     let variants = variants.map_or_else(Vec::new, |read| read.variants);
     let (scenes, animations) = (root.scenes.iter().enumerate(), root.animations.iter().enumerate());

@@ -1,4 +1,4 @@
-//! Tangents for meshes that lack them: those of MikkTSpace, for which normal maps are made.
+//! MikkTSpace tangents for meshes that lack them; normal maps assume these.
 
 use std::collections::HashMap;
 
@@ -11,15 +11,15 @@ use crate::error::LoadError;
 use crate::math::{Vec2, Vec3, Vec4};
 use crate::world::{Mesh, SourceFiles};
 
-/// Triangles around a vertex at most: the algorithm walks around it by recursion, and compares
-/// each two that share an edge.
+/// The largest number of triangles around a vertex: the algorithm walks around it recursively, and compares each pair
+/// that shares an edge.
 const MOST_AROUND: u32 = 1024;
-/// How many bytes each additional vertex is charged with.
+/// Bytes charged for each additional vertex.
 const VERTEX_BYTES: u64 = 80;
-/// How many bytes the algorithm uses for a corner.
+/// Bytes that the algorithm uses per corner.
 const CORNER_BYTES: u64 = 32;
 
-/// Functions with the same bits everywhere.
+/// Math functions with bit-identical results on all platforms.
 struct Libm;
 
 impl Ops for Libm {
@@ -43,7 +43,7 @@ impl MeshCorners<'_> {
         self.mesh.triangles[face][corner] as usize
     }
 
-    /// Whether no vertex, as the algorithm tells them apart, has too many triangles.
+    /// True if no vertex, as the algorithm distinguishes them, has too many triangles.
     fn is_fit(&self) -> bool {
         let mut around: HashMap<[u32; 8], u32> = HashMap::new();
         (0..self.tangents.len()).all(|corner| {
@@ -67,7 +67,7 @@ impl Geometry<Libm> for MeshCorners<'_> {
     }
 
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        // No negative zeros: they would be other places.
+        // Adding zero removes negative zeros, which would count as other positions.
         (self.mesh.positions[self.vertex(face, corner)] + Vec3::ZERO).to_array()
     }
 
@@ -86,7 +86,7 @@ impl Geometry<Libm> for MeshCorners<'_> {
     }
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
-        // Its v grows upwards, glTF's downwards.
+        // The v axis of MikkTSpace points up, that of glTF down.
         self.tangents[face * 3 + corner] = space.map(|space| {
             let [x, y, z, sign] = space.tangent_encoded();
             Vec4::new(x, y, z, -sign)
@@ -94,7 +94,7 @@ impl Geometry<Libm> for MeshCorners<'_> {
     }
 }
 
-/// Gives a mesh tangents along one set of its texture coordinates. A vertex whose corners get different ones is
+/// Generates tangents along one set of a mesh's texture coordinates. A vertex whose corners get different tangents is
 /// split. A mesh without these texture coordinates gets none.
 pub(super) fn generate(
     document: &Document,
@@ -117,7 +117,7 @@ pub(super) fn generate(
             if !space.is_fit() {
                 return Err(Unfit::Crowded);
             }
-            // What it refuses are meshes without any area to speak of.
+            // It fails for meshes of practically no area.
             bevy_mikktspace::generate_tangents(&mut space).map_err(|_| Unfit::Flat)?;
             Ok(space.tangents)
         },
@@ -134,7 +134,7 @@ pub(super) fn generate(
     }
 }
 
-/// A hash of all that tangents depend on.
+/// A hash of all inputs of the tangents.
 fn key(mesh: &Mesh, uvs: &[Vec2]) -> u128 {
     let mut hasher = Xxh3::new();
     let mut add = |numbers: &mut dyn Iterator<Item = u32>| {
@@ -149,15 +149,15 @@ fn key(mesh: &Mesh, uvs: &[Vec2]) -> u128 {
     hasher.digest128()
 }
 
-/// Why a mesh has no tangents.
+/// The reason why a mesh has no tangents.
 enum Unfit {
     /// Too many triangles meet in a vertex.
     Crowded,
-    /// There is no area.
+    /// The mesh has no area.
     Flat,
 }
 
-/// Gives each corner its tangent.
+/// Assigns each corner its tangent, and splits vertices where they differ.
 fn split(
     mesh: &mut Mesh,
     tangents: &[Option<Vec4>],

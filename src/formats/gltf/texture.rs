@@ -13,7 +13,7 @@ use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
 use crate::world::{Assets, Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
 
-/// The textures made so far, by everything that distinguishes them. (The store's own search compares a texture with
+/// The textures created up to now, by all their properties. (The search of the asset store compares a texture with
 /// every other.)
 #[derive(Default)]
 pub(super) struct GltfTextures(HashMap<TextureKey, TextureId>);
@@ -33,7 +33,7 @@ impl GltfTextures {
 }
 
 impl Import<'_> {
-    /// A colour; where it has a texture, in the sRGB curve.
+    /// A colour; its texture is decoded from sRGB.
     pub(super) fn color(
         &mut self,
         factor: Rgb,
@@ -49,7 +49,7 @@ impl Import<'_> {
         })
     }
 
-    /// A number from a texture's channel, as it is stored.
+    /// A scalar from a channel of a linear texture.
     pub(super) fn scalar(
         &mut self,
         factor: f32,
@@ -62,7 +62,7 @@ impl Import<'_> {
         Ok(ScalarInput { factor, texture })
     }
 
-    /// Normals from a texture.
+    /// A normal map.
     pub(super) fn normal_map(
         &mut self,
         slot: Option<&Slot>,
@@ -77,12 +77,12 @@ impl Import<'_> {
             .map(|(texture, slot)| NormalMap { texture: self.texture_id(texture), scale: slot.scale }))
     }
 
-    /// The id of a texture, from now on.
+    /// Returns the id of a texture, adding it if it is new.
     pub(super) fn texture_id(&mut self, texture: Texture) -> TextureId {
         self.textures.id(texture, self.assets)
     }
 
-    /// What is looked up in a slot; none if there is none or its image cannot be had.
+    /// The texture of a slot; none if the slot is empty or its image cannot be read.
     pub(super) fn lookup(
         &mut self,
         slot: Option<&Slot>,
@@ -111,7 +111,7 @@ impl Import<'_> {
         Ok(Some(texture))
     }
 
-    /// How to interpolate texels and what to do outside the unit square, as the texture's sampler says.
+    /// Sets the filter and the wrap modes from the texture's sampler.
     fn sample(&self, index: Index<json::Texture>, texture: &mut Texture, at: &str) -> Result<(), LoadError> {
         let document = self.document;
         texture.filter = TextureFilter::Trilinear;
@@ -129,7 +129,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// The image of a texture; none, with a warning, if it is in an extension that is not read.
+    /// The image of a texture; none, with a warning, if only an unsupported extension gives it.
     pub(super) fn source(
         &mut self,
         index: Index<json::Texture>,
@@ -140,8 +140,8 @@ impl Import<'_> {
         let at = format!("/textures/{}", index.value());
         let extensions = texture.extensions.as_ref().map(|extensions| &extensions.others);
         let mut others = vec!["EXT_texture_webp"];
-        // The crate's number for "no image" is `u32::MAX`. Without the feature `basisu`, a texture's own image stands
-        // in for one that cannot be decoded.
+        // The crate's number for "no image" is `u32::MAX`. Without the feature `basisu`, the texture's own image is
+        // used instead of the one that cannot be decoded.
         let has_own = texture.source.value() != u32::MAX as usize;
         if cfg!(feature = "basisu") || !has_own {
             others.push("KHR_texture_basisu");

@@ -1,19 +1,19 @@
-//! What a URI in a file refers to: data within it, or a file in its folder or below.
+//! The targets of URIs: data within the URI, or a file in the document's folder or below.
 
 use std::path::{Component, Path, PathBuf};
 
 use crate::files;
 
-/// Where the bytes are.
+/// The target of a URI.
 #[derive(Debug, PartialEq)]
 pub(super) enum Resource {
-    /// The bytes were in the URI itself.
+    /// The bytes in the URI itself.
     Data(Vec<u8>),
-    /// The bytes are in this file.
+    /// A file.
     File(PathBuf),
 }
 
-/// Follows `uri` from a file in `folder`; else what is wrong with it.
+/// Resolves `uri`, relative to `folder`; the error is a reason.
 pub(super) fn resolve(uri: &str, folder: &Path) -> Result<Resource, String> {
     match uri.get(..5).filter(|scheme| scheme.eq_ignore_ascii_case("data:")) {
         Some(_) => data(&uri[5..]).map(Resource::Data),
@@ -31,7 +31,7 @@ fn data(rest: &str) -> Result<Vec<u8>, String> {
     }
 }
 
-/// Base64 by RFC 4648; the padding may be missing. The error is the place of the fault.
+/// Decodes base64 (RFC 4648); the padding may be missing. The error is the position of the fault.
 fn base64(text: &[u8]) -> Result<Vec<u8>, usize> {
     let padding = text.iter().rev().take(2).take_while(|c| **c == b'=').count();
     let digits = &text[..text.len() - padding];
@@ -62,7 +62,7 @@ fn digit_value(digit: u8) -> Option<u8> {
     })
 }
 
-/// A path relative to `folder` that stays below it.
+/// Resolves a path relative to `folder`, which must stay below it unless that is allowed.
 fn file(uri: &str, folder: &Path) -> Result<PathBuf, String> {
     let shown = || -> String { uri.chars().take(80).flat_map(char::escape_debug).collect() };
     let first = uri.split('/').next().unwrap_or_default();
@@ -100,7 +100,7 @@ fn file(uri: &str, folder: &Path) -> Result<PathBuf, String> {
     Ok(folder.join(below))
 }
 
-/// Decodes `%20` and the like to bytes; a stray % is kept as it is.
+/// Decodes `%20` and the like to bytes; a stray % stays as it is.
 fn percent_decode(text: &str) -> Vec<u8> {
     let mut decoded = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn data_is_decoded() {
+    fn resolve_decodes_data_uris() {
         let bytes = |text: &str| Ok(Resource::Data(text.as_bytes().to_vec()));
         assert_eq!(found("data:application/octet-stream;base64,Zm9vYmFy"), bytes("foobar"));
         assert_eq!(found("DATA:;base64,Zm9vYg=="), bytes("foob"));
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn files_are_found_in_the_folder_and_below_only() {
+    fn resolve_accepts_files_only_in_the_folder_and_below() {
         let path = |path: &str| Ok(Resource::File(PathBuf::from(path)));
         assert_eq!(found("a%20b.bin"), path("models/a b.bin"));
         assert_eq!(found("textures\\x.png"), path("models/textures/x.png"));

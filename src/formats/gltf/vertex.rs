@@ -14,7 +14,7 @@ use crate::math::{Rgb, Vec2, Vec3, Vec4};
 use crate::world::Mesh;
 
 const FRACTIONS: &[ComponentType] = &[ComponentType::F32, ComponentType::U8, ComponentType::U16];
-/// Integers as KHR_mesh_quantization has them.
+/// Component types that KHR_mesh_quantization allows.
 const QUANTIZED: &[ComponentType] =
     &[ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
 const SIGNED: &[ComponentType] = &[ComponentType::F32, ComponentType::I8, ComponentType::I16];
@@ -29,10 +29,10 @@ const JOINTS: Rule = Rule {
     always_normalized: false,
 };
 const WEIGHTS: Rule = Rule { types: &[Type::Vec4], components: FRACTIONS, always_normalized: true };
-/// How many sets of four joints a vertex may have.
+/// The largest number of sets of four joints per vertex.
 const MOST_JOINT_SETS: u32 = 16;
 
-/// Numbers of all accessors that the vertices are made of.
+/// The numbers of all accessors that the vertices are read from.
 pub(super) fn accessors(primitive: &Primitive) -> Vec<Option<usize>> {
     let of = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|index| index.value());
     let mut numbers = vec![
@@ -57,8 +57,7 @@ fn joint_sets(primitive: &Primitive) -> impl Iterator<Item = u32> {
     (0..MOST_JOINT_SETS).take_while(has)
 }
 
-/// Reads vertices and moves them as their node says. What was `decoded` is not looked for in
-/// accessors.
+/// Reads vertices and deforms them. Attributes in `decoded` are not read from accessors.
 pub(super) fn read(
     document: &Document,
     primitive: &Primitive,
@@ -74,7 +73,7 @@ pub(super) fn read(
     let mut mesh = Mesh { positions: vectors(positions), ..Mesh::default() };
     if let Some(normals) = reader.attribute::<3>(Semantic::Normals, "NORMAL", &NORMAL)? {
         mesh.normals = vectors(normals);
-        // A mesh without normals is flat, and tangents for other normals are useless.
+        // A mesh without normals is flat-shaded, and tangents for other normals are useless.
         if let Some(tangents) = reader.attribute::<4>(Semantic::Tangents, "TANGENT", &TANGENT)? {
             mesh.tangents = tangents.into_iter().map(Vec4::from_array).collect();
         }
@@ -95,7 +94,7 @@ fn vectors(numbers: Vec<[f32; 3]>) -> Vec<Vec3> {
     numbers.into_iter().map(Vec3::from_array).collect()
 }
 
-/// Makes a tangent a unit vector with a sign.
+/// Normalises a tangent and its sign.
 fn tidy(tangent: &mut Vec4, normal: Vec3) {
     let sign = if tangent.w < 0.0 { -1.0 } else { 1.0 };
     let direction = tangent.truncate().try_normalize();
@@ -103,7 +102,7 @@ fn tidy(tangent: &mut Vec4, normal: Vec3) {
     *tangent = direction.extend(sign);
 }
 
-/// A unit vector across `normal`, which may be 0.
+/// A unit vector orthogonal to `normal`, which may be 0.
 pub(super) fn across(normal: Vec3) -> Vec3 {
     normal.try_normalize().map_or(Vec3::X, Vec3::any_orthonormal_vector)
 }
@@ -113,7 +112,7 @@ struct VertexReader<'r> {
     primitive: &'r Primitive,
     decoded: Option<&'r Decoded>,
     at: &'r str,
-    /// Number of vertices; 0 while it is not known.
+    /// The number of vertices; 0 until it is known.
     count: usize,
 }
 
@@ -149,7 +148,7 @@ impl VertexReader<'_> {
         Ok(numbers)
     }
 
-    /// Colours and, where they have a fourth component, alphas.
+    /// Reads colours and, if they have a fourth component, alphas.
     fn colors(&self, mesh: &mut Mesh) -> Result<(), LoadError> {
         let Some(index) = self.primitive.attributes.get(&Checked::Valid(Semantic::Colors(0))) else {
             return Ok(());
@@ -166,7 +165,7 @@ impl VertexReader<'_> {
         Ok(())
     }
 
-    /// Adds the morph targets by their weights.
+    /// Adds the morph targets, scaled by their weights.
     fn morph(&self, mesh: &mut Mesh, shaping: Shaping) -> Result<(), LoadError> {
         let targets = self.primitive.targets.as_deref().unwrap_or_default();
         let weights = shaping.weights.unwrap_or_default();
@@ -191,7 +190,7 @@ impl VertexReader<'_> {
         self.check(mesh)
     }
 
-    /// Moves vertices with their joints.
+    /// Moves the vertices with their joints.
     fn bend(&self, mesh: &mut Mesh, shaping: Shaping) -> Result<(), LoadError> {
         let Some((_, joints)) = shaping.joints else { return Ok(()) };
         let mut sets = Vec::new();
@@ -200,7 +199,7 @@ impl VertexReader<'_> {
             let weights = self.attribute::<4>(Semantic::Weights(set), &format!("WEIGHTS_{set}"), &WEIGHTS)?;
             sets.extend(numbers.zip(weights));
         }
-        // A mesh without joints stays where it is.
+        // A mesh without joint attributes stays where it is.
         if sets.is_empty() {
             return Ok(());
         }
@@ -232,7 +231,7 @@ impl VertexReader<'_> {
     }
 }
 
-/// Differences of positions, normals and tangents alike.
+/// The rule for displacements of positions, normals and tangents.
 const POSITION_TARGET: Rule = Rule { types: &[Type::Vec3], components: QUANTIZED, always_normalized: false };
 
 fn displace<'v>(vectors: impl Iterator<Item = &'v mut Vec3>, by: Option<Vec<[f32; 3]>>, weight: f32) {

@@ -1,4 +1,4 @@
-//! Material libraries (MTL): found, tidied and read by tobj.
+//! Material libraries (MTL): found, normalised and read by tobj.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 use super::{first_of, refer, text_of};
 use crate::world::SourceFiles;
 
-/// How many libraries a file may name: what they hold is kept, so this limits memory.
+/// The largest number of libraries per file; limits the memory for their contents.
 const LIBRARIES: usize = 256;
 
-/// The materials of all libraries that an OBJ file names.
+/// The materials of all libraries of an OBJ file.
 #[derive(Default)]
 pub struct Library {
-    /// As tobj reads them.
+    /// The materials as read by tobj.
     pub materials: Vec<tobj::Material>,
-    /// The file that each came from.
+    /// The file of each material.
     pub files: Vec<PathBuf>,
     by_name: HashMap<String, usize>,
 }
@@ -26,18 +26,18 @@ impl Library {
         self.by_name.get(name).copied()
     }
 
-    /// What tobj asks for: it needs no more than the names, to number the faces' materials.
+    /// The result of tobj's loader callback: tobj needs only the names, to number the faces' materials.
     pub fn for_tobj(&self) -> tobj::MTLLoadResult {
         Ok((Vec::new(), self.by_name.clone()))
     }
 }
 
-/// Reads all libraries that `names` stand for. What is missing or wrong in them is a warning.
+/// Reads all libraries that `names` refer to. Missing or invalid ones are warnings.
 pub fn load_all(obj: &Path, names: &[String], sources: &SourceFiles, warnings: &mut Vec<String>) -> Library {
     let mut library = Library::default();
     let mut files: Vec<PathBuf> = Vec::new();
     for name in names.iter().take(LIBRARIES) {
-        // A line may name several files; but names with spaces are more common.
+        // A line may name several files, but names with spaces are more common.
         let whole = refer(obj, name);
         if whole.is_file() || !name.contains(char::is_whitespace) {
             files.push(whole);
@@ -92,14 +92,14 @@ fn load_one(
     }
 }
 
-/// What lines of a library begin with.
+/// The keywords that a line may begin with.
 const KEYWORDS: [&str; 17] = [
     "newmtl", "Ka", "Kd", "Ks", "Ke", "Tf", "Ns", "Ni", "d", "Tr", "illum", "map_Ka", "map_Kd", "map_Ks",
     "map_d", "bump", "map_Bump",
 ];
 
-/// The lines of a library that make sense, and the numbers and keywords of the others. With tobj, one bad line would
-/// cost the whole library.
+/// Returns the valid lines of a library, and the line numbers and keywords of the others. In tobj, one invalid line
+/// makes the whole library unreadable.
 fn tidy(text: &str) -> (String, Vec<String>) {
     let mut tidied = String::with_capacity(text.len());
     let mut faults = Vec::new();
@@ -119,18 +119,18 @@ fn tidy(text: &str) -> (String, Vec<String>) {
         };
         match value {
             Some(value) => {
-                // Writing to a string can't fail.
+                // Writing to a string cannot fail.
                 let _ = writeln!(tidied, "{keyword} {value}");
             }
             None if KEYWORDS.contains(&keyword) => faults.push(format!("{} ({keyword})", i + 1)),
-            // Whatever kind of file this is, messages should not show its content.
+            // Messages must not reveal the content of a file that may not be a library at all.
             None => faults.push((i + 1).to_string()),
         }
     }
     (tidied, faults)
 }
 
-/// One or three finite numbers, not below zero; one stands for a grey.
+/// Parses one or three finite numbers and clamps them to 0 or more; one number is a grey.
 fn color(text: &str) -> Option<String> {
     let numbers: Vec<f32> = numbers(text).collect::<Option<_>>()?;
     match numbers[..] {
@@ -140,13 +140,13 @@ fn color(text: &str) -> Option<String> {
     }
 }
 
-/// One finite number, after options such as `-halo`.
+/// Parses a finite number, after options such as `-halo`.
 fn single(text: &str) -> Option<String> {
     let text = text.trim_start_matches("-halo");
     Some(numbers(text).next()??.to_string())
 }
 
-/// The numbers of a line up to a comment; none where a word is not a finite number.
+/// The numbers of a line up to a comment; none for a word that is not a finite number.
 fn numbers(text: &str) -> impl Iterator<Item = Option<f32>> {
     let words = text.split_whitespace().take_while(|word| !word.starts_with('#'));
     words.map(|word| word.parse().ok().filter(|number: &f32| number.is_finite()))

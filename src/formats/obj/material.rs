@@ -1,4 +1,4 @@
-//! From an MTL material to ours.
+//! Conversion of MTL materials.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use super::library::Library;
 use super::refer;
 use super::texture::Map;
 
-/// Adds materials to the asset store when they are first used, and each image once.
+/// Adds materials to the asset store on first use, and each image once.
 pub struct Materials<'a> {
     library: &'a Library,
     assets: &'a mut Assets,
@@ -22,7 +22,7 @@ pub struct Materials<'a> {
 }
 
 impl<'a> Materials<'a> {
-    /// With nothing loaded yet.
+    /// Creates a converter that has loaded nothing yet.
     pub fn new(
         library: &'a Library,
         assets: &'a mut Assets,
@@ -32,7 +32,7 @@ impl<'a> Materials<'a> {
         Self { library, assets, warnings, images, ids: HashMap::new(), loaded: HashMap::new() }
     }
 
-    /// Our id for one of the library's.
+    /// Returns the asset id of a material of the library.
     pub fn id_of(&mut self, number: Option<usize>) -> MaterialId {
         let library = self.library;
         let Some((number, source, file)) = number
@@ -49,11 +49,10 @@ impl<'a> Materials<'a> {
         id
     }
 
-    /// `d` (or 1 − `Tr`) is the share of light that the surface itself answers. What is left,
-    /// all of it under the glass models (illum 4, 6, 7 and 9), goes through, tinted by `Tf`.
-    /// Glass bends it by `Ni`, or by 1.5 without a proper one (above 1); a merely transparent
-    /// surface bends nothing (1.0). The mirror models (3, 5 and 8) reflect by `Ks`; 0 and 1
-    /// have no highlights. `Kd` of zero under a `map_Kd` counts as one: exporters write that.
+    /// `d` (or 1 − `Tr`) is the opacity. The rest of the light, or all of it for glass models (illum 4, 6, 7 and 9)
+    /// with an opacity of 1, is transmitted, tinted by `Tf`. Glass refracts with the index `Ni`, or 1.5 if that is not
+    /// above 1; other transparent surfaces do not refract (1.0). The mirror models (3, 5 and 8) reflect by `Ks`; models
+    /// 0 and 1 have no highlights. A `Kd` of zero with a `map_Kd` counts as one: exporters write that.
     fn lower(&mut self, source: &tobj::Material, file: &Path) -> BlinnPhong {
         self.warn_of_ignored(source, file);
         let illum = source.illumination_model.unwrap_or(2);
@@ -77,7 +76,7 @@ impl<'a> Materials<'a> {
             _ => ColorInput::default(),
         };
         let tint = unknown("Tf").and_then(three).unwrap_or(Rgb::WHITE);
-        // Exporters write an index for every surface.
+        // Exporters write an index for every surface, so only glass uses it.
         let bend =
             if is_glass { source.optical_density.filter(|ior| *ior > 1.0).unwrap_or(1.5) } else { 1.0 };
         let dull = ColorInput::Constant(Rgb::splat(0.8 * (1.0 - through)));
@@ -93,7 +92,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// A colour times a picture, if there is either.
+    /// A colour times a texture; none if there is neither.
     fn input(
         &mut self,
         color: Option<[f32; 3]>,
@@ -138,7 +137,7 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// Three finite numbers.
+/// Parses three finite numbers.
 fn three(text: &str) -> Option<Rgb> {
     let mut numbers = text.split_whitespace().map(|word| word.parse().ok().filter(|n: &f32| n.is_finite()));
     Some(Rgb::new(numbers.next()??, numbers.next()??, numbers.next()??))

@@ -1,13 +1,11 @@
-//! Wavefront OBJ with its material libraries (MTL), through the `tobj` crate: all objects of a
-//! file become one mesh.
+//! Wavefront OBJ with its material libraries (MTL), through the `tobj` crate: all objects of a file become one mesh.
 //!
-//! tobj 4 panics on short colours and huge indices, turns polylines into triangles, loses
-//! texture coordinates that only some corners have, knows no line numbers and fails on a
-//! trailing comment. So every file is first checked and brought into the plainest form
-//! (`tidy.rs` for OBJ, `library.rs` for MTL) and tobj sees only that. Faces are triangulated here:
-//! tobj makes fans of concave ones.
+//! tobj 4 panics on short colours and huge indices, turns polylines into triangles, loses texture coordinates that only
+//! some corners have, reports no line numbers and fails on a trailing comment. So every file is first checked and
+//! normalised to the simplest form (`normalize.rs` for OBJ, `library.rs` for MTL), which is all that tobj reads. Faces
+//! are triangulated here, because tobj splits concave ones into fans.
 //!
-//! OBJ's v points up and ours down, so v becomes 1 − v. Colours are taken to be linear.
+//! OBJ's v points up, that of meshes here down, so v becomes 1 − v. Colours are assumed to be linear.
 
 mod library;
 mod material;
@@ -26,11 +24,11 @@ use crate::world::{Assets, ImageId, MaterialId, Mesh};
 use material::Materials;
 use normalize::Tidied;
 
-/// Memory that a byte of text takes while it is read.
+/// Memory used per byte of text during reading.
 const BYTES_OF_TEXT: u64 = 8;
 
-/// Reads a mesh and the materials that its faces use. `images` is called once for each
-/// picture file that they name; a picture or library that can't be had is a warning.
+/// Reads a mesh and the materials that its faces use. `images` is called once for each image file that they name; an
+/// image or library that cannot be read is a warning.
 pub fn load(
     path: &Path,
     assets: &mut Assets,
@@ -65,15 +63,15 @@ pub fn load(
     Ok(mesh)
 }
 
-/// The text of a file that need not be UTF-8 (old files' comments and names often are not).
+/// Decodes the text of a file that may not be UTF-8 (comments and names of old files often are not).
 fn text_of(bytes: &[u8]) -> Cow<'_, str> {
     let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
-    // Lines as on old Macs.
+    // Line ends of the classic Mac OS.
     if text.contains('\r') && !text.contains('\n') { text.replace('\r', "\n").into() } else { text }
 }
 
-/// Where a file that `from` refers to is to be found: relative to its folder, or else beside
-/// it, which helps with absolute paths of the author's own machine.
+/// Resolves a file name in `from`: relative to its folder or, failing that, in this folder itself, which helps with
+/// absolute paths on the author's machine.
 fn refer(from: &Path, name: &str) -> PathBuf {
     let name = name.trim().trim_matches('"').replace('\\', "/");
     let folder = from.parent().unwrap_or(Path::new(""));
@@ -83,7 +81,7 @@ fn refer(from: &Path, name: &str) -> PathBuf {
     if is_absolute || (beside.is_file() && !written.is_file()) { beside } else { written }
 }
 
-/// The first few of possibly millions.
+/// Lists the first few of possibly millions of items.
 fn first_of(items: &[String]) -> String {
     const MOST: usize = 8;
     match items.len().saturating_sub(MOST) {
@@ -92,7 +90,7 @@ fn first_of(items: &[String]) -> String {
     }
 }
 
-/// Merges tobj's meshes, which are split by material, into one.
+/// Merges tobj's meshes, which are split by material, into one mesh.
 fn merge(
     models: &[tobj::Model],
     tidied: &Tidied,

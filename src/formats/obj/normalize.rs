@@ -1,4 +1,4 @@
-//! Checks an OBJ file and brings it into the simplest form.
+//! Checks an OBJ file and normalises it to the simplest form.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -6,55 +6,54 @@ use std::fmt::Write;
 
 use smallvec::SmallVec;
 
-/// What is wrong with a line.
+/// An invalid line.
 #[derive(Debug)]
 pub struct LineFault {
-    /// From 1.
+    /// The line number, from 1.
     pub line: usize,
-    /// From 1, in characters.
+    /// The column, from 1, in characters.
     pub column: usize,
-    /// What is wrong there.
+    /// The reason.
     pub reason: String,
 }
 
-/// A word and the byte of its line that it begins at.
+/// A word and its byte offset in the line.
 #[derive(Clone, Copy)]
 struct ObjToken<'a> {
     text: &'a str,
     place: usize,
 }
 
-/// The byte of a line at which something is wrong, and what.
+/// The byte offset of an error in a line, and its reason.
 type Complaint = (usize, String);
 
-/// What a face's corner refers to.
+/// The kinds of indices of a corner.
 const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
-/// The OBJ text as tobj likes it: finite numbers, a colour for every vertex; all three indices
-/// in every corner, absolute and in range; only polygons; one material library.
+/// OBJ text normalised for tobj: finite numbers; a colour for every vertex; all three indices in every corner, absolute
+/// and in range; only polygons; one material library.
 ///
-/// What a corner does not name it gets from two first lines: texture coordinates of zero and
-/// the zero normal, which stands for "flat here". So indices of these two kinds are one more
-/// than in the file.
+/// Corners without texture coordinates or normals refer to two initial lines: zero texture coordinates, and the zero
+/// normal, which means a flat normal. So indices of these two kinds are one more than in the file.
 #[derive(Default)]
 pub struct Tidied {
     /// The text for tobj.
     pub text: String,
-    /// Whether any face names texture coordinates.
+    /// True if any face has texture coordinates.
     pub has_uvs: bool,
-    /// Whether any face names normals.
+    /// True if any face has normals.
     pub has_normals: bool,
-    /// Whether any vertex has a colour.
+    /// True if any vertex has a colour.
     pub has_colors: bool,
     /// The material libraries that the file names, as written.
     pub libraries: Vec<String>,
     /// The materials that the file uses, in order of first use.
     pub material_names: Vec<String>,
-    /// What was left out.
+    /// Warnings about skipped lines.
     pub warnings: Vec<String>,
-    /// How many vertices, texture coordinates and normals there are so far.
+    /// The numbers of vertices, texture coordinates and normals read up to now.
     counts: [i64; 3],
-    /// For each of these, the largest index that referred to something further on when it was read.
+    /// For each kind, the largest index that referred to a later line when it was read.
     pending: [Option<Pending>; 3],
     skipped: [usize; 4],
     seen_libraries: HashSet<String>,
@@ -68,12 +67,12 @@ struct Pending {
     line: usize,
 }
 
-/// What is skipped, in the order of [`Tidied::skipped`].
+/// The kinds of skipped lines, in the order of [`Tidied::skipped`].
 const SKIPPED: [&str; 4] =
     ["points", "lines", "faces of fewer than three corners", "free-form curves and surfaces"];
 
 impl Tidied {
-    /// Checks a file.
+    /// Checks and normalises a file.
     pub fn new(text: &str) -> Result<Tidied, LineFault> {
         let mut tidied = Tidied::default();
         tidied.text.push_str("mtllib all\nvt 0 0\nvn 0 0 0\n");
@@ -136,7 +135,7 @@ impl Tidied {
                 return Err((word.place, format!("the coordinate {} is not finite", word.text)));
             }
         }
-        // One number more is a weight for curves, which polygons ignore.
+        // A single further number is a weight for curves, which polygons ignore.
         let color = match rest {
             [r, g, b, ..] if [r, g, b].iter().all(|c| number(c).is_ok_and(f32::is_finite)) => {
                 self.has_colors = true;
@@ -204,7 +203,7 @@ impl Tidied {
         Ok(())
     }
 
-    /// An index counted from 1, or 0 if the file gives none (it must give a vertex).
+    /// Returns an index counted from 1, or 0 if the file gives none (a vertex is mandatory).
     fn index(&mut self, kind: usize, text: &str, place: usize, line: usize) -> Result<i64, Complaint> {
         let what = KINDS[kind];
         // Some exporters write 0 for "none".
@@ -228,7 +227,7 @@ impl Tidied {
         Ok(absolute)
     }
 
-    /// Faces may come before what they refer to, but that must exist in the end.
+    /// Checks forward references: faces may precede the data that they refer to, but these must exist in the end.
     fn check_pending(&self) -> Result<(), LineFault> {
         for (kind, pending) in self.pending.iter().enumerate() {
             if let Some(Pending { index, line }) = *pending
@@ -263,12 +262,12 @@ impl Tidied {
     }
 }
 
-/// The character of a line, from 1, that its byte belongs to.
+/// The column, from 1, of the character at a byte offset.
 fn column(line: &str, place: usize) -> usize {
     line.get(..place).map_or(1, |before| before.chars().count() + 1)
 }
 
-/// Writing to a string can't fail.
+/// Writing to a string cannot fail.
 fn write_infallibly(text: &mut String, arguments: std::fmt::Arguments) {
     let _ = text.write_fmt(arguments);
 }
@@ -280,13 +279,13 @@ fn words(line: &str) -> SmallVec<[ObjToken<'_>; 8]> {
         if text.starts_with('#') {
             break;
         }
-        // The word is a slice of the line.
+        // `text` is a slice of the line.
         words.push(ObjToken { text, place: text.as_ptr() as usize - line.as_ptr() as usize });
     }
     words
 }
 
-/// A number, which may be infinite or none (NaN).
+/// Parses a number, which may be infinite or NaN.
 fn number(word: &ObjToken) -> Result<f32, Complaint> {
     word.text.parse().map_err(|_| (word.place, format!("{:?} is not a number", short(word.text))))
 }

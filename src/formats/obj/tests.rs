@@ -13,8 +13,8 @@ struct Loaded {
     images: Vec<PathBuf>,
 }
 
-/// Loads `obj` as a.obj from a folder with the given other files. Pictures end in .png; those
-/// called "missing" are.
+/// Loads `obj` as a.obj from a folder with the given other files. The image loader fails for names that contain
+/// "missing".
 fn load_with(obj: &[u8], others: &[(&str, &str)]) -> Loaded {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in others {
@@ -54,7 +54,7 @@ fn refusal(obj: &str) -> String {
 const CORNERS: &str = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\n";
 
 #[test]
-fn a_triangle_keeps_its_coordinates() {
+fn triangle_keeps_its_coordinates() {
     let mesh = mesh("o x\nv 0 0 0\nv 1 0 0\nv 0 1.5 0\nvt 0 0\nvt 1 0.25\nvn 0 0 1\nf 1/1/1 2/2/1 3/2/1\n");
     assert_eq!(mesh.name, "a");
     assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::Y * 1.5]);
@@ -65,7 +65,7 @@ fn a_triangle_keeps_its_coordinates() {
 }
 
 #[test]
-fn concave_faces_are_cut_into_ears_and_negative_indices_count_back() {
+fn concave_faces_are_triangulated_and_negative_indices_count_back() {
     let mesh = mesh(&format!("{CORNERS}f -5 -4 -3 -2 -1\nf 1 2 3\n"));
     assert_eq!((mesh.positions.len(), mesh.triangles.len()), (5, 4));
     let corner = |i: u32| mesh.positions[i as usize];
@@ -87,7 +87,7 @@ fn corners_without_normals_or_uvs_do_not_shift_the_others() {
 }
 
 #[test]
-fn the_oddities_of_real_files_are_read() {
+fn oddities_of_real_files_are_read() {
     let text = "\u{feff}# caf\u{e9}\nv 0 0 0 1 0 0\nv 1 0 0 0.5 # a weight\nv 0 \\\n 1 0 0 1 0 1\nvt 0.5\n\
         f 1/1 2/1\\\n3/1\nf 1/1 2/1 3/1 # again\ng\n";
     let text = text.replacen("2/1\\\n3/1", "2/1 \\\n3/1", 1);
@@ -103,7 +103,7 @@ fn the_oddities_of_real_files_are_read() {
 }
 
 #[test]
-fn what_is_no_polygon_is_skipped_with_a_warning() {
+fn points_lines_and_degenerate_faces_are_skipped_with_a_warning() {
     let loaded = load_with(format!("{CORNERS}f 1 2 3\nf 1 2\nl 1 2 3 4\np 1\np 2\n").as_bytes(), &[]);
     assert_eq!(loaded.mesh.unwrap().triangles.len(), 1);
     assert_eq!(
@@ -117,7 +117,7 @@ fn what_is_no_polygon_is_skipped_with_a_warning() {
 }
 
 #[test]
-fn errors_name_line_and_reason() {
+fn errors_name_the_line_and_the_reason() {
     let with = |line: &str| refusal(&format!("{CORNERS}{line}\n"));
     assert_eq!(with("f 1 2 6"), "a.obj:6:1: vertex index 6 is out of range: there are 5");
     assert_eq!(with("f 1 2 -6"), "a.obj:6:7: vertex index -6 is out of range: there are 5 before this line");
@@ -154,7 +154,7 @@ fn constant(r: f32, g: f32, b: f32) -> ColorInput {
 }
 
 #[test]
-fn colours_and_shininess_are_taken_over() {
+fn colours_and_shininess_are_converted() {
     let (m, loaded) = material("Kd 0.1 0.2 0.3 # red\nKs 0.5\nNs 50\nKe 1 2 3\nillum 2\nKa 1 1 1");
     assert_eq!((m.diffuse, m.specular), (constant(0.1, 0.2, 0.3), constant(0.5, 0.5, 0.5)));
     assert_eq!((m.shininess, m.emission), (50.0, constant(1.0, 2.0, 3.0)));
@@ -184,7 +184,7 @@ fn illumination_models_make_mirrors_and_glass() {
 }
 
 #[test]
-fn pictures_are_asked_for_once_and_relative_to_the_library() {
+fn images_are_loaded_once_and_relative_to_the_library() {
     let (m, loaded) = material(
         "Kd 0 0 0\nmap_Kd -s 2 2 tex\\a b.png\nKs .5 .5 .5\nmap_Ks tex/a b.png\nmap_Ke C:\\me\\glow.png\nbump n.png",
     );
@@ -205,7 +205,7 @@ fn pictures_are_asked_for_once_and_relative_to_the_library() {
 }
 
 #[test]
-fn what_is_missing_is_a_warning() {
+fn missing_files_and_values_cause_warnings() {
     let (m, loaded) = material("Kd 0.5 0.5 0.5\nmap_Kd missing.png\nKs red\nNs\nillum x\nmap_Ks");
     assert_eq!((m.diffuse, m.specular), (constant(0.5, 0.5, 0.5), constant(0.0, 0.0, 0.0)));
     let lines = "4 (Ks), 5 (Ns), 6 (illum), 7 (map_Ks)";
@@ -218,7 +218,7 @@ fn what_is_missing_is_a_warning() {
 }
 
 #[test]
-fn several_libraries_on_a_line_are_all_read() {
+fn all_libraries_on_a_line_are_read() {
     let obj =
         format!("mtllib a.mtl b.mtl\n{CORNERS}usemtl a\nf 1 2 3\nusemtl\tb\nf 1 2 4\nusemtl a\nf 1 2 5");
     let loaded =
@@ -228,7 +228,7 @@ fn several_libraries_on_a_line_are_all_read() {
     assert_eq!(loaded.assets.materials.len(), 3);
 }
 
-/// Words that break a careless reader.
+/// Words that break a careless parser.
 const WORDS: [&str; 34] = [
     "v",
     "vt",
@@ -268,7 +268,7 @@ const WORDS: [&str; 34] = [
 
 proptest! {
     #[test]
-    fn no_words_panic(words in prop::collection::vec(0usize..WORDS.len() * 3 / 2, 0..120)) {
+    fn arbitrary_words_do_not_panic(words in prop::collection::vec(0usize..WORDS.len() * 3 / 2, 0..120)) {
         let line_end = |i: &usize| WORDS.get(*i).copied().unwrap_or("\n");
         let text: Vec<&str> = words.iter().map(line_end).collect();
         let text = text.join(" ");
@@ -283,13 +283,13 @@ proptest! {
     }
 
     #[test]
-    fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+    fn arbitrary_bytes_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         load_with(&bytes, &[]).mesh.ok();
     }
 }
 
 #[test]
-fn endless_references_cost_little_and_are_reported_shortly() {
+fn many_references_are_limited_and_reported_briefly() {
     let names: String =
         (0..1000).map(|i| format!("usemtl m{i}\nf 1 2 3\nmtllib {}a.mtl\n", "./".repeat(i % 500))).collect();
     let loaded = load_with(format!("{CORNERS}{names}").as_bytes(), &[("a.mtl", "newmtl m0")]);

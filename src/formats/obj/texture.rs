@@ -4,10 +4,10 @@ use crate::math::{Rgb, Vec2};
 use crate::world::Texture;
 use crate::world::assets::{ColorSpace, ImageId, Wrap};
 
-/// A file and how it is laid on the surface.
+/// A file, and its mapping onto the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map<'a> {
-    /// As written; may hold spaces.
+    /// The name as written; may contain spaces.
     pub file: &'a str,
     scale: Vec2,
     offset: Vec2,
@@ -15,7 +15,7 @@ pub struct Map<'a> {
     linear: bool,
 }
 
-/// All options, and how many words each takes at most.
+/// All options, and the largest number of words that each takes.
 const OPTIONS: [(&str, usize); 13] = [
     ("-s", 3),
     ("-o", 3),
@@ -40,7 +40,7 @@ fn option(word: &str) -> Option<usize> {
 }
 
 impl<'a> Map<'a> {
-    /// Takes the value apart; none if it names no file. Options may stand before or after the name.
+    /// Parses the value; none if it names no file. Options may precede or follow the name.
     pub fn parse(text: &'a str) -> Option<Map<'a>> {
         let mut map = Map { file: "", scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, linear: false };
         let mut rest = text.trim();
@@ -59,14 +59,14 @@ impl<'a> Map<'a> {
         (!map.file.is_empty()).then_some(map)
     }
 
-    /// Returns what follows the option's values.
+    /// Reads an option's values; returns the text that follows them.
     fn read_option(&mut self, name: &str, most: usize, mut rest: &'a str) -> &'a str {
         let mut values = [0.0f32; 3];
         let mut count = 0;
         let mut first = "";
         while count < most {
             let (word, after) = split_word(rest);
-            // If an option takes several numbers, all but the first may be left out.
+            // If an option takes several numbers, all but the first are optional.
             let value = word.parse::<f32>().ok().filter(|value| value.is_finite());
             if count > 0 && value.is_none() {
                 break;
@@ -88,8 +88,8 @@ impl<'a> Map<'a> {
         rest
     }
 
-    /// As a texture of ours, whose v points down: where MTL looks at `v·s + o` from below,
-    /// that is `v·s + (1 − s − o)` from above.
+    /// Converts to a texture, whose v points down: MTL's lookup at `v·s + o` from the bottom is one at
+    /// `v·s + (1 − s − o)` from the top.
     pub fn texture(&self, image: ImageId, factor: Rgb) -> Texture {
         Texture {
             wrap: if self.clamp { [Wrap::Clamp; 2] } else { [Wrap::Repeat; 2] },
@@ -102,13 +102,13 @@ impl<'a> Map<'a> {
     }
 }
 
-/// The first word, and what follows it.
+/// Splits off the first word.
 fn split_word(text: &str) -> (&str, &str) {
     let text = text.trim_start();
     text.split_once(char::is_whitespace).map_or((text, ""), |(word, rest)| (word, rest.trim_start()))
 }
 
-/// Where a name ends that `text` begins with: at the next option, or never.
+/// The end of the name at the start of `text`: the next option, or the end of the text.
 fn end_of_name(text: &str) -> usize {
     let mut rest = text;
     while !rest.is_empty() {
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_survive_options_before_and_after_them() {
+    fn file_names_are_found_before_and_after_options() {
         let file = |text| Map::parse(text).map(|map| map.file);
         assert_eq!(file("brick.png"), Some("brick.png"));
         assert_eq!(file("-s 0.1 0.2 specular.jpg"), Some("specular.jpg"));
@@ -141,12 +141,12 @@ mod tests {
     }
 
     #[test]
-    fn options_become_a_transform_and_a_wrap() {
+    fn options_become_a_transform_and_a_wrap_mode() {
         let map = Map::parse("-s 2 4 1 -o 0.25 0.5 -clamp on -colorspace linear a.png").unwrap();
         let texture = map.texture(ImageId(7), Rgb::splat(0.5));
         assert_eq!((texture.image, texture.factor), (ImageId(7), Rgb::splat(0.5)));
         assert_eq!((texture.wrap, texture.color_space), ([Wrap::Clamp; 2], ColorSpace::Linear));
-        // MTL's v of 0.25 is looked up at 0.25 · 4 + 0.5 = 1.5 from below; ours, 0.75, from above.
+        // MTL's v of 0.25 is looked up at 0.25 · 4 + 0.5 = 1.5 from the bottom; ours, 0.75, from the top.
         assert_eq!(0.75 * texture.scale.y + texture.offset.y, 1.0 - 1.5);
         assert_eq!(texture.offset.x, 0.25);
         assert_eq!(Map::parse("a.png").unwrap().texture(ImageId(0), Rgb::WHITE), Texture::new(ImageId(0)));

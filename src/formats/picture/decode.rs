@@ -1,4 +1,4 @@
-//! Reading pictures, with the `image` crate.
+//! Decoding of images with the `image` crate.
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -13,7 +13,7 @@ use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
 use crate::world::{Image, Texels};
 
-/// The formats that can be read, by their extensions in lower case.
+/// The supported formats and their extensions in lower case.
 const KNOWN: [(&str, ImageFormat); 8] = [
     ("png", ImageFormat::Png),
     ("jpg", ImageFormat::Jpeg),
@@ -25,9 +25,9 @@ const KNOWN: [(&str, ImageFormat); 8] = [
     ("exr", ImageFormat::OpenExr),
 ];
 
-/// The format of `bytes`: by their beginning or, if that does not tell, by the extension of `path`.
+/// Determines the format of `bytes` by their beginning or, if that is inconclusive, by the extension of `path`.
 pub(super) fn recognise(bytes: &[u8], path: &Path) -> Result<ImageFormat, LoadError> {
-    // Greg Ward's other signature, which the crate does not know.
+    // Greg Ward's other signature, which the crate does not recognise.
     let by_content =
         if bytes.starts_with(b"#?RGBE") { Some(ImageFormat::Hdr) } else { image::guess_format(bytes).ok() };
     let is_known = |format: &ImageFormat| KNOWN.iter().any(|(_, known)| known == format);
@@ -48,7 +48,7 @@ pub(super) fn recognise(bytes: &[u8], path: &Path) -> Result<ImageFormat, LoadEr
     })
 }
 
-/// Decodes a picture of `format` without changing its values.
+/// Decodes an image of `format` without changing its values.
 pub(super) fn decode(bytes: &[u8], format: ImageFormat, path: &Path) -> Result<Image, LoadError> {
     let refuse = |error: image::ImageError| {
         let reason = error.to_string().replace('\n', " ");
@@ -63,10 +63,10 @@ pub(super) fn decode(bytes: &[u8], format: ImageFormat, path: &Path) -> Result<I
     Ok(Image { source: None, width, height, texels })
 }
 
-/// A picture without profiles and texts. Those of PNG files are packed: a million bytes become a thousand times as
-/// many, which the crate unpacks before it knows how large the picture is. Nothing here depends on them.
+/// Returns an image without profiles and texts, which nothing here depends on. Those of PNG files are compressed: a
+/// million bytes may expand a thousandfold, and the crate unpacks them before it reports the size of the image.
 fn without_notes(bytes: &[u8], format: ImageFormat) -> Cow<'_, [u8]> {
-    /// Length, kind and check sum.
+    /// The length, type and checksum of a chunk.
     const AROUND: usize = 12;
     if format != ImageFormat::Png {
         return bytes.into();
@@ -86,14 +86,14 @@ fn without_notes(bytes: &[u8], format: ImageFormat) -> Cow<'_, [u8]> {
     kept.map_or(bytes.into(), Cow::Owned)
 }
 
-/// Reads the header only.
+/// Creates a decoder; reads the header only.
 fn open(bytes: &[u8], format: ImageFormat) -> image::ImageResult<Box<dyn ImageDecoder + '_>> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut allowed = Limits::default();
     allowed.max_alloc = Some(2 * limits::LARGEST_SIZE);
     reader.limits(allowed);
     Ok(match format {
-        // The strict decoder knows only one of the two signatures.
+        // The strict decoder accepts only one of the two signatures.
         ImageFormat::Hdr => Box::new(HdrDecoder::new_nonstrict(Cursor::new(bytes))?),
         _ => Box::new(reader.into_decoder()?),
     })
@@ -116,7 +116,7 @@ fn texels(image: DynamicImage) -> Texels {
             let words = image.into_rgb16().into_raw();
             Texels::Rgb32(words.as_chunks().0.iter().map(|texel: &[u16; 3]| texel.map(linear)).collect())
         }
-        // The crate would make a copy of four channels first.
+        // The crate would first make a copy with four channels.
         DynamicImage::ImageRgb8(image) => {
             let texels = image.as_raw().as_chunks().0;
             Texels::Rgba8(texels.iter().map(|[r, g, b]: &[u8; 3]| [*r, *g, *b, 255]).collect())
@@ -128,6 +128,6 @@ fn texels(image: DynamicImage) -> Texels {
     }
 }
 
-/// The sRGB curve for every 16-bit value: `pow` a texel would take seconds.
+/// The sRGB curve for all 16-bit values: one `pow` per texel would take seconds.
 static LINEAR_OF_16_BIT: LazyLock<Vec<f32>> =
     LazyLock::new(|| (0..=u16::MAX).map(|value| srgb_decode(f32::from(value) / 65_535.0)).collect());

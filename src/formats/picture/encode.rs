@@ -1,4 +1,4 @@
-//! Rendered images out: which kind, and a file that is either whole or not there.
+//! Saving of rendered images: selects the encoder, and writes a file completely or not at all.
 
 use std::path::Path;
 
@@ -12,29 +12,29 @@ use crate::math::Rgb;
 /// Bits per channel of a PNG file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PngBits {
-    /// What every viewer shows.
+    /// The depth for display, supported by every viewer.
     #[default]
     Eight,
-    /// For further work on the picture: no visible steps.
+    /// The depth for further processing, without visible steps.
     Sixteen,
 }
 
-/// A rendered image on its way to a file.
+/// A rendered image to be written to a file.
 #[derive(Clone, Copy, Debug)]
 pub struct Output<'a> {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
     /// Linear Rec. 709 radiance, `width * height` pixels, top row first.
     pub radiance: &'a [Rgb],
-    /// Exposure and tone curve. Only PNG: OpenEXR and Radiance HDR keep the radiance as it is.
+    /// Exposure and tone curve. Only for PNG: OpenEXR and Radiance HDR store the radiance unchanged.
     pub display: DisplayTransform,
-    /// Only for PNG.
+    /// Bits per channel. Only for PNG.
     pub bits: PngBits,
-    /// Names and values that go into the file's header.
+    /// Names and values for the file's header.
     pub metadata: &'a [(String, String)],
-    /// Layers besides light, each with as many values as there are pixels. Only for OpenEXR.
+    /// Channels besides radiance, each with one value per pixel. Only for OpenEXR.
     pub channels: &'a [FilmChannel],
 }
 
@@ -45,9 +45,9 @@ enum FileEncoding {
     Radiance,
 }
 
-/// Writes the image as what the extension of `path` says: `.png` (tone mapped, sRGB),
-/// `.exr` (32-bit float, linear) or `.hdr` (Radiance RGBE, linear). The file appears when
-/// it is complete; until then an older one of that name stays as it was.
+/// Writes the image in the format given by the extension of `path`: `.png` (tone mapped, sRGB), `.exr` (32-bit float,
+/// linear) or `.hdr` (Radiance RGBE, linear). The file appears when it is complete; until then an older file of that
+/// name stays as it was.
 pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     let kind = kind(path)?;
     let pixels = pixels_of(path, output)?;
@@ -62,10 +62,10 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     })
 }
 
-/// Whether a file shows what [`save`] would write there, apart from what its header says. Errors: a file that cannot be
-/// read.
+/// True if a file contains the image that [`save`] would write there, apart from its header. Errors: a file that cannot
+/// be read.
 pub fn is_saved(path: &Path, output: &Output<'_>) -> Result<bool, LoadError> {
-    /// Where a PNG says how many bits a channel has.
+    /// The offset of a PNG's bit depth.
     const DEPTH_AT: usize = 24;
     let found = crate::files::read(path).map_err(LoadError::io(path))?;
     let bits = if found.get(DEPTH_AT) == Some(&16) { PngBits::Sixteen } else { PngBits::Eight };
@@ -85,7 +85,7 @@ pub fn is_saved(path: &Path, output: &Output<'_>) -> Result<bool, LoadError> {
     Ok((found.width, found.height, found.texels) == (expected.width, expected.height, expected.texels))
 }
 
-/// The bytes of a PNG.
+/// Encodes an image as PNG.
 pub fn png_bytes(output: &Output<'_>) -> Result<Vec<u8>, SaveError> {
     let path = Path::new("PNG");
     pixels_of(path, output)?;
@@ -94,7 +94,7 @@ pub fn png_bytes(output: &Output<'_>) -> Result<Vec<u8>, SaveError> {
     Ok(bytes)
 }
 
-/// The number of pixels. Errors: none, or another number than the size says.
+/// The number of pixels. Errors: zero, or a number that does not match the size.
 fn pixels_of(path: &Path, output: &Output<'_>) -> Result<usize, SaveError> {
     let pixels = output.width as usize * output.height as usize;
     if pixels == 0 || pixels != output.radiance.len() {
@@ -104,8 +104,8 @@ fn pixels_of(path: &Path, output: &Output<'_>) -> Result<usize, SaveError> {
     Ok(pixels)
 }
 
-/// Whether [`save`] could write to `path` now: a known extension, in a folder that exists
-/// and lets files be made. To be asked before an hour of rendering.
+/// Checks that [`save`] could write to `path` now: the extension is known, and the folder exists and is writable.
+/// Called before a long rendering.
 pub fn supported(path: &Path) -> Result<(), SaveError> {
     kind(path)?;
     writable(path)
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn png_keeps_what_its_bits_can() {
+    fn png_is_accurate_to_its_bit_depth() {
         for (bits, steps) in [(PngBits::Eight, 255.0), (PngBits::Sixteen, 65_535.0)] {
             let (_folder, path) = saved("a.png", bits);
             let (width, height, pixels) = load_linear(&path).unwrap();
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn hdr_takes_every_width_and_every_value() {
+    fn hdr_stores_all_widths_and_values() {
         let odd = [0.0, 1e-45, 1e-38, 0.999_999, 1.0, 3.3e38, f32::INFINITY, f32::NAN, -4.0];
         for width in [1_u32, 7, 8, 300, 32_768] {
             let row: Vec<_> = (0..width as usize).map(|x| Rgb::splat(odd[(x / 3) % odd.len()])).collect();
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn png_says_that_it_is_srgb_and_carries_metadata() {
+    fn png_is_marked_as_srgb_and_carries_metadata() {
         let (_folder, path) = saved("a.png", PngBits::Sixteen);
         let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
         let reader = png::Decoder::new(file).read_info().unwrap();
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn exr_says_what_its_colours_are_and_carries_metadata() {
+    fn exr_has_chromaticities_and_carries_metadata() {
         let (_folder, path) = saved("a.exr", PngBits::Eight);
         let header = exr::meta::MetaData::read_from_file(&path, true).unwrap().headers.remove(0);
         let names: Vec<_> = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
@@ -251,12 +251,12 @@ mod tests {
         };
         assert_eq!(text("seed"), "42");
         assert_eq!(text("settings"), "samples: 16\ndepth: 8");
-        // The format has a meaning for this name, and its texts here are ASCII.
+        // The name is reserved by the format, and texts are ASCII here.
         assert_eq!(text("rayfront owner"), "Zo?");
     }
 
     #[test]
-    fn the_same_image_is_the_same_file() {
+    fn equal_images_give_equal_files() {
         for name in ["a.png", "a.exr", "a.hdr"] {
             let ((_one, first), (_two, second)) = (saved(name, PngBits::Eight), saved(name, PngBits::Eight));
             assert_eq!(std::fs::read(first).unwrap(), std::fs::read(second).unwrap(), "{name}");
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn awkward_metadata_does_not_cost_the_image() {
+    fn awkward_metadata_does_not_prevent_saving() {
         let long = "name ".repeat(100);
         let pairs = [
             ("", "x"),
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failing_save_leaves_the_old_file_and_nothing_else() {
+    fn failed_save_leaves_the_old_file_and_no_others() {
         let (folder, path) = saved("a.png", PngBits::Eight);
         let before = std::fs::read(&path).unwrap();
         let pixels = picture();
@@ -303,7 +303,7 @@ mod tests {
         assert!(
             save(&path, &too_few).unwrap_err().to_string().contains("406 pixels are not an image of 37 x 11")
         );
-        // A folder cannot be replaced: fails at the very end.
+        // A folder cannot be replaced, so this fails at the very end.
         let taken = folder.path().join("taken.png");
         std::fs::create_dir(&taken).unwrap();
         assert!(save(&taken, &output(&pixels, &[], PngBits::Eight)).is_err());
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn an_older_file_is_replaced() {
+    fn older_file_is_replaced() {
         let (folder, path) = saved("a.png", PngBits::Eight);
         let before = std::fs::read(&path).unwrap();
         save(&path, &output(&picture(), &metadata(), PngBits::Sixteen)).unwrap();
@@ -323,7 +323,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn the_file_is_as_readable_as_any_new_one() {
+    fn saved_file_has_the_permissions_of_a_new_file() {
         use std::os::unix::fs::PermissionsExt;
         let (folder, path) = saved("a.png", PngBits::Eight);
         let ordinary = folder.path().join("ordinary");
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_names_are_refused_before_rendering() {
+    fn unsupported_names_are_rejected_before_rendering() {
         for name in ["a.jpg", "a", ".png", "a.png.part"] {
             let error = supported(Path::new(name)).unwrap_err().to_string();
             assert!(error.contains("must end in .png"), "{error}");

@@ -1,4 +1,4 @@
-//! Writing OpenEXR: 32-bit float, linear Rec. 709, run-length encoded.
+//! OpenEXR encoder: 32-bit float, linear Rec. 709, run-length encoded.
 
 use std::io::{Cursor, Write};
 
@@ -16,18 +16,17 @@ use crate::film::Values;
 /// Bytes before the first attribute: magic number and version.
 const ATTRIBUTES_START: usize = 8;
 
-/// Nothing makes rendered floats much smaller: ZIP turns 14.8 MB (1280 × 960 pixels) into 14.1 MB and takes 0.3 to
-/// 0.4 s, longer than rendering one sample. Run lengths take 0.04 to 0.09 s, and shorten backgrounds and identifiers,
-/// too.
+/// Rendered floats hardly compress: ZIP shrinks 14.8 MB (1280 × 960 pixels) to 14.1 MB and takes 0.3 to 0.4 s, longer
+/// than rendering one sample. Run-length encoding takes 0.04 to 0.09 s, and also shortens backgrounds and identifiers.
 const ENCODING: Encoding = Encoding { compression: Compression::RLE, ..Encoding::SMALL_LOSSLESS };
 
-/// Returns why it failed.
+/// Writes the file; the error is a reason.
 pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
     let file = bytes(output)?;
     writer.write_all(&file).and_then(|()| writer.flush()).map_err(|error| error.to_string())
 }
 
-/// The file's bytes, or why there are none.
+/// Returns the file's bytes; the error is a reason.
 pub(super) fn bytes(output: &Output<'_>) -> Result<Vec<u8>, String> {
     let size = Vec2(output.width as usize, output.height as usize);
     let mut attributes =
@@ -51,8 +50,8 @@ pub(super) fn bytes(output: &Output<'_>) -> Result<Vec<u8>, String> {
     Ok(file)
 }
 
-/// Light as R, G and B. If there are further channels, also A, which is 1 everywhere: such a layer composites like
-/// any other, because its background belongs to the image.
+/// The radiance as R, G and B. If there are further channels, also A, which is 1 everywhere: such a layer composites
+/// like any other, because its background belongs to the image.
 fn channels(output: &Output<'_>) -> AnyChannels<FlatSamples> {
     let light = ["R", "G", "B"].into_iter().enumerate().map(|(channel, name)| {
         let values = output.radiance.iter().map(|pixel| pixel.to_array()[channel]);
@@ -70,21 +69,20 @@ fn channels(output: &Output<'_>) -> AnyChannels<FlatSamples> {
     AnyChannels::sort(light.chain(opaque).chain(others).collect())
 }
 
-/// A name that the format lets us use: not empty, and not one that it has a meaning for.
+/// A name that the format allows: not empty, and not reserved.
 fn attribute_name(name: &str) -> Option<Text> {
     let reserved = standard_names::ALL.contains(&name.as_bytes());
     let name = if reserved || name.is_empty() { format!("rayfront {name}") } else { name.to_owned() };
     latin_text(&name.replace('\0', " ").chars().take(255).collect::<String>())
 }
 
-/// The crate's texts hold one byte a character.
+/// The crate's texts store one byte per character, so others than ASCII become `?`.
 fn latin_text(text: &str) -> Option<Text> {
     Text::new_or_none(text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect::<String>())
 }
 
-/// Puts the attributes of a single-part file's header in the order of their names: the
-/// crate writes them in the random order of a hash map, and the same image should be the
-/// same file. Lengths and offsets do not change. None if the header is not what it should be.
+/// Sorts the attributes of a single-part file's header by name: the crate writes them in the random order of a hash
+/// map, but equal images should give equal files. Lengths and offsets do not change. None if the header is invalid.
 fn sort_attributes(file: &mut [u8]) -> Option<()> {
     let mut attributes = Vec::new();
     let mut at = ATTRIBUTES_START;

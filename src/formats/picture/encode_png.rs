@@ -1,4 +1,4 @@
-//! PNG out: tone mapped, in the sRGB curve, marked as sRGB.
+//! PNG encoder: tone mapped, sRGB encoded and marked as sRGB.
 
 use std::io::Write;
 
@@ -7,7 +7,7 @@ use png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
 use super::encode::{Output, PngBits};
 use crate::files::atomic_write::Writer;
 
-/// Returns why it failed.
+/// Writes the file; the error is a reason.
 pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
     encode(&mut writer, output).map_err(|error| error.to_string())?;
     writer.flush().map_err(|error| error.to_string())
@@ -20,7 +20,7 @@ pub(super) fn encode(writer: impl Write, output: &Output<'_>) -> Result<(), png:
         PngBits::Eight => BitDepth::Eight,
         PngBits::Sixteen => BitDepth::Sixteen,
     });
-    // A picture at one sample is rendered in a few times the time that better compression would take.
+    // Rendering one sample takes only a few times as long as better compression would.
     encoder.set_compression(Compression::Fast);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     for (name, value) in output.metadata {
@@ -43,8 +43,8 @@ pub(super) fn encode(writer: impl Write, output: &Output<'_>) -> Result<(), png:
     image.finish()
 }
 
-/// A name as the format wants it: 1 to 79 printable Latin-1 characters. An image is
-/// worth more than the exact spelling of its metadata.
+/// Converts a name to a valid keyword: 1 to 79 printable Latin-1 characters. Invalid characters are replaced, because
+/// metadata must not prevent saving the image.
 fn keyword(name: &str) -> String {
     let printable = |c: char| matches!(u32::from(c), 32..=126 | 161..=255);
     let name: String = name.trim().chars().take(79).map(|c| if printable(c) { c } else { '?' }).collect();

@@ -1,5 +1,5 @@
-//! Radiance HDR out (Ward, "Real Pixels", Graphics Gems II, 1991): 8-bit mantissas that
-//! share an exponent, rows packed by run lengths.
+//! Radiance HDR encoder (Ward, "Real Pixels", Graphics Gems II, 1991): 8-bit mantissas with a shared exponent, rows
+//! run-length encoded.
 
 use std::io::{self, Write};
 
@@ -11,10 +11,10 @@ use crate::math::Rgb;
 const PACKED_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32_767;
 const LONGEST_RUN: usize = 127;
 const LONGEST_LITERAL: usize = 128;
-/// A shorter run costs as much as a literal.
+/// A shorter run takes as many bytes as a literal.
 const SHORTEST_RUN: usize = 3;
 
-/// Returns why it failed.
+/// Writes the file; the error is a reason.
 pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
     encode(&mut writer, output).and_then(|()| writer.flush()).map_err(|error| error.to_string())
 }
@@ -22,7 +22,8 @@ pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), S
 pub(super) fn encode(writer: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
     writer.write_all(b"#?RADIANCE\n")?;
     for (name, value) in output.metadata {
-        // Comments: variables have meanings of their own, and an empty line ends the header.
+        // Metadata are written as comments: header variables have predefined meanings, and an empty line ends the
+        // header.
         let line = format!("{name}: {value}").replace(['\n', '\r'], " ");
         writeln!(writer, "# {line}")?;
     }
@@ -44,8 +45,8 @@ pub(super) fn encode(writer: &mut impl Write, output: &Output<'_>) -> io::Result
     Ok(())
 }
 
-/// Three mantissas and an exponent: a component is `mantissa * 2^(exponent - 136)`. NaN and
-/// negative components become 0; what is too bright (above 2^127) the brightest.
+/// Encodes three mantissas and an exponent: a component is `mantissa * 2^(exponent - 136)`. NaN and negative components
+/// become 0; values that are too large (above 2^127) become the largest one.
 fn rgbe(pixel: Rgb) -> [u8; 4] {
     /// The largest value that rounds to a mantissa of 255 at the largest exponent.
     const BRIGHTEST: f32 = 1.695e38;
@@ -56,7 +57,7 @@ fn rgbe(pixel: Rgb) -> [u8; 4] {
     if largest == 0.0 || exponent < -127 {
         return [0; 4];
     }
-    // Would round up to 256.
+    // The mantissa would be rounded up to 256.
     if fraction * 256.0 >= 255.5 {
         exponent += 1;
     }
@@ -65,8 +66,8 @@ fn rgbe(pixel: Rgb) -> [u8; 4] {
     [r, g, b, (exponent + 128) as u8]
 }
 
-/// One channel of a row. A byte above 128 says how often (plus 128) the next byte is repeated; any other says how
-/// many literal bytes follow.
+/// Run-length encodes one channel of a row. A byte above 128 is a repeat count of the next byte, plus 128; any other is
+/// the number of literal bytes that follow.
 fn pack(writer: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
     let run_at = |start: usize| {
         let same = bytes[start..].iter().take_while(|byte| **byte == bytes[start]);

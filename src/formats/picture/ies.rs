@@ -1,24 +1,24 @@
-//! Photometric profiles (IES LM-63): what a lamp sends into each direction, as a picture. Columns are angles about
-//! the lamp's axis, from 0 to 360°, rows angles to it: the first is straight ahead, the last straight back, so that
-//! measured angles lie on them.
+//! Photometric profiles (IES LM-63): the intensity of a light by direction, resampled to an image. Columns are angles
+//! about the light's axis, from 0 to 360°; rows are angles from the axis. The first row is straight ahead, the last one
+//! straight back, so that measured angles coincide with rows.
 
 use std::path::Path;
 
 use crate::error::LoadError;
 use crate::world::{Image, Texels};
 
-/// Size of the picture.
+/// The size of the image.
 const WIDTH: usize = 144;
 const HEIGHT: usize = 361;
 
-/// Whether the file is named like a profile (the oldest ones do not identify themselves) or says that it is one.
+/// True if the file has the extension of profiles (the oldest ones do not identify themselves) or their signature.
 pub(super) fn is_ies(bytes: &[u8], path: &Path) -> bool {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     text.starts_with(b"IES")
         || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ies"))
 }
 
-/// The numbers of a file, in their order.
+/// The numbers of a file, in order.
 struct Numbers<'a> {
     text: std::str::SplitAsciiWhitespace<'a>,
     path: &'a Path,
@@ -31,7 +31,7 @@ impl Numbers<'_> {
         number.ok_or_else(|| self.error(&format!("{what}: {text:?} is not a number")))
     }
 
-    /// At most 10,000, so that a broken file cannot ask for more.
+    /// Reads a count of at most 10,000, so that a broken file cannot demand more.
     fn count(&mut self, what: &str) -> Result<usize, LoadError> {
         let number = self.next(what)?;
         if number.fract() == 0.0 && (1.0..=1e4).contains(&number) {
@@ -45,7 +45,7 @@ impl Numbers<'_> {
         (0..count).map(|_| self.next(what)).collect()
     }
 
-    /// Angles in ascending order.
+    /// Reads angles in ascending order.
     fn angles(&mut self, count: usize, what: &str) -> Result<Vec<f32>, LoadError> {
         let angles = self.several(count, what)?;
         if angles.windows(2).all(|pair| pair[0] < pair[1]) {
@@ -62,7 +62,7 @@ impl Numbers<'_> {
 
 /// Reads a profile.
 pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
-    // Keywords may be in any encoding; numbers are not.
+    // Keywords may have any text encoding; numbers are ASCII.
     let text = String::from_utf8_lossy(bytes).replace(',', " ");
     let nothing = Numbers { text: "".split_ascii_whitespace(), path };
     let (_, rest) = text.split_once("TILT=").ok_or_else(|| nothing.error("it has no line TILT="))?;
@@ -71,7 +71,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     match tilt.trim() {
         "NONE" => {}
         "INCLUDE" => {
-            // How a lamp ages when it is tilted: ours hang as they were measured.
+            // The change of output with the tilt of the lamp is skipped: lights are used as they were measured.
             numbers.next("the tilt's geometry")?;
             let count = numbers.count("the number of tilts")?;
             numbers.several(2 * count, "the tilts")?;
@@ -106,21 +106,21 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     Ok(Image { source: None, width: WIDTH as u32, height: HEIGHT as u32, texels })
 }
 
-/// Measured intensities.
+/// The measured intensities.
 struct IesProfile {
     down: Vec<f32>,
     around: Vec<f32>,
-    /// For each angle around the axis, the values at all angles from it.
+    /// The intensities at all angles from the axis, for each angle around it.
     candela: Vec<f32>,
 }
 
 impl IesProfile {
-    /// The intensity in a direction, in degrees.
+    /// The intensity in a direction, given in degrees.
     fn at(&self, down: f32, around: f32) -> f32 {
-        // What was not measured is dark.
+        // Directions that were not measured are dark.
         let Some((row, part)) = between(&self.down, down) else { return 0.0 };
         let (first, last) = (self.around[0], self.around.last().copied().unwrap_or(0.0));
-        // Lamps that are the same in every quarter, or on both sides, are measured only there.
+        // Symmetric lights are measured in one quadrant or one half only.
         let around = match last {
             last if last <= 0.0 => 0.0,
             last if last <= 90.0 => 90.0 - ((around % 180.0) - 90.0).abs(),
@@ -144,7 +144,7 @@ impl IesProfile {
     }
 }
 
-/// The last of some ascending angles that is not above `angle`, and the fraction of the way to the next.
+/// The index of the last of the ascending angles that is not above `angle`, and the fraction of the way to the next.
 fn between(angles: &[f32], angle: f32) -> Option<(usize, f32)> {
     let (first, last) = (*angles.first()?, *angles.last()?);
     if angle < first - 1e-3 || angle > last + 1e-3 {
@@ -173,14 +173,14 @@ mod tests {
     const HEAD: &str = "IESNA:LM-63-2002\n[TEST] made up\nTILT=NONE\n1 1000 1 ";
 
     #[test]
-    fn lamps_are_read_with_their_symmetries() {
+    fn profiles_are_read_with_their_symmetries() {
         let round = read(&format!("{HEAD}3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n100 50, 0\n")).unwrap();
         for around in [0.0, 77.0, 311.0] {
             assert!((value(&round, 22.5, around) - 75.0).abs() < 0.6);
             assert!((value(&round, 0.1, around) - 100.0).abs() < 0.6);
             assert_eq!(value(&round, 91.0, around), 0.0);
         }
-        // 0 to 90°: mirrored in both planes.
+        // 0 to 90°: mirrored about both planes.
         let quarter = read(&format!("{HEAD}2 2 1 2 0 0 0 1 1 10 0 180 0 90 100 100 20 20")).unwrap();
         for around in [30.0, 150.0, 210.0, 330.0] {
             let found = value(&quarter, 90.0, around);
@@ -190,7 +190,7 @@ mod tests {
         let whole = read(&format!("{HEAD}2 3 1 2 0 0 0 1 1 10 0 180 0 180 360 0 0 90 90 0 0")).unwrap();
         assert!((value(&whole, 10.0, 90.0) - 45.0).abs() < 2.0);
         assert!((value(&whole, 10.0, 270.0) - 45.0).abs() < 2.0);
-        // 90 to 270°: 0° is as 180°, 30° as 150°, 330° as 210°.
+        // 90 to 270°: 0° equals 180°, 30° equals 150°, 330° equals 210°.
         let half = read(&format!("{HEAD}2 3 1 2 0 0 0 1 1 10 0 180 90 180 270 10 10 50 50 90 90")).unwrap();
         for (around, expected) in
             [(90.0, 10.0), (180.0, 50.0), (0.0, 50.0), (30.0, 36.7), (150.0, 36.7), (330.0, 63.3)]
@@ -198,14 +198,14 @@ mod tests {
             let found = value(&half, 90.0, around);
             assert!((found - expected).abs() < 2.0, "{around}: {found}");
         }
-        // Without 360° it goes on from the beginning.
+        // Without 360°, the last angle is followed by the first.
         let open =
             read(&format!("{HEAD}2 4 1 2 0 0 0 1 1 10 0 180 0 90 180 300 10 10 10 10 10 10 70 70")).unwrap();
         assert!((value(&open, 90.0, 330.0) - 40.0).abs() < 3.0);
     }
 
     #[test]
-    fn what_is_wrong_is_said() {
+    fn errors_name_what_is_invalid() {
         for (text, part) in [
             ("IESNA", "TILT="),
             ("TILT=NONE\n1 2", "ends before"),

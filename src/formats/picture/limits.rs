@@ -1,28 +1,27 @@
-//! What a picture may ask for, checked on its header before pixels are allocated.
+//! Size limits of images, checked on their headers before pixels are allocated.
 
 use std::path::Path;
 
 use crate::error::LoadError;
 use crate::memory::{self, Reservation};
 
-/// The most pixels along a side.
+/// The largest number of pixels along a side.
 pub const LARGEST_SIDE: u64 = 65_536;
-/// Bytes of a decoded picture.
+/// The largest number of bytes of a decoded image.
 pub const LARGEST_SIZE: u64 = 2 << 30;
-/// Decoded bytes for a byte of the file. Deflate packs up to 1,032 bytes into one, each of
-/// which may be eight pixels of one bit that become four bytes each: 33,024; the rest is
-/// reserve for the other formats.
+/// The largest number of decoded bytes per byte of the file. Deflate packs up to 1,032 bytes into one, each of which
+/// may be eight pixels of one bit that become four bytes each: 33,024; the rest is a margin for the other formats.
 const LARGEST_EXPANSION: u64 = 1 << 16;
-/// Decoded bytes that any file may have, however short.
+/// The number of decoded bytes allowed for any file, however short.
 const ALWAYS_ALLOWED: u64 = 16 << 20;
-/// The same for pictures larger than [`LARGE`]: nobody draws that much of one colour.
+/// Like [`LARGEST_EXPANSION`], for images larger than [`LARGE`]: real images of that size are not so uniform.
 const LARGEST_EXPANSION_OF_LARGE: u64 = 1 << 12;
-/// A picture of more decoded bytes is a large one.
+/// The decoded size in bytes above which an image counts as large.
 const LARGE: u64 = 256 << 20;
 
-/// Refuses a picture of `width` times `height` pixels that are to become `pixel_bytes`
-/// each if it is too large, larger than a file of `file_bytes` can honestly be, or than memory does for. The claim is for
-/// the time while it is decoded.
+/// Checks the size of an image of `width` times `height` pixels of `pixel_bytes` each. Errors: it is too large, larger
+/// than a file of `file_bytes` can plausibly contain, or larger than memory allows. The reservation lasts while the
+/// image is decoded.
 pub(in crate::formats) fn check(
     path: &Path,
     [width, height]: [u64; 2],

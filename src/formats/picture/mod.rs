@@ -1,15 +1,15 @@
-//! Pictures: textures in (PNG, JPEG, TGA, BMP, WebP, Radiance HDR, OpenEXR), rendered
-//! images out (PNG, OpenEXR, Radiance HDR).
+//! Image files: reads textures (PNG, JPEG, TGA, BMP, WebP, Radiance HDR, OpenEXR) and writes rendered images (PNG,
+//! OpenEXR, Radiance HDR).
 //!
-//! | file | becomes |
+//! | file | decoded to |
 //! |---|---|
-//! | 8 bits a channel or fewer | [`Texels::Rgba8`]: the bytes as they are |
-//! | PNG of 16 bits | [`Texels::Rgb32`]: taken for sRGB and decoded to linear; alpha is left out |
-//! | Radiance HDR, OpenEXR | [`Texels::Rgb32`]: linear, as the file says |
+//! | up to 8 bits per channel | [`Texels::Rgba8`]: the bytes as they are |
+//! | PNG of 16 bits | [`Texels::Rgb32`]: assumed to be sRGB and decoded to linear; alpha is left out |
+//! | Radiance HDR, OpenEXR | [`Texels::Rgb32`]: linear, unchanged |
 //! | photometric profile (IES) | [`Texels::Rgb32`]: candela by direction |
 //!
-//! A file's content decides what it is; its extension only where the content does not
-//! tell (TGA). Memory is bounded before any pixel is allocated: see [`limits`].
+//! The format is determined by a file's content; by its extension only if the content does not identify it (TGA).
+//! Memory is limited before any pixel is allocated: see [`limits`].
 
 mod decode;
 mod encode;
@@ -33,11 +33,10 @@ use crate::film::tonemap::srgb_decode;
 use crate::math::Rgb;
 use crate::world::{Image, SourceFiles, Texels};
 
-/// Brighter texels are cut off at this value, so that no sum of products of a few of them overflows.
+/// Brighter texels are clamped to this value, so that products of a few of them do not overflow.
 const BRIGHTEST_TEXEL: f32 = 1e9;
 
-/// Reads a picture to be used as a texture. NaN and negative floats become 0, infinity
-/// and what is above 10⁹ becomes 10⁹.
+/// Reads an image to be used as a texture. NaN and negative floats become 0; infinity and values above 10⁹ become 10⁹.
 pub fn load(path: &Path, sources: &SourceFiles) -> Result<Arc<Image>, LoadError> {
     let bytes = sources.read(path).map_err(LoadError::io(path))?;
     sources.kept.images.decoded(&bytes, path, || {
@@ -46,8 +45,8 @@ pub fn load(path: &Path, sources: &SourceFiles) -> Result<Arc<Image>, LoadError>
     })
 }
 
-/// [`load`] for a picture in memory, such as one within a glTF file. `path` is what
-/// errors call it, and its extension says what it is where `bytes` do not.
+/// [`load`] for an image in memory, such as one within a glTF file. Errors call it `path`, whose extension gives the
+/// format if `bytes` do not identify it.
 pub fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     let mut image = decode_unchanged(bytes, path)?;
     if let Texels::Rgb32(texels) = &mut image.texels {
@@ -58,9 +57,8 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     Ok(image)
 }
 
-/// Width, height and linear pixels of a picture that is to be compared with another:
-/// PNG and the like by the sRGB curve without alpha; OpenEXR and Radiance HDR as they
-/// are, NaN, infinity and all.
+/// Reads width, height and linear pixels of an image for comparison with another: PNG and other 8- and 16-bit formats
+/// through the sRGB curve and without alpha; OpenEXR and Radiance HDR unchanged, including NaN and infinity.
 pub fn load_linear(path: &Path) -> Result<(u32, u32, Vec<Rgb>), LoadError> {
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     let image = decode_unchanged(&bytes, path)?;

@@ -1,5 +1,5 @@
-//! Reading OpenEXR. It is read block by block, so that only the channels that are wanted take memory, and on this
-//! thread alone: a panic on one of the crate's own threads would end the process.
+//! OpenEXR decoder. Files are read block by block, so that only the required channels take memory, and on the calling
+//! thread only: a panic on one of the crate's own threads would end the process.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -16,20 +16,20 @@ use super::limits;
 use crate::error::LoadError;
 use crate::world::{Image, Texels};
 
-/// Where in a file the colours are.
+/// The location of the colours in a file.
 struct ColourChannels {
     layer: usize,
     channels: Colours,
 }
 
-/// For red, green and blue the index of a channel; `None` stands for zero.
+/// The channel indices of red, green and blue; `None` stands for zero.
 type Colours = [Option<usize>; 3];
 
-/// Finds the colours among the names of a layer's channels.
+/// A function that finds the colours among the channel names of a layer.
 type FindColours = fn(&[String]) -> Option<Colours>;
 
-/// The first layer that has colours, at its highest resolution. The picture is the file's
-/// display window; it is black where the layer has no data.
+/// Decodes the first layer with colours, at its highest resolution. The image is the file's display window; it is black
+/// where the layer has no data.
 pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     let invalid = |reason: String| LoadError::invalid(path, reason);
     let refuse =
@@ -37,7 +37,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(refuse)?;
     let source = find_colours(reader.headers()).map_err(invalid)?;
-    // A chunk has eight bytes in the file's offset table, so this bounds all lists of chunks.
+    // Each chunk takes eight bytes in the file's offset table, so this limits all lists of chunks.
     let chunks = reader.headers().iter().fold(0, |sum: usize, header| sum.saturating_add(header.chunk_count));
     if chunks > bytes.len() / 8 {
         return Err(invalid(format!(
@@ -53,8 +53,8 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     picture.fill(chunks.sequential_decompressor(false)).map_err(refuse)
 }
 
-/// The channels to read: red, green and blue of the first layer that has all three, bare
-/// or with a prefix as in `view.R`; else luminance, else whichever of the three there are.
+/// Selects the channels to read: red, green and blue of the first layer that has all three, without a prefix or with
+/// one as in `view.R`; else luminance, else those of the three that exist.
 fn find_colours(headers: &[Header]) -> Result<ColourChannels, String> {
     let flat = || headers.iter().enumerate().filter(|(_, header)| !header.deep);
     let wanted: [FindColours; 3] = [all_three, luminance, some_of_three];
@@ -98,11 +98,11 @@ fn some_of_three(names: &[String]) -> Option<Colours> {
     channels.iter().any(Option::is_some).then_some(channels)
 }
 
-/// The picture while it is being filled.
+/// An image that is being filled.
 struct DecodedLayer {
     source: ColourChannels,
     channels: ChannelList,
-    /// From the data window's origin to the display window's.
+    /// The offset from the display window's origin to the data window's.
     offset: [i64; 2],
     size: [usize; 2],
     texels: Vec<[f32; 3]>,
@@ -115,7 +115,7 @@ impl DecodedLayer {
         file_bytes: usize,
         path: &Path,
     ) -> Result<Self, LoadError> {
-        // The crate would misread the rows of all channels.
+        // The crate misreads the rows of all channels if any is subsampled.
         if header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
             return Err(LoadError::invalid(
                 path,
@@ -145,7 +145,7 @@ impl DecodedLayer {
     ) -> exr::error::Result<Image> {
         for block in blocks {
             let block = block?;
-            // Lines are cut out of the data without a check.
+            // The crate cuts lines out of the data without a check.
             if block.data.len() != block.index.pixel_size.area() * self.channels.bytes_per_pixel {
                 return Err(exr::error::Error::Invalid("a block has the wrong size".into()));
             }
@@ -162,7 +162,7 @@ impl DecodedLayer {
         })
     }
 
-    /// One row of one channel of one block.
+    /// Stores a row of one channel of a block.
     fn put(&mut self, line: &LineRef<'_>) {
         let wanted = self.source.channels.map(|channel| channel == Some(line.location.channel));
         let row = line.location.position.y() as i64 + self.offset[1];

@@ -43,7 +43,7 @@ fn exr_bytes(write: impl FnOnce(&mut Cursor<Vec<u8>>) -> exr::error::UnitResult)
     file.into_inner()
 }
 
-/// A small file of every kind.
+/// A small file of each supported format.
 fn samples() -> Vec<(&'static str, Vec<u8>)> {
     let picture = gradient();
     let opaque = DynamicImage::ImageRgb8(picture.to_rgb8());
@@ -66,7 +66,7 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// Whether decoding works, or fails with one line that says why.
+/// True if decoding succeeds; it may fail only with a one-line message that names the file.
 fn survives(name: &str, bytes: &[u8]) -> bool {
     match decode(bytes, Path::new(name)) {
         Ok(image) => {
@@ -91,7 +91,7 @@ fn survives(name: &str, bytes: &[u8]) -> bool {
 }
 
 #[test]
-fn every_kind_of_picture_is_read() {
+fn all_supported_formats_are_read() {
     for (name, bytes) in samples() {
         let image = decode(&bytes, Path::new(name)).unwrap();
         assert_eq!((image.width, image.height, &image.source), (16, 16, &None), "{name}");
@@ -101,7 +101,7 @@ fn every_kind_of_picture_is_read() {
 }
 
 #[test]
-fn eight_bit_pictures_keep_their_bytes() {
+fn eight_bit_images_keep_their_bytes() {
     let wanted = gradient().to_rgba8();
     for (name, bytes) in samples().iter().filter(|(name, _)| ["8.png", "a.tga", "a.webp"].contains(name)) {
         let Texels::Rgba8(texels) = decode(bytes, Path::new(name)).unwrap().texels else { panic!("{name}") };
@@ -120,7 +120,7 @@ fn grey_becomes_rgb_and_sixteen_bits_become_linear() {
 }
 
 #[test]
-fn lossless_exr_has_the_values_that_were_written() {
+fn lossless_exr_reads_back_unchanged() {
     for (name, bytes) in
         samples().iter().filter(|(name, _)| name.ends_with("exr") && !name.starts_with("b44"))
     {
@@ -132,7 +132,7 @@ fn lossless_exr_has_the_values_that_were_written() {
 }
 
 #[test]
-fn content_counts_before_the_extension() {
+fn content_takes_precedence_over_the_extension() {
     let (_, png) = samples().swap_remove(0);
     assert!(survives("a.jpg", &png) && survives("no extension", &png));
     let error = decode(b"GIF89a......", Path::new("a.gif")).unwrap_err().to_string();
@@ -145,7 +145,7 @@ fn content_counts_before_the_extension() {
 }
 
 #[test]
-fn both_signatures_of_radiance_are_known() {
+fn both_signatures_of_radiance_are_recognised() {
     for signature in ["#?RADIANCE", "#?RGBE"] {
         let mut bytes = format!("{signature}\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n").into_bytes();
         bytes.extend([128, 64, 0, 129, 0, 0, 0, 0]);
@@ -191,7 +191,7 @@ fn exr_colours_are_found_among_layers_and_channels() {
 }
 
 #[test]
-fn an_exr_is_as_large_as_its_display_window() {
+fn exr_image_has_the_size_of_its_display_window() {
     use exr::prelude::*;
     let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| (x as f32 + 1.0, y as f32 + 1.0, 9.0_f32));
     let attributes = LayerAttributes { layer_position: Vec2(-1, 1), ..LayerAttributes::default() };
@@ -207,7 +207,7 @@ fn an_exr_is_as_large_as_its_display_window() {
 }
 
 #[test]
-fn textures_are_finite_but_comparisons_see_everything() {
+fn textures_are_clamped_but_load_linear_keeps_all_values() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("odd.exr");
     let odd = [Rgb::new(f32::NAN, -1.0, f32::INFINITY), Rgb::new(1e30, 1e-30, 0.5)];
@@ -231,7 +231,7 @@ fn textures_are_finite_but_comparisons_see_everything() {
 }
 
 #[test]
-fn oversized_pictures_are_refused_in_words() {
+fn oversized_images_are_rejected_with_a_reason() {
     let claims = |size: &str| {
         let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
         decode(header.as_bytes(), Path::new("a.hdr")).unwrap_err().to_string()
@@ -243,7 +243,7 @@ fn oversized_pictures_are_refused_in_words() {
 }
 
 #[test]
-fn a_small_file_may_honestly_be_a_large_picture() {
+fn small_file_may_expand_to_a_large_uniform_image() {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 4096, 4096);
     encoder.set_depth(png::BitDepth::One);
@@ -253,7 +253,7 @@ fn a_small_file_may_honestly_be_a_large_picture() {
 }
 
 #[test]
-fn no_beginning_of_a_file_is_a_panic() {
+fn truncated_files_do_not_panic() {
     for (name, bytes) in samples() {
         for length in 0..bytes.len() {
             survives(name, &bytes[..length]);
@@ -262,7 +262,7 @@ fn no_beginning_of_a_file_is_a_panic() {
 }
 
 #[test]
-fn missing_files_are_errors_with_their_name() {
+fn missing_files_are_reported_with_their_path() {
     let error = load(Path::new("no/such.png"), &SourceFiles::default()).unwrap_err().to_string();
     assert!(error.starts_with("no/such.png: cannot read: "), "{error}");
 }
@@ -271,12 +271,12 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(512) })]
 
     #[test]
-    fn no_damage_to_a_file_is_a_panic(
+    fn damaged_files_do_not_panic(
         edits in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 1..6),
         early in any::<bool>(),
     ) {
         for (name, mut bytes) in samples() {
-            // Headers are where the interesting numbers are.
+            // Most critical numbers are in the headers.
             let reach = if early { bytes.len().min(64) } else { bytes.len() };
             for (index, value) in &edits {
                 bytes[index.index(reach)] = *value;

@@ -1,4 +1,4 @@
-//! What an image that we wrote says about itself.
+//! Texts stored in the headers of saved images.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -9,7 +9,7 @@ use exr::meta::attribute::{AttributeValue, Text};
 use super::decode;
 use crate::error::LoadError;
 
-/// The text that an image stores under a name; none if it has none, or its format cannot store any.
+/// Reads the text that an image stores under a name; none if there is none, or if its format cannot store texts.
 pub fn load_text(path: &Path, name: &str) -> Result<Option<String>, LoadError> {
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     Ok(match decode::recognise(&bytes, path)? {
@@ -26,7 +26,7 @@ fn of_png(bytes: &[u8], name: &str) -> Option<String> {
     let reader = decoder.read_info().ok()?;
     let info = reader.info();
     let latin = info.uncompressed_latin1_text.iter().find(|text| text.keyword == name);
-    // We pack no text. What others have packed may be a thousand times as long.
+    // Compressed texts are skipped: this program writes none, and those of others may expand a thousandfold.
     let unicode =
         || info.utf8_text.iter().find(|text| text.keyword == name && !text.compressed)?.get_text().ok();
     latin.map(|text| text.text.clone()).or_else(unicode)
@@ -41,7 +41,7 @@ fn of_openexr(bytes: &[u8], name: &str) -> Option<String> {
     }
 }
 
-/// The header: all lines up to an empty one.
+/// Searches the header: all lines up to an empty one.
 fn of_radiance(bytes: &[u8], name: &str) -> Option<String> {
     let lines = bytes.split(|byte| *byte == b'\n').take_while(|line| !line.is_empty());
     let value = |line: &[u8]| {

@@ -1,11 +1,11 @@
-//! Frames of a film in a stream: YUV4MPEG2, which ffmpeg, x264 and most players of raw video read.
+//! Animations as a stream of frames: YUV4MPEG2, supported by ffmpeg, x264 and most players of raw video.
 
 use std::io::{self, Write};
 
 use super::Output;
 
-/// What stands in front of the first frame: size, frames a second as a fraction, no interlacing, square pixels,
-/// colour at full resolution in the range of television.
+/// Writes the header before the first frame: size, frame rate as a fraction, no interlacing, square pixels, colour at
+/// full resolution in limited range.
 pub fn write_header(
     out: &mut dyn Write,
     [width, height]: [u32; 2],
@@ -14,7 +14,7 @@ pub fn write_header(
     writeln!(out, "YUV4MPEG2 W{width} H{height} F{frames}:{seconds} Ip A1:1 C444 XCOLORRANGE=LIMITED")
 }
 
-/// Writes one frame as an 8-bit PNG would show it.
+/// Writes a frame with the values of an 8-bit PNG.
 pub fn write_frame(out: &mut dyn Write, image: &Output<'_>) -> io::Result<()> {
     out.write_all(b"FRAME\n")?;
     let pixels: Vec<[u8; 3]> =
@@ -26,7 +26,7 @@ pub fn write_frame(out: &mut dyn Write, image: &Output<'_>) -> io::Result<()> {
     Ok(())
 }
 
-/// Of the colour on the screen (Rec. ITU-R BT.709-6, items 3.2 to 3.4, 8 bits).
+/// Converts an sRGB-encoded colour to Y′CbCr (Rec. ITU-R BT.709-6, items 3.2 to 3.4, 8 bits).
 fn y_cb_cr(rgb: [u8; 3]) -> [u8; 3] {
     let [r, g, b] = rgb.map(|component| f64::from(component) / 255.0);
     let luma = 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -43,7 +43,7 @@ mod tests {
     use crate::world::Tonemap;
 
     #[test]
-    fn colours_are_those_of_the_recommendation() {
+    fn y_cb_cr_matches_the_recommendation() {
         assert_eq!(y_cb_cr([0, 0, 0]), [16, 128, 128]);
         assert_eq!(y_cb_cr([255, 255, 255]), [235, 128, 128]);
         assert_eq!(y_cb_cr([255, 0, 0]), [63, 102, 240]);
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_come_one_after_the_other() {
+    fn frame_planes_are_written_in_sequence() {
         let radiance = [Rgb::WHITE, Rgb::BLACK, Rgb::new(1.0, 0.0, 0.0)];
         let output = Output {
             width: 3,

@@ -24,7 +24,7 @@ enum FaceField {
     Skip(PropertyKind),
 }
 
-/// What to do with each property of a row.
+/// Returns the field of each property of a row.
 fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
     let mut has_indices = false;
     let mut steps = Vec::with_capacity(element.properties.len());
@@ -51,22 +51,22 @@ fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
     }
 }
 
-/// Reads all faces or strips of an element onto a mesh that has its vertices.
+/// Reads all faces or strips of an element into a mesh that already has its vertices.
 pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
     let steps = steps(element)?;
     let is_strips = element.name == "tristrips";
     if !is_strips {
-        // A triangle takes at least three indices, so the file's size limits this.
+        // A triangle takes at least three indices, so the file's size limits this allocation.
         mesh.triangles.reserve(element.count as usize);
     }
     let mut row = FaceRow::default();
     let mut triangulator = Triangulator::default();
     let mut wedges = Wedges::default();
-    // Those of the file; faces may add copies.
+    // Indices in the file refer to the original vertices; faces may add copies.
     let vertices = mesh.positions.len();
     let has_color =
         |c: usize| steps.iter().any(|step| matches!(step, FaceField::Color(channel, _) if *channel == c));
-    // Colours of vertices say more than those of faces.
+    // Vertex colours take precedence over face colours.
     let has_colors = (0..3).all(has_color) && mesh.colors.is_empty();
     for i in 0..element.count {
         let place = |reason: String| format!("{} {i}: {reason}", element.name);
@@ -92,7 +92,7 @@ pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh)
     Ok(())
 }
 
-/// One face as it was read; kept for its buffers.
+/// The data of a face; reused for its buffers.
 #[derive(Default)]
 struct FaceRow {
     indices: Vec<i64>,
@@ -130,7 +130,7 @@ impl FaceRow {
         Ok(())
     }
 
-    /// Turns indices into corners.
+    /// Converts the indices to corners, with a range check.
     fn check_indices(&mut self, vertices: usize) -> Result<(), String> {
         self.corners.clear();
         for &index in &self.indices {
@@ -139,8 +139,8 @@ impl FaceRow {
         Ok(())
     }
 
-    /// Reads the indices as strips of triangles with −1 between them; every second triangle
-    /// of a strip is turned. Triangles that only connect two parts have two equal corners.
+    /// Reads the indices as triangle strips separated by −1; every second triangle of a strip is flipped. Triangles
+    /// with two equal corners only connect two parts and are skipped.
     fn strip(&self, mesh: &mut Mesh) -> Result<(), String> {
         for strip in self.indices.split(|&index| index == -1) {
             for &index in strip {
@@ -165,17 +165,17 @@ fn check_index(index: i64, vertices: usize) -> Result<u32, String> {
     }
 }
 
-/// Texture coordinates and colours by face: a vertex that is seen with several becomes several.
+/// Texture coordinates and colours per face: a vertex used with several values is split.
 #[derive(Default)]
 struct Wedges {
-    /// For each original vertex, whether a face has given it its values.
+    /// True for each original vertex that a face has given its values.
     taken: Vec<bool>,
     copies: HashMap<(u32, [u32; 5]), u32>,
 }
 
 impl Wedges {
-    /// Gives each of `corners` its pair of `uvs`, and all of them a colour if there is one. A face whose pairs do not
-    /// match its corners keeps those that are there.
+    /// Assigns each of `corners` its pair of `uvs`, and all of them a colour if there is one. A face whose pairs do not
+    /// match its corners keeps the existing ones.
     fn apply(
         &mut self,
         corners: &mut [u32],

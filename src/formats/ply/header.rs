@@ -1,17 +1,17 @@
-//! The text at the beginning of every PLY file.
+//! The header at the beginning of every PLY file.
 
-/// How the elements are stored.
+/// The encoding of the elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlyEncoding {
-    /// As decimal numbers.
+    /// Decimal numbers.
     Ascii,
-    /// Least significant byte first.
+    /// Binary, little-endian.
     LittleEndian,
-    /// Most significant byte first.
+    /// Binary, big-endian.
     BigEndian,
 }
 
-/// The type of one number.
+/// The type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scalar {
     /// `char`.
@@ -33,7 +33,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// By either of its usual names.
+    /// Returns the type with one of its two names.
     fn by_name(name: &str) -> Result<Scalar, String> {
         Ok(match name {
             "char" | "int8" => Scalar::I8,
@@ -62,12 +62,12 @@ impl Scalar {
         }
     }
 
-    /// Whether it can hold a fraction.
+    /// True for floating-point types.
     pub fn is_float(self) -> bool {
         matches!(self, Scalar::F32 | Scalar::F64)
     }
 
-    /// The smallest and largest of an integer type.
+    /// The smallest and the largest value of an integer type.
     pub fn range(self) -> (i64, i64) {
         match self {
             Scalar::I8 => (i8::MIN.into(), i8::MAX.into()),
@@ -81,7 +81,7 @@ impl Scalar {
     }
 }
 
-/// What one property of an element holds.
+/// The type of a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PropertyKind {
     /// One number.
@@ -95,33 +95,33 @@ pub enum PropertyKind {
     },
 }
 
-/// A column of an element.
+/// A property of an element: a column of its table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Property {
-    /// What the file calls it.
+    /// The name in the file.
     pub name: String,
-    /// What it holds.
+    /// The type.
     pub kind: PropertyKind,
 }
 
-/// A table.
+/// An element of a file: a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Element {
-    /// What the file calls it.
+    /// The name in the file.
     pub name: String,
-    /// The number of rows that the header promises.
+    /// The number of rows that the header declares.
     pub count: u64,
-    /// Columns, in order.
+    /// The columns, in order.
     pub properties: Vec<Property>,
 }
 
 impl Element {
-    /// Whether an element of that name is used at all.
+    /// True if elements of that name are used.
     pub fn is_wanted(name: &str) -> bool {
         matches!(name, "vertex" | "face" | "tristrips")
     }
 
-    /// The fewest bytes that a row can take in binary.
+    /// The smallest number of bytes of a row in binary.
     pub fn least_size(&self) -> u64 {
         let size = |p: &Property| match p.kind {
             PropertyKind::Scalar(scalar) | PropertyKind::List { count: scalar, .. } => scalar.size() as u64,
@@ -129,32 +129,32 @@ impl Element {
         self.properties.iter().map(size).sum()
     }
 
-    /// Whether every row takes [`Self::least_size`].
+    /// True if every row takes [`Self::least_size`].
     pub fn has_fixed_size(&self) -> bool {
         self.properties.iter().all(|p| matches!(p.kind, PropertyKind::Scalar(_)))
     }
 }
 
-/// What the header says.
+/// The header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlyHeader {
-    /// How the elements are stored.
+    /// The encoding of the elements.
     pub encoding: PlyEncoding,
-    /// The tables, in the file's order.
+    /// The elements, in the file's order.
     pub elements: Vec<Element>,
 }
 
-/// What is wrong with a header, and where.
+/// An invalid line of a header.
 #[derive(Debug)]
 pub struct HeaderFault {
-    /// From 1.
+    /// The line number, from 1.
     pub line: usize,
-    /// What is wrong there.
+    /// The reason.
     pub reason: String,
 }
 
 impl PlyHeader {
-    /// Reads the header and returns it with the bytes that follow it.
+    /// Parses the header; also returns the bytes that follow it.
     pub fn parse(bytes: &[u8]) -> Result<(PlyHeader, &[u8]), HeaderFault> {
         let mut rest = bytes;
         let mut line = 1;
@@ -179,7 +179,7 @@ impl PlyHeader {
     }
 }
 
-/// One line of the header, taken apart.
+/// Parses a line of the header.
 fn read_line(
     words: &[&str],
     encoding: &mut Option<PlyEncoding>,
@@ -253,8 +253,7 @@ fn unknown_line(keyword: &str, words: usize) -> String {
     }
 }
 
-/// How lines end; the first line decides, so that a body that happens to begin with a
-/// line feed keeps it.
+/// The line ending. The first line decides, so that a body that begins with a line feed keeps it.
 #[derive(Clone, Copy)]
 enum Ending {
     LineFeed,
@@ -269,7 +268,7 @@ fn split_first_line<'a>(rest: &mut &'a [u8]) -> (&'a [u8], Ending) {
     (split_line(rest, ending).unwrap_or_default(), ending)
 }
 
-/// Takes the next line, without its ending, off `rest`; none at the end of the file.
+/// Takes the next line, without its ending, from `rest`; none at the end of the file.
 fn split_line<'a>(rest: &mut &'a [u8], ending: Ending) -> Option<&'a [u8]> {
     let byte = match ending {
         Ending::LineFeed => b'\n',

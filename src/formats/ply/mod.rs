@@ -1,13 +1,13 @@
-//! PLY, the Stanford polygon format (Turk 1994): one mesh a file, as text or in either byte order.
+//! PLY, the Stanford polygon format (Turk 1994): one mesh per file, as text or in either byte order.
 //!
-//! Written by hand because the one maintained crate for it (ply-rs-bw) stores each element by
-//! property names, which takes minutes and many times the memory for ten million triangles, and
-//! because it knows neither strips nor texture coordinates by face.
+//! Written by hand because the one maintained crate for it (ply-rs-bw) stores each element by property names, which
+//! takes minutes and many times the memory for ten million triangles, and because it supports neither strips nor
+//! texture coordinates per face.
 //!
-//! What is read: `vertex` with x, y, z, normals, texture coordinates and colours; `face` with
-//! `vertex_indices`, colours and MeshLab's `texcoord`; `tristrips`. All else is skipped. Integer colours
-//! are taken to be sRGB, floating ones to be linear. PLY's v points up and ours down, so v
-//! becomes 1 − v. Vertices and faces are counted from 0, as in the file's own indices.
+//! Supported elements: `vertex` with x, y, z, normals, texture coordinates and colours; `face` with `vertex_indices`,
+//! colours and MeshLab's `texcoord`; `tristrips`. All others are skipped. Integer colours are assumed to be sRGB,
+//! floating-point ones linear. PLY's v points up, that of meshes here down, so v becomes 1 − v. Messages count vertices
+//! and faces from 0, like the file's own indices.
 
 mod faces;
 mod header;
@@ -32,7 +32,7 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
     parse(&bytes, path)
 }
 
-/// Reads a mesh from the content of a PLY file; errors call it `path`.
+/// Reads a mesh from the contents of a PLY file; messages call it `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     let (header, body) = PlyHeader::parse(bytes).map_err(|fault| LoadError::At {
         file: path.to_owned(),
@@ -46,8 +46,8 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     };
     let (vertices, faces) = (count("vertex"), count("face"));
     let what = format_args!("the mesh of {vertices} vertices and {faces} faces");
-    // Positions, normals, texture coordinates; corners of two triangles. Vertices that faces make several of are not
-    // known yet. A file can claim more than it holds.
+    // Positions, normals and texture coordinates; two triangles per face. Vertices that faces split are not known yet.
+    // The file's size is a limit because a header can promise more than the file contains.
     let bytes =
         vertices.saturating_mul(32).saturating_add(faces.saturating_mul(24)).min(12 * body.len() as u64);
     let _claim = memory::reserve(what, bytes).map_err(LoadError::shortage(path))?;
@@ -62,8 +62,8 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     Ok(mesh)
 }
 
-/// Reads all elements that matter. Faces may come before vertices, but can't be read before
-/// them, so their place is kept.
+/// Reads all supported elements. Faces may precede the vertices, but cannot be read before them, so their position is
+/// stored.
 fn read_body<S: NumberSource>(mut source: S, header: &PlyHeader) -> Result<Mesh, String> {
     let mut mesh = Mesh::default();
     let mut has_vertices = false;

@@ -1,8 +1,8 @@
-//! Numbers out of a PLY file's body, as text or binary.
+//! Readers of the numbers in a PLY file's body, as text or binary.
 
 use super::header::{Element, PropertyKind, Scalar};
 
-/// Why a number could not be had.
+/// The reason why a number could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NumberFault {
     /// The file has ended.
@@ -13,24 +13,24 @@ pub enum NumberFault {
     NotAnInteger,
 }
 
-/// A position in the body from which numbers are read in order.
+/// A position in the body, from which numbers are read in order.
 pub trait NumberSource: Clone {
-    /// The next number, rounded to a float. Integers are not scaled.
+    /// Reads the next number, rounded to a float. Integers are not scaled.
     fn float(&mut self, scalar: Scalar) -> Result<f32, NumberFault>;
-    /// The next number, of an integer type.
+    /// Reads the next number, of an integer type.
     fn integer(&mut self, scalar: Scalar) -> Result<i64, NumberFault>;
     /// Skips `count` numbers.
     fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), NumberFault>;
     /// Skips all rows of an element whose rows have equal size.
     fn skip_rows(&mut self, element: &Element) -> Result<(), NumberFault>;
-    /// The most numbers of that type that the rest of the file can hold.
+    /// The largest number of values of a type that the rest of the file can contain.
     fn room(&self, scalar: Scalar) -> u64;
-    /// The most rows that the rest of the file can hold, given that a row takes any room.
+    /// The largest number of rows that the rest of the file can contain, if rows take any space.
     fn room_for_rows(&self, element: &Element) -> u64;
-    /// What is wrong, in words.
+    /// Describes a fault in words.
     fn describe(&self, fault: NumberFault) -> String;
 
-    /// The length of a list. The rest of the file is known to be able to hold it.
+    /// Reads the length of a list. The rest of the file is checked to have room for it.
     fn list_length(&mut self, count: Scalar, item: Scalar) -> Result<u64, NumberFault> {
         let count = u64::try_from(self.integer(count)?).map_err(|_| NumberFault::NotAnInteger)?;
         if count > self.room(item) { Err(NumberFault::End) } else { Ok(count) }
@@ -62,8 +62,8 @@ pub trait NumberSource: Clone {
         Ok(())
     }
 
-    /// Refuses an element that promises more rows than the file can hold, so that a promise cannot cost more memory
-    /// than the file itself.
+    /// Rejects an element with more declared rows than the file can contain, so that a declaration cannot cost more
+    /// memory than the file itself.
     fn check_room(&self, element: &Element) -> Result<(), String> {
         let room = self.room_for_rows(element);
         if element.properties.is_empty() || element.count <= room {
@@ -76,7 +76,7 @@ pub trait NumberSource: Clone {
     }
 }
 
-/// Decimal numbers between white space.
+/// Decimal numbers separated by white space.
 #[derive(Clone)]
 pub struct Ascii<'a> {
     rest: &'a [u8],
@@ -84,7 +84,7 @@ pub struct Ascii<'a> {
 }
 
 impl<'a> Ascii<'a> {
-    /// From a file's body.
+    /// A reader of a file's body.
     pub fn new(body: &'a [u8]) -> Self {
         Self { rest: body, word: &[] }
     }
@@ -97,7 +97,7 @@ impl<'a> Ascii<'a> {
         Ok(self.word)
     }
 
-    /// A number takes a digit and a separator, but for the last one.
+    /// A number takes at least a digit and a separator, which the last one does not need.
     fn room_for_numbers(&self) -> u64 {
         (self.rest.len() as u64).div_ceil(2)
     }
@@ -143,14 +143,14 @@ impl NumberSource for Ascii<'_> {
     }
 }
 
-/// Numbers as bytes, the most significant first if `BIG`.
+/// Numbers as bytes, big-endian if `BIG`.
 #[derive(Clone)]
 pub struct Binary<'a, const BIG: bool> {
     rest: &'a [u8],
 }
 
 impl<'a, const BIG: bool> Binary<'a, BIG> {
-    /// From a file's body.
+    /// A reader of a file's body.
     pub fn new(body: &'a [u8]) -> Self {
         Self { rest: body }
     }

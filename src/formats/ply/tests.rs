@@ -13,14 +13,14 @@ fn refusal(text: &str) -> String {
     parse_bytes(text.as_bytes()).expect_err("must be refused")
 }
 
-/// A file whose rows are given as typed numbers, in each of the three encodings.
+/// A file given by typed numbers, for each of the three encodings.
 struct Sample {
     header: &'static str,
     numbers: Vec<(&'static str, f64)>,
 }
 
 impl Sample {
-    /// Every type, lists before and after what matters, unknown elements, faces before vertices.
+    /// All types, lists before and after the supported properties, unknown elements, faces before vertices.
     fn rich() -> Sample {
         let mut numbers = vec![];
         // extra: a list and a scalar.
@@ -87,7 +87,7 @@ impl Sample {
 }
 
 #[test]
-fn every_encoding_gives_the_same_mesh() {
+fn all_encodings_give_the_same_mesh() {
     for file in Sample::rich().files() {
         let mesh = parse_bytes(&file).unwrap();
         assert_eq!((mesh.name.as_str(), mesh.source.as_deref()), ("a", Some(Path::new("a.ply"))));
@@ -96,15 +96,15 @@ fn every_encoding_gives_the_same_mesh() {
         assert_eq!(mesh.uvs, [Vec2::new(1.0, 0.75); 5]);
         assert_eq!((mesh.colors[0].r, mesh.colors[0].b), (0.0, 1.0));
         assert!((mesh.colors[0].g - 0.502_886_5).abs() < 1e-6, "{:?}", mesh.colors[0]);
-        // The quad 0 1 2 3 crosses itself (a bow tie): nothing to choose.
+        // The quad 0 1 2 3 intersects itself (a bow tie), so either diagonal will do.
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 2, 4]]);
     }
 }
 
 #[test]
-fn no_prefix_of_a_file_panics_and_none_is_taken_for_the_whole() {
+fn truncated_files_are_rejected_without_panics() {
     for file in Sample::rich().files() {
-        // A text may lose digits of its last number, 255, unnoticed.
+        // A text file may lose digits of its last number, 255, undetected.
         for length in 0..file.len() - "55\n".len() {
             assert!(parse_bytes(&file[..length]).is_err(), "{length} of {} bytes", file.len());
         }
@@ -112,7 +112,7 @@ fn no_prefix_of_a_file_panics_and_none_is_taken_for_the_whole() {
 }
 
 #[test]
-fn windows_and_old_mac_line_ends_are_read() {
+fn windows_and_old_mac_line_endings_are_read() {
     let lf = b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\n\
         property uchar z\nelement face 1\nproperty list uchar uchar vertex_indices\nend_header\n";
     // The first coordinate is a line feed.
@@ -141,7 +141,7 @@ const CORNERS: &str = "0 0 0\n4 0 0\n4 4 0\n2 1 0\n0 4 0";
 const WITH_NORMALS: &str = "0 0 0 0 0 1\n4 0 0 0 0 1\n4 4 0 1 0 0\n2 1 0 0 0 1\n0 4 0 0 0 1";
 
 #[test]
-fn concave_polygons_are_cut_into_ears() {
+fn concave_polygons_are_triangulated() {
     let mesh =
         parse_bytes(ascii("x y z", &format!("face 2{FACES}"), CORNERS, "5 0 1 2 3 4 2 0 1").as_bytes())
             .unwrap();
@@ -157,7 +157,7 @@ fn concave_polygons_are_cut_into_ears() {
 }
 
 #[test]
-fn strips_turn_every_second_triangle_and_start_again() {
+fn strips_flip_every_second_triangle_and_restart() {
     let face = "tristrips 1\nproperty list int int vertex_indices";
     let mesh = parse_bytes(ascii("x y z", face, CORNERS, "9 0 1 2 3 3 4 -1 4 0").as_bytes()).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3]]);
@@ -165,7 +165,7 @@ fn strips_turn_every_second_triangle_and_start_again() {
 }
 
 #[test]
-fn texture_coordinates_by_face_split_vertices() {
+fn texture_coordinates_per_face_split_vertices() {
     let face = "face 3\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord";
     let faces = "3 0 1 2 6 0 0 1 0 1 1\n3 0 2 4 6 0 0 .5 .5 0 1\n3 0 1 2 0";
     let mesh = parse_bytes(ascii("x y z nx ny nz", face, WITH_NORMALS, faces).as_bytes()).unwrap();
@@ -174,7 +174,7 @@ fn texture_coordinates_by_face_split_vertices() {
     assert_eq!(mesh.normals[5], Vec3::X);
     assert_eq!(mesh.uvs[5], Vec2::new(0.5, 0.5));
     assert_eq!(mesh.uvs[0], Vec2::new(0.0, 1.0));
-    // The file's faces must not refer to copies.
+    // The file's faces must not refer to copied vertices.
     let beyond = faces.replace("3 0 1 2 0", "3 0 1 5 6 0 0 0 0 0 0");
     assert!(
         refusal(&ascii("x y z", face, CORNERS, &beyond))
@@ -183,25 +183,25 @@ fn texture_coordinates_by_face_split_vertices() {
 }
 
 #[test]
-fn colours_of_faces_split_vertices() {
+fn face_colours_split_vertices() {
     let colors = "property uchar red\nproperty uchar green\nproperty uchar blue";
     let face = format!("face 3{FACES}\n{colors}");
     let faces = "3 0 1 2 255 0 0\n3 0 2 4 0 0 255\n3 0 1 2 255 0 0";
     let mesh = parse_bytes(ascii("x y z nx ny nz", &face, WITH_NORMALS, faces).as_bytes()).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [5, 6, 4], [0, 1, 2]]);
     let (red, blue) = (Rgb::new(1.0, 0.0, 0.0), Rgb::new(0.0, 0.0, 1.0));
-    // The fourth vertex is no face's.
+    // No face uses the fourth vertex.
     assert_eq!(mesh.colors, [red, red, red, Rgb::WHITE, blue, blue, blue]);
     assert_eq!((mesh.positions[6], mesh.normals[6]), (mesh.positions[2], Vec3::X));
 
-    // With texture coordinates by face, both count.
+    // With texture coordinates per face, both count.
     let face = format!("face 2{FACES}\nproperty list uchar float texcoord\n{colors}");
     let faces = "3 0 1 2 6 0 0 1 0 1 1 255 0 0\n3 0 2 4 6 0 0 .5 .5 0 1 255 0 0";
     let mesh = parse_bytes(ascii("x y z", &face, CORNERS, faces).as_bytes()).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 5, 4]]);
     assert_eq!((mesh.colors[5], mesh.uvs[5]), (red, Vec2::new(0.5, 0.5)));
 
-    // Colours of vertices say more.
+    // Vertex colours take precedence.
     let vertices = "0 0 0 .5 .5 .5\n4 0 0 .5 .5 .5\n4 4 0 .5 .5 .5";
     let file =
         ascii("x y z red green blue", &format!("face 1{FACES}\n{colors}"), vertices, "3 0 1 2 255 0 0");
@@ -209,7 +209,7 @@ fn colours_of_faces_split_vertices() {
 }
 
 #[test]
-fn what_is_not_finite_is_refused_or_left_out() {
+fn non_finite_values_are_rejected_or_replaced() {
     let face = format!("face 1{FACES}");
     let file = ascii(
         "x y z nx ny nz u v red green blue",
@@ -236,7 +236,7 @@ fn integer_colours_follow_the_srgb_curve() {
         parse_bytes(text.as_bytes()).unwrap().colors[0].to_array()
     };
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
-    // 0.5 on the curve is 0.214041 of the light; below 0.04045 it is a line.
+    // 0.5 on the curve is 0.214041 in linear light; below 0.04045 the curve is a line.
     assert!(near(file("ushort", "0 0 0 0 65535 1285\n1 0 0 0 0 0\n0 1 0 0 0 0"), [0.0, 1.0, 0.001_517_635]));
     for kind in ["uchar", "int"] {
         assert!(near(
@@ -279,7 +279,7 @@ fn errors_name_the_place_and_the_reason() {
 }
 
 #[test]
-fn promises_beyond_the_file_cost_no_memory() {
+fn declared_counts_beyond_the_file_cost_no_memory() {
     let count = u64::MAX;
     for format in ["ascii", "binary_little_endian"] {
         let vertices = format!(
@@ -292,7 +292,7 @@ fn promises_beyond_the_file_cost_no_memory() {
              property float x\nproperty float y\nproperty float z\nend_header\n4294967295 0 0 0"
         );
         assert!(refusal(&list).contains("other 0: the file ends here"));
-        // Rows without columns take no space, but they must not take time either.
+        // Rows without columns take no space, and must not take time either.
         let empty = format!(
             "ply\nformat {format} 1.0\nelement other {count}\nelement vertex 0\nproperty float x\n\
              property float y\nproperty float z\nend_header\n"
@@ -301,7 +301,7 @@ fn promises_beyond_the_file_cost_no_memory() {
     }
 }
 
-/// Meshes whose v survives 1 − v without loss.
+/// Meshes whose v coordinates survive 1 − v without loss.
 fn any_mesh() -> impl Strategy<Value = Mesh> {
     let finite = || prop::num::f32::NORMAL | prop::num::f32::SUBNORMAL | prop::num::f32::ZERO;
     let vertex = (
@@ -331,7 +331,7 @@ fn any_mesh() -> impl Strategy<Value = Mesh> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read_again(mesh in any_mesh()) {
+    fn written_meshes_read_back_unchanged(mesh in any_mesh()) {
         let mut file = Vec::new();
         write(&mesh, &mut file).unwrap();
         prop_assert_eq!(parse_bytes(&file).unwrap(), mesh);
@@ -355,7 +355,7 @@ proptest! {
 }
 
 #[test]
-fn a_mesh_with_columns_of_unequal_length_is_not_written() {
+fn meshes_with_columns_of_unequal_length_are_not_written() {
     let mesh = Mesh { positions: vec![Vec3::ZERO; 3], normals: vec![Vec3::X], ..Mesh::default() };
     assert!(write(&mesh, std::io::sink()).is_err());
 }

@@ -7,14 +7,14 @@ use crate::world::Mesh;
 use super::header::{Element, PropertyKind, Scalar};
 use super::source::{NumberFault, NumberSource};
 
-/// Where in a row's values a property goes: position, normal, texture coordinates, colour.
+/// Slots of a row's values: position, normal, texture coordinates, colour.
 const POSITION: usize = 0;
 const NORMAL: usize = 3;
 const UV: usize = 6;
 pub const COLOR: usize = 8;
 pub const SLOTS: usize = 11;
 
-/// The names that a slot's property may have, the usual one first.
+/// The property names of each slot, the usual one first.
 pub const NAMES: [&[&str]; SLOTS] = [
     &["x"],
     &["y"],
@@ -29,11 +29,11 @@ pub const NAMES: [&[&str]; SLOTS] = [
     &["blue", "diffuse_blue"],
 ];
 
-/// What to do with each property of a row, and what is there.
+/// The properties of a row.
 struct PlyLayout {
-    /// A slot and a type, or what to skip.
+    /// Reads into a slot or skips, for each property in order.
     steps: Vec<VertexField>,
-    /// The type of each slot that is there.
+    /// The type of each slot that is present.
     types: [Option<Scalar>; SLOTS],
 }
 
@@ -120,14 +120,13 @@ pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh)
     Ok(())
 }
 
-/// Texture coordinates from the image's bottom left to ours from its top left; zero if they
-/// are not finite.
+/// Converts texture coordinates with a bottom-left origin to a top-left origin; zero if they are not finite.
 pub fn uv_from_file(u: f32, v: f32) -> Vec2 {
     let uv = Vec2::new(u, 1.0 - v);
     if uv.is_finite() { uv } else { Vec2::ZERO }
 }
 
-/// Unsigned texture coordinates stand for 0 to 1.
+/// Scales unsigned integers to the range from 0 to 1.
 fn normalized(value: f32, scalar: Option<Scalar>) -> f32 {
     match scalar {
         Some(Scalar::U8) => value / 255.0,
@@ -136,7 +135,7 @@ fn normalized(value: f32, scalar: Option<Scalar>) -> f32 {
     }
 }
 
-/// Converts files' colours to linear ones.
+/// Converts colours in files to linear ones.
 pub struct ColorCurve {
     of_byte: [f32; 256],
 }
@@ -148,14 +147,14 @@ impl Default for ColorCurve {
 }
 
 impl ColorCurve {
-    /// Integers are sRGB: of 0 to 65,535 if `ushort`, of 0 to 255 otherwise. Floats are linear;
-    /// what is no colour counts as 1, which changes nothing.
+    /// Converts a component. Integers are sRGB, from 0 to 65,535 for `ushort`, otherwise from 0 to 255. Floats are
+    /// linear; a float that is not finite becomes 1, which changes nothing.
     pub fn to_linear(&self, value: f32, scalar: Option<Scalar>) -> f32 {
         match scalar {
             Some(Scalar::F32 | Scalar::F64) if value.is_finite() => value.max(0.0),
             Some(Scalar::F32 | Scalar::F64) => 1.0,
             Some(Scalar::U16) => srgb_decode(value / 65535.0),
-            // The cast saturates, so that it is within the table.
+            // The cast saturates, so the index lies within the table.
             _ => self.of_byte[usize::from(value as u8)],
         }
     }

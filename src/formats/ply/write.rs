@@ -7,15 +7,14 @@ use crate::error::SaveError;
 use crate::files::atomic_write::write_whole;
 use crate::world::Mesh;
 
-/// Writes a mesh to a file, as [`write()`] does.
+/// Writes a mesh to a file with [`write()`].
 pub fn save(path: &Path, mesh: &Mesh) -> Result<(), SaveError> {
     write_whole(path, |mut file| write(mesh, &mut file).and_then(|()| file.flush()))
 }
 
-/// Writes positions, triangles and whichever of normals, texture coordinates and colours
-/// there are, little-endian. Reading gives the same floats again, except that v is stored as
-/// 1 − v: exact for multiples of 2⁻²⁴ from 0 to 1 and within 2⁻²⁴ of anything between
-/// them. Name and materials are not part of it.
+/// Writes positions, triangles and, if present, normals, texture coordinates and colours, little-endian. Reading the
+/// file returns the same floats, except that v is stored as 1 − v: exact for multiples of 2⁻²⁴ from 0 to 1, and within
+/// 2⁻²⁴ of other values between them. The name and the materials are not written.
 pub fn write(mesh: &Mesh, mut out: impl Write) -> io::Result<()> {
     let vertices = mesh.positions.len();
     let [has_normals, has_uvs, has_colors] = [mesh.normals.len(), mesh.uvs.len(), mesh.colors.len()]
@@ -27,7 +26,7 @@ pub fn write(mesh: &Mesh, mut out: impl Write) -> io::Result<()> {
     for name in columns.iter().filter(|c| c.1).flat_map(|c| c.0.split(' ')) {
         writeln!(out, "property float {name}")?;
     }
-    // The type that every other program reads, where it will do.
+    // `int` is supported by every other program; `uint` is used only if necessary.
     let index = if i32::try_from(vertices).is_ok() { "int" } else { "uint" };
     writeln!(
         out,

@@ -1,9 +1,9 @@
-//! Limits of what a study may say, beyond what `ron` knows.
+//! Limits on the values in a study, beyond those of the `ron` format.
 
 use super::{Axis, Experiment, Measurement, SettingsOverride, StudyFile, StudyScene};
 use crate::world::{Caustics, Settings, Sharing};
 
-/// An error names the experiment and what to change in it.
+/// Checks a study. Errors name the experiment and what to change in it.
 pub(super) fn check(study: &StudyFile) -> Result<(), String> {
     if study.experiments.is_empty() {
         return Err("there is no experiment: add one to experiments".into());
@@ -23,9 +23,9 @@ pub(super) fn check(study: &StudyFile) -> Result<(), String> {
     Ok(())
 }
 
-/// Renderings of an experiment.
+/// The most renderings of an experiment.
 const MOST_JOBS: u64 = 100_000;
-/// Rays of a study of queries.
+/// The most rays of a study of queries.
 const MOST_RAYS: u32 = 1 << 24;
 
 fn check_experiment(experiment: &Experiment) -> Result<(), String> {

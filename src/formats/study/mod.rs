@@ -1,4 +1,4 @@
-//! Studies in RON: scenes, what is varied in them, how often, and what is plotted.
+//! Studies in RON: scenes, the settings that vary, the number of repetitions, and the plots.
 
 mod limits;
 
@@ -13,12 +13,12 @@ use crate::error::LoadError;
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields, rename = "Study")]
 pub struct StudyFile {
-    /// For people.
+    /// The human-readable title.
     pub title: String,
-    /// What it is about. Empty lines separate paragraphs.
+    /// A description. Empty lines separate paragraphs.
     #[serde(default)]
     pub text: String,
-    /// One or more.
+    /// The experiments, one or more.
     pub experiments: Vec<Experiment>,
 }
 
@@ -26,36 +26,36 @@ pub struct StudyFile {
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
-    /// Letters, digits and underscores: files are named after it.
+    /// A name of letters, digits and underscores, by which files are named.
     pub name: String,
-    /// For people.
+    /// The human-readable title.
     #[serde(default)]
     pub title: String,
-    /// What to look for.
+    /// A description of what to look for.
     #[serde(default)]
     pub text: String,
     /// The scenes to render.
     pub scenes: Vec<StudyScene>,
-    /// What all jobs have in common.
+    /// Settings that all jobs share.
     #[serde(default)]
     pub with: SettingsOverride,
-    /// What is varied from left to right.
+    /// The setting that varies from left to right, and its values.
     pub x: Axis,
-    /// What is compared.
+    /// The variants to compare.
     pub series: Vec<Series>,
-    /// How often each is repeated, with other random numbers.
+    /// The number of repetitions of each job, with different random numbers.
     #[serde(default = "one")]
     pub seeds: u32,
-    /// Errors are measured against an image rendered with these changes in addition to `with`.
+    /// Settings, in addition to `with`, of the image against which errors are measured.
     #[serde(default)]
     pub reference: Option<SettingsOverride>,
-    /// What is shown.
+    /// The plots to show.
     #[serde(default)]
     pub plots: Vec<Plot>,
 }
 
 impl Experiment {
-    /// True if a plot tells bias from variance, for which each job takes a second image with other random numbers.
+    /// True if a plot separates bias from variance: each job then takes a second image with other random numbers.
     pub fn needs_pairs(&self) -> bool {
         self.plots.iter().any(|plot| matches!(plot.y, Measurement::SquaredBias | Measurement::Variance))
     }
@@ -65,27 +65,27 @@ fn one() -> u32 {
     1
 }
 
-/// Something to look at.
+/// A scene of an experiment.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub enum StudyScene {
     /// A scene, model or mesh, relative to the study's folder.
     File(PathBuf),
-    /// A bumpy ball of as many triangles as x says.
+    /// A bumpy ball with the number of triangles given by x.
     Ball,
-    /// As many small triangles anywhere in a cube.
+    /// A cube filled at random with the number of small triangles given by x.
     Cloud,
 }
 
-/// What is varied from left to right.
+/// A setting that varies from left to right, and its values.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub enum Axis {
-    /// Samples a pixel.
+    /// Samples per pixel.
     Samples(Vec<u32>),
     /// Shadow rays to each area light.
     LightSamples(Vec<u32>),
-    /// Points on the lens: samples a pixel, all through its middle unless `pixel_pattern` says otherwise.
+    /// Points on the lens: samples per pixel, all through the pixel's middle unless `pixel_pattern` is given.
     LensSamples(Vec<u32>),
-    /// Paths of a wave.
+    /// Paths per wave.
     Wave(Vec<u32>),
     /// Bounces after the camera ray.
     Depth(Vec<u32>),
@@ -95,12 +95,12 @@ pub enum Axis {
     Photons(Vec<u32>),
     /// The radius within which photons of the first sample are gathered, in pixels.
     PhotonRadius(Vec<u32>),
-    /// Triangles of made-up meshes.
+    /// Triangles of procedural meshes.
     Triangles(Vec<u32>),
 }
 
 impl Axis {
-    /// From left to right.
+    /// The values from left to right.
     pub fn values(&self) -> &[u32] {
         match self {
             Axis::Samples(v) | Axis::LightSamples(v) | Axis::LensSamples(v) | Axis::Wave(v) => v,
@@ -109,7 +109,7 @@ impl Axis {
         }
     }
 
-    /// Its name, with the unit.
+    /// Its label, with the unit.
     pub fn label(&self) -> &'static str {
         match self {
             Axis::Samples(_) => "samples a pixel",
@@ -129,9 +129,9 @@ impl Axis {
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Series {
-    /// For people.
+    /// The human-readable name.
     pub label: String,
-    /// What distinguishes it.
+    /// The settings that distinguish it.
     #[serde(default)]
     pub with: SettingsOverride,
     /// The largest x at which it is measured.
@@ -139,49 +139,50 @@ pub struct Series {
     pub most: Option<u32>,
 }
 
-/// Settings instead of the scene's.
+/// Settings that override the scene's.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields, default, rename = "Change")]
 pub struct SettingsOverride {
     /// Columns and rows.
     pub size: Option<(u32, u32)>,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: Option<u32>,
     /// Bounces after the camera ray.
     pub max_depth: Option<u32>,
     /// Shadow rays to each area light.
     pub light_samples: Option<u32>,
-    /// Where on area lights they go.
+    /// The pattern of samples on area lights.
     pub light_pattern: Option<StudyPattern>,
-    /// Where on the lens samples go.
+    /// The pattern of samples on the lens.
     pub lens_pattern: Option<StudyPattern>,
-    /// Where in a pixel samples go.
+    /// The pattern of samples in a pixel.
     pub pixel_pattern: Option<StudyPattern>,
-    /// What happens to light at a vertex.
+    /// The light transport.
     pub transport: Option<StudyTransport>,
-    /// Which numbers the path transport draws.
+    /// The sampler of the path transport.
     pub sampler: Option<StudySampler>,
-    /// Pixels that share their paths under the path transport; 1: none do.
+    /// Pixels that reuse each other's paths under the path transport; 1: none do.
     pub sharing: Option<u32>,
-    /// Photons for each pixel in each sample: with one of these two, photons are traced whatever the scene says.
+    /// Photons for each pixel in each sample: with this or `photon_radius`, photons are traced whatever the scene's
+    /// settings.
     pub photons: Option<f32>,
     /// The radius within which photons of the first sample are gathered, in pixels.
     pub photon_radius: Option<f32>,
-    /// Whether the image is denoised, within the time that is measured.
+    /// True if the image is denoised, within the time that is measured.
     pub denoise: Option<bool>,
-    /// In which order rays are traced.
+    /// The order in which rays are traced.
     pub schedule: Option<StudySchedule>,
-    /// In which order the wavefront shades hits under the path transport.
+    /// The order in which the wavefront shades hits under the path transport.
     pub sorting: Option<StudySorting>,
-    /// Paths of a wave.
+    /// Paths per wave.
     pub wave: Option<u32>,
-    /// Threads; 1 unless told otherwise.
+    /// Threads; 1 by default.
     pub threads: Option<u32>,
     /// Work put into the acceleration structure.
     pub quality: Option<Quality>,
-    /// Traces as many scattered rays instead of rendering.
+    /// The number of scattered rays to trace instead of rendering.
     pub rays: Option<u32>,
-    /// How these rays are traced.
+    /// The method of tracing these rays.
     pub by: Option<Tracing>,
     /// Values to change in the scene, as in [`Edits::set`]: for example `"Material[\"glass\"].ior = 1.6"`.
     pub set: Vec<String>,
@@ -192,7 +193,7 @@ pub struct SettingsOverride {
 }
 
 impl SettingsOverride {
-    /// These changes, overridden by those of `other`. Changes to the scene are carried out one after the other.
+    /// These settings, overridden by those of `other`. Changes to the scene are applied one after the other.
     pub fn and(&self, other: &SettingsOverride) -> SettingsOverride {
         let both = |one: &[String], other: &[String]| [one, other].concat();
         SettingsOverride {
@@ -229,14 +230,14 @@ impl SettingsOverride {
     }
 }
 
-/// How points are spread.
+/// A pattern of sample points.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub enum StudyPattern {
-    /// Anywhere.
+    /// Random points anywhere.
     Uniform,
-    /// One anywhere in each cell of a grid.
+    /// A random point in each cell of a grid.
     Jittered,
-    /// In the cells' centres.
+    /// The centres of a grid's cells.
     Regular,
     /// All in the middle.
     Center,
@@ -253,12 +254,12 @@ impl From<StudyPattern> for crate::world::Pattern {
     }
 }
 
-/// What happens to light at a vertex.
+/// A light transport.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub enum StudyTransport {
-    /// Direct light, mirrors, glass.
+    /// Direct light, mirrors and glass.
     Whitted,
-    /// Light that is scattered any number of times.
+    /// Light scattered any number of times.
     Path,
 }
 
@@ -271,14 +272,14 @@ impl From<StudyTransport> for crate::world::Transport {
     }
 }
 
-/// Which numbers the path transport draws.
+/// A sampler of the path transport.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub enum StudySampler {
     /// Stratified at every scale.
     Sobol,
     /// One in each cell of a grid.
     Jittered,
-    /// Each on its own.
+    /// Independent of each other.
     Independent,
 }
 
@@ -292,16 +293,16 @@ impl From<StudySampler> for crate::world::Sampler {
     }
 }
 
-/// In which order the wavefront shades hits under the path transport.
+/// The order in which the wavefront shades hits under the path transport.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub enum StudySorting {
-    /// One material's after another's.
+    /// Grouped by material.
     ByMaterial,
-    /// As they come.
+    /// In the order of their rays.
     Unsorted,
 }
 
-/// In which order rays are traced.
+/// The order in which rays are traced.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub enum StudySchedule {
     /// Breadth first.
@@ -313,11 +314,11 @@ pub enum StudySchedule {
 /// Work put into the acceleration structure.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub enum Quality {
-    /// As soon as possible.
+    /// The shortest build.
     Fast,
     /// Good for nearly everything.
     Default,
-    /// As good as it gets.
+    /// The best tree.
     High,
 }
 
@@ -331,14 +332,14 @@ impl From<Quality> for crate::world::BuildQuality {
     }
 }
 
-/// How rays are traced.
+/// A method of tracing rays.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub enum Tracing {
-    /// By the tree, as a queue.
+    /// Through the tree, as a queue.
     Queue,
-    /// By the tree, one by one.
+    /// Through the tree, one by one.
     Single,
-    /// One by one, by the binary tree from which the tree was collapsed.
+    /// One by one, through the binary tree from which the tree was collapsed.
     Binary,
     /// Without the tree: every triangle for every ray.
     BruteForce,
@@ -350,13 +351,13 @@ pub enum Tracing {
 pub struct Plot {
     /// The quantity.
     pub y: Measurement,
-    /// Whether the axes are logarithmic.
+    /// True if the x axis is logarithmic.
     #[serde(default = "yes")]
     pub log_x: bool,
-    /// The same for y.
+    /// True if the y axis is logarithmic.
     #[serde(default = "yes")]
     pub log_y: bool,
-    /// Fit y = c · x^p to each series.
+    /// True if y = c · x^p is fitted to each series.
     #[serde(default)]
     pub fit: bool,
 }
@@ -365,18 +366,18 @@ fn yes() -> bool {
     true
 }
 
-/// What is measured in a job.
+/// A quantity that is measured in a job.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub enum Measurement {
     /// Mean squared error against the reference.
     Mse,
-    /// The same, relative (see `rayfront compare`).
+    /// Relative mean squared error against the reference (see `rayfront compare`).
     RelativeMse,
     /// The part of the mean squared error that more repetitions would not average away.
     SquaredBias,
-    /// The other part of it.
+    /// The rest of the mean squared error.
     Variance,
-    /// Mean of FLIP's error.
+    /// Mean FLIP error.
     Flip,
     /// Wall-clock seconds.
     RenderSeconds,
@@ -384,7 +385,7 @@ pub enum Measurement {
     CpuSeconds,
     /// Seconds to build the tree.
     BuildSeconds,
-    /// CPU time of a traced ray.
+    /// CPU time per traced ray.
     NanosecondsPerRay,
     /// Million rays per wall-clock second.
     Mrays,
@@ -393,7 +394,7 @@ pub enum Measurement {
 }
 
 impl Measurement {
-    /// Its name, with the unit.
+    /// Its label, with the unit.
     pub fn label(self) -> &'static str {
         match self {
             Measurement::Mse => "mean squared error, (W m⁻² sr⁻¹)²",
@@ -429,7 +430,7 @@ pub fn parse(text: &str, path: &Path) -> Result<StudyFile, LoadError> {
     })?;
     limits::check(&study).map_err(|reason| LoadError::invalid(path, reason))?;
     for experiment in &mut study.experiments {
-        // The reference must also look through the middle of the pixel: edges would make most of the error.
+        // The reference must also go through the middle of the pixel: edges would make most of the error.
         if matches!(experiment.x, Axis::LensSamples(_) | Axis::LightSamples(_)) {
             experiment.with.pixel_pattern.get_or_insert(StudyPattern::Center);
         }
@@ -450,7 +451,7 @@ mod tests {
         plots: [(y: NanosecondsPerRay, fit: true)])])"#;
 
     #[test]
-    fn a_study_is_read() {
+    fn valid_study_is_parsed() {
         let study = parse(GOOD, Path::new("a.ron")).unwrap();
         let experiment = &study.experiments[0];
         assert_eq!((experiment.seeds, experiment.x.values()), (1, &[100, 1000][..]));

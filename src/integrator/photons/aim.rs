@@ -7,17 +7,17 @@ use super::targets::MOST;
 pub(super) struct Angles(pub [f32; MOST]);
 
 impl Angles {
-    /// Zeros for so many targets.
+    /// The numbers of the first `count` targets.
     pub fn of(&self, count: usize) -> &[f32] {
         &self.0[..count]
     }
 }
 
-/// The probabilities of targets: half of the photons by size, so that they lie evenly, the other half in equal numbers,
-/// so that a lake does not take those of a glass beside it.
+/// The probabilities of targets: half of the photons by size, so that they are spread evenly, the other half in equal
+/// numbers, so that a lake does not take those of a glass beside it.
 pub(super) struct Chances<'a> {
     sizes: &'a [f32],
-    /// 1 over twice the size of all, and over twice the number of those that have one.
+    /// 1 over twice the total size, and over twice the number of targets that have a size.
     by_size: f32,
     each: f32,
 }
@@ -29,7 +29,7 @@ impl<'a> Chances<'a> {
         Self { sizes, by_size: 0.5 / total.max(f32::MIN_POSITIVE), each: 0.5 / count.max(1) as f32 }
     }
 
-    /// The target that a number in [0, 1) chooses, if any can be.
+    /// The target that a number in [0, 1) chooses, if any has a size.
     pub fn choose(&self, u: f32) -> Option<usize> {
         let (mut rest, mut chosen) = (u, None);
         for (number, size) in self.sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
@@ -48,7 +48,7 @@ impl<'a> Chances<'a> {
     }
 }
 
-/// 1 − cosine of the angle that a ball takes up; 2 from within.
+/// 1 − cosine of half the angle that a ball subtends; 2 from within.
 pub(super) fn cone(distance: f32, radius: f32) -> f32 {
     if distance <= radius {
         return 2.0;

@@ -1,8 +1,8 @@
-//! Emission of photons: from lamps, towards what makes caustics.
+//! Emission of photons: from lights, towards objects that make caustics.
 //!
 //! An emitter is chosen by the light that it sends to all targets, a target by the size in which it is seen, a ray
-//! uniformly among those that are aimed at it. A ray may be aimed at several targets at once; what it carries is
-//! divided by the density of all ways to draw it (balance heuristic, Veach 1997), so overlaps count once.
+//! uniformly among those that are aimed at it. A ray may be aimed at several targets; what it carries is divided by the
+//! density of all ways to draw it (balance heuristic, Veach 1997), so overlaps count once.
 
 use std::num::Wrapping;
 
@@ -26,28 +26,28 @@ const PI: f32 = std::f32::consts::PI;
 /// The distribution from which photons are drawn.
 pub struct PhotonEmission {
     targets: Vec<Ball>,
-    /// The probability, for each emitter, that it or one before it is chosen.
+    /// The cumulative probabilities of choosing the emitters.
     cumulative: Vec<f64>,
-    /// The probability, for each emitter, that it is chosen.
+    /// The probability of choosing each emitter.
     chances: Vec<f32>,
-    /// The number of photons of a sample, for each emitter, per unit of its phase space, m⁻² sr⁻¹, rounded to a power
-    /// of two; infinite for emitters that paths cannot find, 0 for those that send no photons.
+    /// The number of a sample's photons per unit of each emitter's phase space, m⁻² sr⁻¹, rounded to a power of two;
+    /// infinite for emitters that paths cannot find, 0 for those that send no photons.
     densities: Vec<f32>,
-    /// The bodies, for each emitter, that it lies in ([`crate::scene::Bodies`]).
+    /// The bodies that each emitter lies in ([`crate::scene::Bodies`]).
     bodies: Vec<u32>,
-    /// The discs of all targets together, m².
+    /// The total area of the targets' discs, m².
     discs: f32,
-    /// Photons of a sample.
+    /// The number of photons of a sample.
     count: u32,
 }
 
-/// A photon that has left its lamp.
+/// A photon that has left its light.
 pub struct EmittedPhoton {
-    /// The place on the lamp.
+    /// The position on the light.
     pub origin: Vector<f32>,
     /// Unit vector along its ray.
     pub direction: Vector<f32>,
-    /// Its light in watts, over the square of its way if that does not fall with distance.
+    /// Its flux in watts; over the square of the distance travelled if the light does not fall off with distance.
     pub flux: Color<f32>,
     /// False if the irradiance is equal at all distances.
     pub falls: bool,
@@ -57,7 +57,8 @@ pub struct EmittedPhoton {
     pub density: f32,
 }
 
-/// A ray as it leaves a lamp, with its radiance over the density of rays; and perhaps another density to remember.
+/// A ray as it leaves a light, with its radiance over the density of rays, and the density to store if it is not the
+/// emitter's.
 struct EmittedRay {
     origin: Vector<f32>,
     direction: Vector<f32>,
@@ -66,8 +67,8 @@ struct EmittedRay {
 }
 
 impl PhotonEmission {
-    /// Builds the distribution for some of a scene's emitters; none if no light of theirs goes to the targets.
-    /// `bodies_at` returns the bodies around some places.
+    /// Builds the distribution for a scene's emitters; none if they send no light to the targets. `bodies_at` returns
+    /// the bodies around some points.
     pub fn new(
         scene: &CompiledScene,
         transport: Transport,
@@ -86,7 +87,7 @@ impl PhotonEmission {
             discs,
             count,
         };
-        // Under Whitted's transport only lights that are entities light anything.
+        // Under the Whitted transport only lights that are entities illuminate anything.
         let is_light = |emitter: u32| {
             let sends = scene.emitters.flags[emitter as usize] & flag::WITHOUT_PHOTONS == 0;
             sends
@@ -139,7 +140,7 @@ impl PhotonEmission {
                 let volume = area(scene, emitter) * angles;
                 (light * volume, volume)
             }
-            // What it sends inwards is left to paths, which find it wherever they go.
+            // Light that it sends inwards is left to paths, which find it in every direction.
             kind::SPHERE if self.targets.iter().any(|ball| is_within(ball, place, row[9])) => (0.0, 0.0),
             kind::SPHERE => {
                 let volume = PI * row[9] * row[9] * angles;
@@ -154,7 +155,7 @@ impl PhotonEmission {
                 (2.0 * light * self.discs, 4.0 * PI * self.discs)
             }
             _ => {
-                // Where light does not fall with distance, as much arrives as a metre away.
+                // Light that does not fall off with distance arrives as it would a metre away.
                 let nearest =
                     self.targets.iter().map(|ball| (ball.center - place).length()).fold(f32::MAX, f32::min);
                 let farther = if row[9] > 0.0 { 1.0 } else { nearest * nearest };
@@ -163,7 +164,7 @@ impl PhotonEmission {
         }
     }
 
-    /// The solid angles of the targets from a place on an emitter.
+    /// The solid angles of the targets from a point on an emitter.
     fn angles(&self, scene: &CompiledScene, emitter: u32, place: Vec3) -> Angles {
         let (what, row) = scene.emitters.row(emitter);
         let mut angles = Angles::default();
@@ -182,7 +183,7 @@ impl PhotonEmission {
                     flags & crate::scene::emitters::flag::TWO_SIDED != 0 || height > -ball.radius
                 }
                 kind::SPOT if distance > radius => {
-                    // The cosine of the difference of two angles is less than that of the cone's.
+                    // Reached if the cosine of the difference of both angles is at least that of the spot's cone.
                     let (sine, axis) = (radius / distance, Vec3::from_slice(&row[3..]));
                     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
                     let off = (axis.dot(way) / distance).clamp(-1.0, 1.0);
@@ -198,13 +199,13 @@ impl PhotonEmission {
         angles
     }
 
-    /// The density of an emitter; see the field.
+    /// The densities of all emitters; see the field.
     pub fn densities(&self) -> &[f32] {
         &self.densities
     }
 
-    /// The number of photons of a sample that emitters send per unit of their phase space, for light that comes to a
-    /// place from some direction.
+    /// The number of a sample's photons that emitters send per unit of their phase space, for light that arrives from a
+    /// direction.
     #[inline(always)]
     pub fn density<F: Float>(
         &self,
@@ -222,7 +223,7 @@ impl PhotonEmission {
         F::select(sky, self.sky_density(scene, direction, sky), density)
     }
 
-    /// The density of the emitter that lies infinitely far away, the last one, in each direction.
+    /// The density of the infinitely distant emitter, which is the last one, in each direction.
     #[inline(always)]
     pub fn sky_density<F: Float>(&self, scene: &CompiledScene, direction: Vector<F>, mask: F::Mask) -> F {
         let chance = self.chances.last().copied().unwrap_or(0.0);
@@ -242,7 +243,7 @@ impl PhotonEmission {
         chosen.min(self.cumulative.len() - 1) as u32
     }
 
-    /// Draws photon `number` of all samples together; none if it would carry no light.
+    /// Draws photon `number`, counted over all samples; none if it would carry no light.
     pub fn emit(&self, scene: &CompiledScene, seed: u64, number: u64) -> Option<EmittedPhoton> {
         let draw = PhotonNumbers::new(seed, number);
         let (which, target) = draw.two(0);
@@ -284,7 +285,7 @@ impl PhotonEmission {
         let light = radiance_of(scene, emitter, &point, direction);
         let cosine = point.normal.dot(direction).abs();
         let light = light * (cosine * area(scene, emitter) / density);
-        // A ray that a lamp sends does not meet the lamp itself.
+        // The offset keeps the ray from hitting its own light.
         let off = if point.normal.dot(direction) < 0.0 { -point.normal } else { point.normal };
         let scale = origin.abs().max_element() + area(scene, emitter).sqrt();
         Some(EmittedRay { origin: point.position + off * (scale * 4e-6), direction, light, density: None })
@@ -302,7 +303,7 @@ impl PhotonEmission {
         let (center, radius) = (Vec3::from_slice(row), row[9]);
         let angles = self.angles(scene, emitter, center);
         let (direction, density) = self.aim(&angles, center, radius, target, toward)?;
-        // A disc across the direction, lifted to the sphere: all rays leave it outwards, with the same light.
+        // A disc across the direction, lifted to the sphere: all rays leave it outwards, with equal light.
         let (x, y) = concentric_disk(place.0, place.1);
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
         let normal = ShadingFrame::about(direction).world(Vector::new(x, y, z));
@@ -360,13 +361,13 @@ impl PhotonEmission {
         };
         let met = self.targets.iter().enumerate().filter(|(_, ball)| meets(ball));
         let density_of_rays: f32 = met.map(|(number, _)| chances.density(number)).sum();
-        // It begins where it comes into the scene: other things may be in its way.
+        // It begins where it enters the scene: other objects may block it.
         let origin = vector(through) + to_light * way_out(scene, through, vec3(to_light));
         Some(EmittedRay { origin, direction, light: light * (1.0 / density_of_rays), density })
     }
 
-    /// Draws a direction towards one of the targets; returns it and its density per steradian. `radius` is that of
-    /// the emitter if rays begin anywhere on a disc across them.
+    /// Draws a direction towards one of the targets; returns it and its density per steradian. `radius` is that of the
+    /// emitter if rays begin anywhere on a disc across them.
     fn aim(
         &self,
         angles: &Angles,
@@ -381,7 +382,7 @@ impl PhotonEmission {
         let way = ball.center - origin;
         let part = cone(way.length(), ball.radius + radius);
         let axis = way.normalize_or(Vec3::Y);
-        // The disc onto the cap, keeping areas: z = 1 − (1 − cos θ) r².
+        // Maps the disc onto the cap, preserving area: z = 1 − (1 − cos θ) r².
         let (x, y) = concentric_disk(u.0, u.1);
         let lift = part * (x * x + y * y);
         let scale = (part * (2.0 - lift)).max(0.0).sqrt();
@@ -400,7 +401,7 @@ impl PhotonEmission {
     }
 }
 
-/// The distance from a place to the end of everything along a direction.
+/// The distance from a point to the scene's bounds along a direction.
 fn way_out(scene: &CompiledScene, place: Vec3, direction: Vec3) -> f32 {
     let (low, high) = (scene.bounds.min - place, scene.bounds.max - place);
     let out = [0, 1, 2].map(|axis| {
@@ -418,7 +419,7 @@ fn is_within(ball: &Ball, center: Vec3, radius: f32) -> bool {
     (ball.center - center).length() + ball.radius <= radius
 }
 
-/// The middle of an emitter that has a place.
+/// The centre of an emitter that has a position.
 fn middle(what: u32, row: &[f32; 13]) -> Vec3 {
     let edges = Vec3::from_slice(&row[3..]) + Vec3::from_slice(&row[6..]);
     let part = match what {
@@ -429,7 +430,7 @@ fn middle(what: u32, row: &[f32; 13]) -> Vec3 {
     Vec3::from_slice(row) + edges * part
 }
 
-/// The next smaller power of two.
+/// Rounds down to a power of two.
 fn power_of_two(x: f32) -> f32 {
     power_of_two_lanes(x)
 }
@@ -440,7 +441,7 @@ fn power_of_two_lanes<F: Float>(x: F) -> F {
     (x.to_bits() & F::Int::splat(0x7f80_0000)).reinterpret()
 }
 
-/// Random numbers of one photon: points of sequences that go on through all photons of all samples.
+/// The random numbers of one photon: points of sequences that continue through all photons of all samples.
 struct PhotonNumbers {
     seed: u32,
     index: u32,
@@ -448,7 +449,7 @@ struct PhotonNumbers {
 
 impl PhotonNumbers {
     fn new(seed: u64, number: u64) -> Self {
-        // After four thousand million photons other sequences begin.
+        // Other sequences begin after four thousand million photons.
         let words = [seed as u32, (seed >> 32) as u32, (number >> 32) as u32];
         let seed = words.into_iter().fold(Wrapping(0x7068), |hash, word| combine(hash, Wrapping(word)));
         Self { seed: seed.0, index: number as u32 }

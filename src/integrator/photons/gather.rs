@@ -17,25 +17,25 @@ use crate::world::Transport;
 
 const PI: f32 = std::f32::consts::PI;
 
-/// The largest number of photons of a cell that a vertex looks at behind a diffuse bounce. There the noise of paths hides
+/// The largest number of photons of a cell that a vertex visits behind a diffuse bounce. There the noise of paths hides
 /// that of photons, and bright caustics hold thousands.
 const INDIRECT: u32 = 64;
 
 /// A surface that gathers photons.
 pub trait Receiver<F: Float> {
-    /// Value · |cos| towards the viewer for light that comes from a direction, and the density with which the path would
-    /// have drawn that; 0 if it never does.
+    /// BSDF value · |cos| towards the viewer for light that comes from a direction, and the density with which the path
+    /// would have drawn that direction; 0 if it never does.
     fn receive(&self, from: Vector<F>, mask: F::Mask) -> (Color<F>, F);
-    /// The diffuse lobe's part of that value, where paths are shared.
+    /// The diffuse lobe's fraction of that value, for path reuse.
     fn diffuse_part(&self, from: Vector<F>, value: Color<F>, mask: F::Mask) -> Color<F>;
 }
 
-/// The light of photons that leaves a vertex to the viewer.
+/// The light of photons that leaves a vertex towards the viewer.
 #[derive(Clone, Copy)]
 pub struct GatheredLight<F: Float> {
     /// All light.
     pub light: Color<F>,
-    /// The part that leaves by the diffuse lobe; black unless paths are shared.
+    /// The part that leaves by the diffuse lobe; black unless paths are reused.
     pub diffuse: Color<F>,
 }
 
@@ -61,11 +61,11 @@ impl<F: Float> Receiver<F> for Bsdf<F> {
 
 /// Flag of [`Path::landing`]: the path has met something that makes caustics.
 const BEHIND: u32 = 1 << 15;
-/// Flag of [`Path::landing`]: the camera sees directly where the path left, so that photons are drawn there.
+/// Flag of [`Path::landing`]: the camera sees directly the surface that the path left, so that photons are drawn there.
 const DRAWN: u32 = 1 << 31;
 
-/// The first radius and the density of the direction, per unit of its cosine, in one word: the upper halves of two
-/// floats, which are never negative.
+/// Packs the first radius and the density of the direction, per unit of its cosine, into one word: the upper halves of
+/// two floats, which are never negative.
 #[inline(always)]
 fn packed<F: Float>(radius: F, density: F) -> F::Int {
     (radius.to_bits() & F::Int::splat(0xffff_0000)) | density.to_bits().shr::<16>()
@@ -77,13 +77,13 @@ fn stored_radius<F: Float>(landing: F::Int) -> F {
     (landing & F::Int::splat(0x7fff_0000)).reinterpret()
 }
 
-/// The density of the direction in which the path left where photons end, per unit of its cosine.
+/// The density of the direction in which the path left a surface where photons end, per unit of its cosine.
 #[inline(always)]
 fn direction_density<F: Float>(landing: F::Int) -> F {
     (landing & F::Int::splat(0x7fff)).shl::<16>().reinterpret()
 }
 
-/// The word of a path that goes on, in a direction of density `pdf`, from a surface where photons end.
+/// The word of a path that goes on in a direction of density `pdf` from a surface where photons end.
 #[inline(always)]
 fn leaving<F: Float>(surface: &Surface<F>, radius: F, direction: Vector<F>, pdf: F) -> F::Int {
     let cosine = surface.geometric_normal.dot(direction).abs().max(F::splat(1e-6));
@@ -91,7 +91,7 @@ fn leaving<F: Float>(surface: &Surface<F>, radius: F, direction: Vector<F>, pdf:
     packed(radius, density)
 }
 
-/// The word of a path that was scattered where photons do not end, within a body: what it finds next is its own.
+/// The word of a path that was scattered within a body, where photons do not end: what it finds next is its own.
 #[inline(always)]
 pub(in crate::integrator) fn elsewhere<F: Float>(landing: F::Int) -> F::Int {
     packed(stored_radius::<F>(landing), F::splat(f32::INFINITY))
@@ -104,26 +104,26 @@ fn behind<F: Float>(landing: F::Int) -> F::Int {
     F::Int::select(met, landing | F::Int::splat(BEHIND), landing)
 }
 
-/// The first radius at a vertex where photons end: that of the first such vertex of the path, where a radius is `width`
-/// metres for light that falls straight on it.
+/// The first radius at a vertex where photons end: that of the path's first such vertex, where the radius is `width`
+/// metres for light that arrives perpendicularly.
 #[inline(always)]
 pub(crate) fn first_radius<F: Float>(path: &Path<F>, width: F, surface: &Surface<F>) -> F {
     let own = stored_radius::<F>(path.landing);
     let cosine = path.direction.dot(surface.geometric_normal).abs().max(F::splat(0.1));
     let fresh = width / cosine.sqrt();
-    // As it is stored.
+    // Rounded as it is stored.
     let fresh = stored_radius::<F>(packed(fresh.max(F::splat(1e-30)), F::zero()));
     F::select(own.gt(F::zero()), own, fresh)
 }
 
-/// The weight of the first of two techniques with these densities (balance heuristic, Veach 1997).
+/// Balance-heuristic weight of the technique with density `own` against one with density `other` (Veach 1997).
 #[inline(always)]
 fn balanced<F: Float>(own: F, other: F) -> F {
     F::one() / (F::one() + other / own.max(F::splat(1e-30)))
 }
 
-/// The weight of a photon against paths that find the same light. `area` is what photons are collected from: a pixel's
-/// footprint, or the disc of a radius.
+/// The weight of a photon against paths that find the same light. `area` is the area from which photons are collected:
+/// a pixel's footprint, or the disc of a radius.
 #[inline(always)]
 pub(in crate::integrator) fn own_part<F: Float>(density: F, area: F, pdf: F, cosine: F) -> F {
     balanced(density * area, pdf / cosine)
@@ -134,7 +134,7 @@ fn disc<F: Float>(radius: F) -> F {
     radius * radius * F::splat(PI)
 }
 
-/// The footprint of a pixel where the first radius is so large.
+/// The area of a pixel's footprint for a first radius.
 #[inline(always)]
 pub(in crate::integrator) fn footprint_area<F: Float>(plan: &PhotonPlan, first: F) -> F {
     let side = first * F::splat(1.0 / plan.pixels);
@@ -142,7 +142,7 @@ pub(in crate::integrator) fn footprint_area<F: Float>(plan: &PhotonPlan, first: 
 }
 
 impl<F: Float> ScatterVertex<'_, F> {
-    /// Divides light between the path and photons: returns what those bring that end here, and leaves to the light
+    /// Divides light between the path and photons: returns the light of photons that end here, and leaves to the light
     /// sample, and to what the path finds later, what photons do not bring.
     #[inline(always)]
     pub(in crate::integrator) fn with_photons(
@@ -169,7 +169,7 @@ impl<F: Float> ScatterVertex<'_, F> {
         let word = leaving(surface, radius, drawn.direction, drawn.pdf);
         let word = F::Int::select(is_drawn, word | F::Int::splat(DRAWN), word);
         next.landing = F::Int::select(bends, word, path.landing);
-        // What the camera sees directly has been drawn.
+        // Photons that the camera sees directly are splatted instead.
         let mask = here & bsdf.scatters() & !is_drawn;
         if !mask.any() {
             return GatheredLight::nothing();
@@ -179,7 +179,7 @@ impl<F: Float> ScatterVertex<'_, F> {
     }
 }
 
-/// The sample of all lanes, if that is the same one.
+/// The sample of all lanes, if it is the same one.
 #[inline(always)]
 fn only_one<I: Int>(sample: I, mask: I::Mask) -> Option<u32> {
     let first = emitter::lane(sample, mask);
@@ -187,7 +187,7 @@ fn only_one<I: Int>(sample: I, mask: I::Mask) -> Option<u32> {
 }
 
 impl PhotonMaps<'_> {
-    /// Returns for each lane its sample's factor on first radii, and the largest radius.
+    /// The radius at each lane's sample, from its first radius.
     #[inline(always)]
     fn radius<F: Float>(&self, sample: F::Int, first: F, mask: F::Mask) -> F {
         if let Some(sample) = only_one(sample, mask) {
@@ -205,7 +205,7 @@ impl PhotonMaps<'_> {
     }
 
     /// The weight of a path that has found an emitter of this density against photons: 1 if no photon brings its light.
-    /// `is_lit`: the path stands on the surface that makes the caustic, and a light sample has found the emitter.
+    /// `is_lit`: the path is on the surface that makes the caustic, and a light sample has found the emitter.
     #[inline(always)]
     pub(in crate::integrator) fn left_to_path<F: Float>(
         &self,
@@ -216,7 +216,7 @@ impl PhotonMaps<'_> {
     ) -> F {
         let landing = path.landing;
         let own = direction_density::<F>(landing);
-        // A mirror's only direction, or one from within a body: photons that end there do not bring its light.
+        // Infinite for a mirror's only direction, or one from within a body: photons there do not bring its light.
         let mut shares =
             mask & !landing.eq(F::Int::splat(0)) & density.gt(F::zero()) & own.lt(F::splat(f32::INFINITY));
         if !is_lit {
@@ -249,8 +249,8 @@ impl PhotonMaps<'_> {
         self.left_to_path(path, density, false, found)
     }
 
-    /// Returns the light of the photons around a vertex that leaves it to the viewer. `first` is the first radius. The
-    /// diffuse part is computed on request.
+    /// Returns the light of the photons around a vertex that leaves it towards the viewer. `first` is the first radius.
+    /// The diffuse part is computed on request.
     #[inline(always)]
     pub(in crate::integrator) fn gather<F: Float>(
         &self,
@@ -343,9 +343,9 @@ impl PhotonMaps<'_> {
 /// The photons around the vertices of some lanes.
 struct AroundLanes<'a> {
     lanes: [Option<PhotonsAround<'a>>; 16],
-    /// Lanes that may have more of them.
+    /// The lanes that may have more photons.
     left: u32,
-    /// The most bounces that they may have.
+    /// The largest number of bounces that they may have.
     most: [u32; 16],
 }
 

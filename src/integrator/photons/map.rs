@@ -1,4 +1,4 @@
-//! The photons of one sample of all pixels, found by place.
+//! The photon map: the photons of one sample of all pixels, in a hash grid.
 
 use std::num::Wrapping;
 
@@ -7,17 +7,17 @@ use crate::sampling::hash::{combine, mix};
 use crate::shading::facing::{from_square, to_square};
 use crate::simd::{Float, Int, Mask};
 
-/// A photon at its end: 32 bytes.
+/// A photon that has ended: 32 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Photon {
-    /// In world space.
+    /// The position in world space.
     pub position: [f32; 3],
-    /// In watts.
+    /// The flux in watts.
     pub flux: [f32; 3],
     /// The direction that it came from, on an unfolded octahedron: 16 bits for each coordinate.
     direction: u32,
-    /// The normal of the surface, on the side where it arrived: 8 bits for each coordinate; its bounces, at most 255;
-    /// the exponent of its density.
+    /// The normal of the surface, on the side where the photon arrived: 8 bits for each coordinate; the number of
+    /// bounces, at most 255; the exponent of the density.
     rest: u32,
 }
 
@@ -25,7 +25,8 @@ impl Photon {
     /// The largest number of bounces of a photon.
     pub const MOST_BOUNCES: u32 = 255;
 
-    /// `from`: unit vector to where it came from. `density` is a power of two: see `PhotonEmission`.
+    /// Packs a photon. `from` is the unit vector to where it came from. `density` is a power of two: see
+    /// `PhotonEmission`.
     pub fn new(
         position: Vector<f32>,
         flux: [f32; 3],
@@ -45,7 +46,7 @@ impl Photon {
         }
     }
 
-    /// Tells the ends of one photon apart, by its bounces first.
+    /// A sort key for the ends of one photon, by its bounces first.
     pub fn order(&self) -> (u32, [u32; 6]) {
         let [x, y, z] = self.position.map(f32::to_bits);
         let [r, g, b] = self.flux.map(f32::to_bits);
@@ -62,12 +63,12 @@ impl Photon {
         unpacked([self.rest & 0xff, self.rest >> 8 & 0xff], 255.0)
     }
 
-    /// How many bounces it has behind it.
+    /// The number of its bounces.
     pub fn bounces(&self) -> u32 {
         self.rest >> 16 & 0xff
     }
 
-    /// Photons of a sample per unit of its lamp's phase space.
+    /// The number of a sample's photons per unit of its emitter's phase space.
     pub fn density(&self) -> f32 {
         f32::from_bits((self.rest >> 24) << 23)
     }
@@ -83,34 +84,34 @@ fn unpacked(words: [u32; 2], steps: f32) -> Vector<f32> {
     from_square(x, y)
 }
 
-/// The change of radii at one sample.
+/// The radii at one sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Radii {
-    /// Their size over that at the first sample.
+    /// The ratio of radii to those at the first sample.
     pub shrink: f32,
-    /// The largest one, in metres, twice the usual one: larger ones would be in too many cells.
+    /// The largest radius, in metres, twice the usual one: larger ones would reach into too many cells.
     pub most: f32,
 }
 
 impl Radii {
-    /// The radius for this sample where the first one's would be this.
+    /// The radius at this sample where the first sample's is `first`.
     #[inline(always)]
     pub fn of<F: Float>(&self, first: F) -> F {
         (first * F::splat(self.shrink)).min(F::splat(self.most))
     }
 }
 
-/// Photons in cells of a grid that is as large as space, by a hash of the cell.
+/// A photon map: photons in the cells of an unbounded grid, by a hash of the cell.
 #[derive(Default)]
 pub struct PhotonMap {
     /// 1 over the width of a cell.
     per_cell: f32,
-    /// The change of radii at its sample.
+    /// The radii at its sample.
     pub radii: Radii,
-    /// Buckets − 1.
+    /// The number of buckets − 1.
     mask: u32,
-    /// A bit for each of some more hashes of cells, set where photons are: most cells are empty, and this is small
-    /// enough to be in the nearest cache.
+    /// A bit for each value of a longer hash of cells, set where photons are: most cells are empty, and this is small
+    /// enough for the first-level cache.
     filled: Vec<u32>,
     /// The first photon of each bucket, and the end.
     starts: Vec<u32>,
@@ -118,7 +119,7 @@ pub struct PhotonMap {
 }
 
 /// The width of a cell over the largest radius: four usual radii. Then no radius reaches into more than two cells along
-/// an axis. Narrower cells hold fewer photons that are too far away, but more of them lie around a place, and most are
+/// an axis. Narrower cells hold fewer photons that are too far away, but more cells lie around a point, and most are
 /// empty.
 const CELL: f32 = 2.000_01;
 
@@ -126,7 +127,7 @@ const CELL: f32 = 2.000_01;
 type GridCell = [i32; 3];
 
 impl PhotonMap {
-    /// Builds the map of photons, given in their order.
+    /// Builds the map from photons in their order.
     pub fn new<'a>(photons: impl Iterator<Item = &'a Photon> + Clone, radii: Radii) -> Self {
         let cell = (radii.most * CELL).max(f32::MIN_POSITIVE);
         let count = photons.clone().count();
@@ -137,7 +138,7 @@ impl PhotonMap {
             let bit = map.hash(map.cell(photon.position)) & map.last_bit();
             map.filled[bit as usize / 32] |= 1 << (bit % 32);
         }
-        // By counting: photons of a bucket keep their order.
+        // Counting sort: photons of a bucket keep their order.
         let mut starts = vec![0u32; mask as usize + 2];
         for photon in photons.clone() {
             starts[map.bucket(map.cell(photon.position)) as usize + 1] += 1;
@@ -156,12 +157,12 @@ impl PhotonMap {
         map
     }
 
-    /// The number of its photons.
+    /// The number of photons.
     pub fn count(&self) -> usize {
         self.photons.len()
     }
 
-    /// Its size in bytes.
+    /// The size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.photons[..]) + size_of_val(&self.starts[..]) + size_of_val(&self.filled[..])
     }
@@ -176,12 +177,12 @@ impl PhotonMap {
         (mixed >> 15).0 ^ mixed.0
     }
 
-    /// The number of the last bit of `filled`; there are a power of two.
+    /// The index of the last bit of `filled`; the number of bits is a power of two.
     fn last_bit(&self) -> u32 {
         self.filled.len() as u32 * 32 - 1
     }
 
-    /// Finds the places around which cells are not all empty; [`PhotonMap::around`] does so for one place.
+    /// The lanes around whose points some cell holds photons; [`PhotonMap::around`] tests the same for one point.
     #[inline(always)]
     pub fn may_hold<F: Float>(&self, place: Vector<F>, radius: F, mask: F::Mask) -> F::Mask {
         let zero = F::Int::splat(0);
@@ -202,7 +203,7 @@ impl PhotonMap {
         holds
     }
 
-    /// Cells along one axis.
+    /// The index of a cell along one axis.
     #[inline(always)]
     fn column<F: Float>(&self, place: F) -> F::Int {
         (place * F::splat(self.per_cell)).clamp(-1e9, 1e9).floor().to_int()
@@ -212,8 +213,8 @@ impl PhotonMap {
         self.hash(cell) & self.mask
     }
 
-    /// Finds the photons around a place on a surface with this normal, in an order that depends on nothing else; none if
-    /// all cells there are empty. Of a cell with more than `most` photons, each s-th one stands for s of them.
+    /// The photons around a point on a surface with this normal, in an order that depends on nothing else; none if all
+    /// cells around it are empty. In a cell with more than `most` photons, every s-th one stands for s of them.
     pub fn around(
         &self,
         place: Vector<f32>,
@@ -225,7 +226,7 @@ impl PhotonMap {
         let low = self.cell(position.map(|c| c - radius));
         let high = self.cell(position.map(|c| c + radius));
         let last = self.last_bit();
-        // A cell is wider than two radii: there are at most two along each axis.
+        // A cell is wider than two radii, so there are at most two along each axis.
         let (mut cells, mut count) = ([[0; 3]; 8], 0);
         for z in low[2]..=high[2] {
             for y in low[1]..=high[1] {
@@ -261,7 +262,7 @@ impl PhotonMap {
     }
 }
 
-/// Factors that spread cells over buckets.
+/// Hash factors that spread cells over buckets.
 const PRIMES: [u32; 3] = [0x9e37_79b1, 0x85eb_ca77, 0xc2b2_ae3d];
 /// The powers of two from 2⁰ to 2³¹.
 const POWERS: [u32; 32] = {
@@ -273,44 +274,44 @@ const POWERS: [u32; 32] = {
     }
     powers
 };
-/// The bits of `filled` for each bucket.
+/// The number of bits of `filled` for each bucket.
 const BITS: usize = 2;
 
-/// Photons around a place.
+/// An iterator over the photons around a point.
 pub struct PhotonsAround<'a> {
     map: &'a PhotonMap,
     place: Vector<f32>,
     normal: Vector<f32>,
     radius: f32,
-    /// The largest number of photons of a cell that are looked at.
+    /// The largest number of photons of a cell that are visited.
     most: u32,
-    /// A random number of the place, which says with which photon a cell begins.
+    /// A random number of the point, which determines the first photon of each cell.
     number: u32,
     cells: [GridCell; 8],
     count: usize,
-    /// The next one of the cells.
+    /// The next cell.
     cell: usize,
-    /// Photons of the present one.
+    /// The next photon of the present cell, and the cell's end.
     at: u32,
     end: u32,
     /// The number of photons that each one stands for.
     step: u32,
 }
 
-/// The least cosine between normals of one surface.
+/// The least cosine between normals of the same surface.
 const ALIKE: f32 = 0.8;
-/// The largest distance of one surface's photons from the tangent plane, in radii.
+/// The largest distance of a surface's photons from the tangent plane, in radii.
 const FLAT: f32 = 0.3;
 
 impl<'a> PhotonsAround<'a> {
-    /// Returns the next photon with at most so many bounces, and the kernel there.
+    /// Returns the next photon with at most `most` bounces, and the kernel there.
     pub fn next_within(&mut self, most: u32) -> Option<(&'a Photon, f32)> {
         self.find(|(photon, _)| photon.bounces() <= most)
     }
 }
 
 impl<'a> Iterator for PhotonsAround<'a> {
-    /// A photon, and the kernel (Epanechnikov's) there times the number of photons that it stands for.
+    /// A photon, and the Epanechnikov kernel there times the number of photons that it stands for.
     type Item = (&'a Photon, f32);
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -323,7 +324,7 @@ impl<'a> Iterator for PhotonsAround<'a> {
                 let part = way.dot(way) / (self.radius * self.radius);
                 if part < 1.0
                     && way.dot(self.normal).abs() < FLAT * self.radius
-                    // On either side: light may go through.
+                    // On either side: light may be transmitted.
                     && photon.normal().dot(self.normal).abs() > ALIKE
                     // Cells of the same hash share a bucket.
                     && self.map.cell(photon.position) == self.cells[self.cell - 1]

@@ -1,7 +1,7 @@
 //! Caustics by photons (Jensen 1996; Hachisuka and others 2008; Knaus and Zwicker, "Progressive photon mapping: a
 //! probabilistic approach", 2011). Sample k of all pixels has photons of its own, a pure function of k, scene and
-//! settings. A photon leaves a lamp towards what makes caustics, is reflected or let through there, and ends at the
-//! first surface that does anything else. Where the camera sees that place directly, the photon is drawn into sample k
+//! settings. A photon leaves a light towards objects that make caustics, is reflected or transmitted there, and ends at
+//! the first surface that does anything else. If the camera sees that point directly, the photon is drawn into sample k
 //! of that pixel: exact, without a radius. At every other such vertex of a path the photons of k are gathered within a
 //! radius that shrinks with k:
 //!
@@ -10,10 +10,10 @@
 //! L     = Σ f |cos θ| Φ K / (|cos θ'| π r²),     K = 2 (1 − d²/r²)
 //! ```
 //!
-//! (θ' is measured from the surface itself, θ from its shading normal.) Paths find the same light where a lamp is large.
-//! The two share it by the balance heuristic, with a = n π r² photons of a sample per steradian (n times a pixel's
-//! footprint where they are drawn), where n is a constant of each lamp, and the density p of a path's direction at the
-//! vertex:
+//! (θ' is measured from the surface itself, θ from its shading normal.) Paths find the same light if its emitter is
+//! large. The balance heuristic weights the two, with a = n π r² photons of a sample per steradian (n times a pixel's
+//! footprint where they are drawn), where n is a constant of each emitter, and the density p of a path's direction at
+//! the vertex:
 //!
 //! ```text
 //! photons: a / (a + p / |cos θ'|)
@@ -39,29 +39,29 @@ use emission::PhotonEmission;
 use map::{Photon, PhotonMap, Radii};
 use splat::{Splat, Splats};
 
-/// A reason for which a frame has no photons.
+/// The reason why a render has no photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoPhotons {
     /// The settings turn photons off.
     Off,
-    /// Whitted's transport has photons only if the settings name them.
+    /// The Whitted transport has photons only if the settings specify them.
     Whitted,
     /// Paths end at the first surface.
     NoBounces,
     /// No material makes caustics.
     NoCaustics,
-    /// No lamp sends light to what makes caustics.
+    /// No light reaches objects that make caustics.
     NoLamp,
     /// The camera sees no surface where photons could end.
     NotSeen,
     /// No trial photon ended on a surface.
     NoneLands,
-    /// Photons would lie so far apart that they would be single bright dots.
+    /// Photons would lie so far apart that they would be isolated bright dots.
     Dots,
 }
 
 impl NoPhotons {
-    /// Human-readable: the end of a sentence.
+    /// The reason, human-readable: the end of a sentence.
     pub fn text(self) -> &'static str {
         match self {
             Self::Off => "caustics are off",
@@ -78,20 +78,20 @@ impl NoPhotons {
 
 /// The setup of photons, common to all samples.
 pub struct PhotonPlan {
-    /// The settings by which they are traced: other random numbers, no roulette.
+    /// The setup by which they are traced: other random numbers, no roulette.
     pub setup: RenderSetup,
     /// The distribution from which they are drawn.
     pub emission: PhotonEmission,
-    /// The radius of the first sample in widths of a pixel.
+    /// The radius of the first sample in pixel widths.
     pub pixels: f32,
-    /// The usual radius of the first sample, in metres: cells are made for it.
+    /// The usual radius of the first sample, in metres, by which cells are sized.
     pub radius: f32,
     /// True if paths may find the same light: see [`Transport`].
     pub is_found_by_paths: bool,
 }
 
 impl PhotonPlan {
-    /// The photons of a frame.
+    /// Creates the plan of a render.
     pub fn new(setup: &RenderSetup, emission: PhotonEmission, radius: f32) -> Self {
         Self {
             setup: frame_of(setup),
@@ -107,7 +107,7 @@ impl PhotonPlan {
         self.emission.count()
     }
 
-    /// Builds the map of photons of a sample, given in the order of their numbers.
+    /// Builds the maps of a sample's photons, given in the order of their numbers.
     pub fn of_sample(&self, sample: u32, landed: &[LandedPhotons]) -> SamplePhotons {
         let photons = landed.iter().flat_map(|some| some.photons.iter().map(|(_, photon)| photon));
         let splats = Splats::new(
@@ -117,17 +117,17 @@ impl PhotonPlan {
         SamplePhotons { map: PhotonMap::new(photons, self.radii(sample)), splats }
     }
 
-    /// The change of radii at a sample.
+    /// The radii at a sample.
     pub fn radii(&self, sample: u32) -> Radii {
         let shrink = shrink(sample);
         Radii { shrink, most: 2.0 * self.radius * shrink }
     }
 }
 
-/// Derives the settings by which photons of a frame are traced.
+/// Derives the setup by which the photons of a render are traced.
 pub fn frame_of(setup: &RenderSetup) -> RenderSetup {
     let seed = setup.seed ^ 0x7068_6f74_6f6e;
-    // Where they end, a vertex of the camera's path is one more bounce.
+    // The vertex of the camera's path where they end is one more bounce.
     let max_depth = setup.max_depth.min(Photon::MOST_BOUNCES).saturating_sub(1);
     RenderSetup {
         seed,
@@ -145,11 +145,11 @@ pub fn frame_of(setup: &RenderSetup) -> RenderSetup {
 /// The photons of some samples.
 #[derive(Clone, Copy)]
 pub struct PhotonMaps<'a> {
-    /// Their common setup.
+    /// Their common plan.
     pub plan: &'a PhotonPlan,
     /// The first of the samples.
     pub first: u32,
-    /// The photons of each sample; empty for a pilot, whose paths leave light to photons but gather none.
+    /// The photons of each sample; empty for a reuse probe, whose paths leave light to photons but gather none.
     pub samples: &'a [SamplePhotons],
 }
 
@@ -162,17 +162,17 @@ pub struct SamplePhotons {
 }
 
 impl<'a> PhotonMaps<'a> {
-    /// The photons of a pilot's paths.
+    /// The photons of a reuse probe's paths.
     pub fn of_pilot(self) -> PhotonMaps<'a> {
         PhotonMaps { samples: &[], ..self }
     }
 
-    /// The map of a sample.
+    /// The photon map of a sample.
     pub fn of(&self, sample: u32) -> &PhotonMap {
         &self.samples[(sample - self.first) as usize].map
     }
 
-    /// Draws the photons of some samples that the camera sees into a film.
+    /// Draws the photons of some samples that the camera sees directly into a film.
     pub fn draw(
         &self,
         setup: &RenderSetup,
@@ -186,24 +186,24 @@ impl<'a> PhotonMaps<'a> {
     }
 }
 
-/// The ends of some photons.
+/// Photons that have ended.
 #[derive(Default)]
 pub struct LandedPhotons {
-    /// Their places and light, with their numbers.
+    /// The photons, with their numbers.
     pub photons: Vec<(u32, Photon)>,
-    /// The photons that the camera sees.
+    /// The photons that the camera sees, with their numbers.
     pub splats: Vec<(u32, Splat)>,
 }
 
 impl LandedPhotons {
-    /// Sorts photons by number. One may end several times: in the order of its bounces, or of its places.
+    /// Sorts photons by number. One may end several times: then by its bounces, or by its place in the image.
     pub fn sort(&mut self) {
         self.photons.sort_by_key(|(number, photon)| (*number, photon.order()));
-        // The film does not need their order; those who look on do.
+        // The film does not need the order; observers do.
         self.splats.sort_by_key(|(number, splat)| (*number, splat.column.to_bits(), splat.row.to_bits()));
     }
 
-    /// Adds a photon that ends here. `light` is its light for the camera at its place in the image.
+    /// Adds a photon that ends here. `light` is what it adds to the image at this column and row.
     pub fn add(&mut self, number: u32, photon: Photon, (column, row): (f32, f32), light: Color<f32>) {
         self.photons.push((number, photon));
         if light.max_component() > 0.0 {

@@ -8,7 +8,7 @@ use crate::scene::Projection;
 use crate::shading::camera;
 use crate::simd::Float;
 
-/// A point as the camera sees it if nothing lies between.
+/// A point as the camera sees it unless something lies between.
 pub struct ImagePoint<F: Float> {
     /// Unit vector from the point to the camera.
     pub to_camera: Vector<F>,
@@ -16,7 +16,7 @@ pub struct ImagePoint<F: Float> {
     pub distance: F,
     /// Columns from the left of the image, in pixels.
     pub column: F,
-    /// Rows from its top.
+    /// Rows from the top of the image.
     pub row: F,
     /// The value of a pixel for a unit of light that leaves the point towards the camera, per unit of |cos| there: m⁻².
     pub importance: F,
@@ -24,7 +24,7 @@ pub struct ImagePoint<F: Float> {
     pub seen: F::Mask,
 }
 
-/// A point as it is seen through a point of the lens (the importance of cameras: PBRT 3rd ed., 16.1.1).
+/// Projects a point into the image through a point of the lens (camera importance: PBRT 3rd ed., 16.1.1).
 #[inline(always)]
 pub fn view<F: Float>(setup: &RenderSetup, point: Vector<F>, lens: (F, F)) -> ImagePoint<F> {
     let camera = &setup.scene.camera;
@@ -97,18 +97,18 @@ fn placed<F: Float>(
     }
 }
 
-/// A photon that a pixel, and perhaps its neighbours, see.
+/// A photon that one or more pixels see.
 #[derive(Clone, Copy)]
 pub struct Splat {
     /// Columns from the left of the image, in pixels.
     pub column: f32,
-    /// Rows from its top.
+    /// Rows from the top of the image.
     pub row: f32,
-    /// The light that it adds to a pixel of a box filter.
+    /// The light that it adds to a pixel under a box filter.
     pub light: Color<f32>,
 }
 
-/// Lanes whose place in the image may count for a pixel, with a filter that reaches so far.
+/// The lanes whose place in the image may count for a pixel, given the filter's radius.
 #[inline(always)]
 pub fn is_in_image<F: Float>(setup: &RenderSetup, view: &ImagePoint<F>) -> F::Mask {
     let reach = setup.filter.radius();
@@ -118,12 +118,12 @@ pub fn is_in_image<F: Float>(setup: &RenderSetup, view: &ImagePoint<F>) -> F::Ma
     view.seen & view.column.gt(low) & view.row.gt(low) & view.column.lt(right) & view.row.lt(bottom)
 }
 
-/// Width and height in pixels of the blocks by which splats are found.
+/// Width and height in pixels of the blocks that index splats.
 const BLOCK: u32 = 16;
 
 /// Splats by blocks of the image.
 pub struct Splats {
-    /// Blocks in a row.
+    /// The number of blocks in a row.
     columns: u32,
     /// The first splat of each block, and the end.
     starts: Vec<u32>,
@@ -131,7 +131,7 @@ pub struct Splats {
 }
 
 impl Splats {
-    /// In any order: sums of films are exact.
+    /// Sorts splats into blocks. Their order is arbitrary: the film's sums are exact.
     pub fn new<'a>(setup: &RenderSetup, splats: impl Iterator<Item = &'a Splat> + Clone) -> Self {
         let [columns, rows] = setup.size.map(|side| side.div_ceil(BLOCK));
         let block = |splat: &Splat| {
@@ -157,12 +157,12 @@ impl Splats {
         Self { columns, starts, splats: sorted }
     }
 
-    /// Their size in bytes.
+    /// The size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.starts[..]) + size_of_val(&self.splats[..])
     }
 
-    /// Adds them to a sample of a film's pixels, by the frame's filter.
+    /// Adds the splats to a sample of a film's pixels, weighted by the pixel filter.
     pub fn draw(&self, setup: &RenderSetup, film: &mut Film, sample: u32, observer: &mut dyn Observer) {
         let region = film.region();
         let reach = (setup.filter.radius() + 0.5).ceil() as u32;

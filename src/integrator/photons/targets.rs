@@ -5,20 +5,20 @@ use crate::math::{NONE, Vec3};
 use crate::scene::{CompiledScene, Geometry};
 use crate::world::Transport;
 
-/// The largest number of balls. Each ray of light is compared with all of them.
+/// The largest number of balls. Each photon ray is tested against all of them.
 pub(super) const MOST: usize = 32;
-/// A ball is divided if the discs of its parts together take up less than this fraction of its own.
+/// A ball is divided if the discs of its parts together are smaller than this fraction of its own.
 const WORTH: f32 = 0.7;
 
-/// The largest number of pieces that are divided; that takes a moment.
+/// The largest number of pieces that are divided, to limit the time.
 const LARGE: u32 = 1 << 17;
 
 /// A ball that encloses something that makes caustics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// In world space.
+    /// The centre in world space.
     pub center: Vec3,
-    /// In metres.
+    /// The radius in metres.
     pub radius: f32,
 }
 
@@ -29,23 +29,23 @@ impl Ball {
     }
 }
 
-/// A box of something that makes caustics, as its least and greatest corner.
+/// The box of something that makes caustics, as its minimum and maximum corner.
 type Piece = [Vec3; 2];
 
-/// Pieces with the ball around them.
+/// Pieces and the ball around them.
 struct Cluster {
     ball: Ball,
     pieces: Vec<Piece>,
 }
 
-/// Balls around all that makes caustics.
+/// Returns balls around everything that makes caustics.
 pub fn targets(scene: &CompiledScene, transport: Transport) -> Vec<Ball> {
     let mut pieces = pieces(scene, transport);
     if pieces.is_empty() {
         return Vec::new();
     }
     let mut clusters = vec![Cluster::new(std::mem::take(&mut pieces))];
-    // The largest one that is worth dividing comes first.
+    // Divides the largest cluster first.
     let mut whole: Vec<Cluster> = Vec::new();
     while let Some(at) = largest(&clusters) {
         let cluster = clusters.swap_remove(at);
@@ -72,14 +72,14 @@ impl Cluster {
         let all = pieces.iter().copied().reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
         let [low, high] = all.unwrap_or([Vec3::ZERO; 2]);
         let center = 0.5 * (low + high);
-        // A box's corner may be nearer than half of the whole diagonal.
+        // The corners of the boxes may be nearer than half of the whole diagonal.
         let farthest = |[a, b]: &Piece| (*a - center).abs().max((*b - center).abs()).length();
         let radius = pieces.iter().map(farthest).fold(0.0, f32::max);
-        // Light that grazes it is aimed at it, too.
+        // The margin includes rays that graze it.
         Self { ball: Ball { center, radius: radius * 1.001 }, pieces }
     }
 
-    /// Divides it into two parts where that saves enough photons.
+    /// Divides the cluster in two if that saves enough photons.
     fn divided(self) -> Result<[Self; 2], Self> {
         if self.pieces.len() < 2 {
             return Err(self);
@@ -117,7 +117,7 @@ fn pieces(scene: &CompiledScene, transport: Transport) -> Vec<Piece> {
     }
     let does = |primitive: u32, instance: u32| makes[geometry.material_of(primitive, instance) as usize];
     let mut pieces = Vec::new();
-    // Of large meshes several triangles are one piece: neighbours in a list mostly are neighbours in space.
+    // Several triangles of a large mesh are one piece: neighbours in a list are mostly neighbours in space.
     let run = (geometry.world_triangles / LARGE + 1) as usize;
     for first in (0..geometry.world_triangles).step_by(run) {
         let some = first..geometry.world_triangles.min(first + run as u32);
@@ -129,7 +129,7 @@ fn pieces(scene: &CompiledScene, transport: Transport) -> Vec<Piece> {
             pieces.push(box_of(geometry, sphere | SPHERE));
         }
     }
-    // A subtree may have several materials: which of them an instance shows, nothing says in few steps.
+    // A subtree may have several materials; there is no quick way to tell which of them an instance contains.
     let all = geometry.triangles.len() as u32;
     let any_behind = (geometry.world_triangles..all).any(|triangle| does(triangle, NONE));
     for (number, instance) in scene.bvh.instances.iter().enumerate() {
@@ -142,7 +142,7 @@ fn pieces(scene: &CompiledScene, transport: Transport) -> Vec<Piece> {
     pieces
 }
 
-/// The box around a primitive, in the space of its tree.
+/// The bounding box of a primitive, in the space of its tree.
 fn box_of(geometry: &Geometry, primitive: u32) -> Piece {
     if primitive & SPHERE != 0 {
         let [x, y, z, radius] = geometry.spheres[(primitive & !SPHERE) as usize];
@@ -154,7 +154,7 @@ fn box_of(geometry: &Geometry, primitive: u32) -> Piece {
     [a.min(b).min(c), a.max(b).max(c)]
 }
 
-/// The box around a box that an instance has placed.
+/// The bounding box of a box that an instance places.
 fn placed(rows: &[f32; 24], low: Vec3, high: Vec3) -> Piece {
     let row = |i: usize| Vec3::new(rows[4 * i], rows[4 * i + 1], rows[4 * i + 2]);
     let (center, half) = (0.5 * (low + high), 0.5 * (high - low));

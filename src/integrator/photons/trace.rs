@@ -1,5 +1,5 @@
-//! Scatters photons at surfaces by the functions of the camera's paths, with a factor for shading normals. Light that
-//! ends in a body is counted as paths count it (`medium::emitted`).
+//! Scattering of photons at surfaces by the functions of the camera's paths, with a factor for shading normals. Light
+//! that ends in a body is scaled as for paths (`medium::emitted`).
 
 use std::num::Wrapping;
 
@@ -26,37 +26,37 @@ use crate::shading::whitted_params::Shaded;
 use crate::shading::{HitLanes, ShadingPoint, Surface, camera};
 use crate::simd::{Float, Int, Mask};
 
-/// The photons that have hit a material, after it: they go on, or end, or both.
+/// The outcome of photons that have hit a material: they go on, or end, or both.
 pub struct PhotonOutcome<F: Float> {
     /// The photons that go on.
     pub next: Path<F>,
-    /// Their rays.
+    /// The lanes whose photons go on.
     pub goes_on: F::Mask,
-    /// Photons that pass the surface as well, behind it.
+    /// Photons that pass the surface as well, and go on behind it.
     pub passed: Option<Fork<F>>,
-    /// The photons that end here, to be gathered.
+    /// The lanes whose photons end here, to be gathered.
     pub lands: F::Mask,
-    /// Their places.
+    /// The positions of the hits.
     pub position: Vector<F>,
-    /// The normals there, on the side where they arrived.
+    /// The normals there, on the side where the photons arrived.
     pub normal: Vector<F>,
-    /// Their light.
+    /// The flux of the photons.
     pub flux: Color<F>,
     /// Rays to the camera, for photons that it may see.
     pub to_camera: ShadowRay<F>,
-    /// Columns and rows of the image where it sees them.
+    /// Columns and rows of the image where the camera sees them.
     pub place: (F, F),
 }
 
-/// The path of a photon that has left its lamp, as [`Path`] keeps it. Of the fields that only the camera's paths need,
-/// `facing` holds the bits of the photon's density, `width` the length of its way, and `spread` is not 0 if its lamp's
-/// light does not fall with distance.
+/// The density of a photon, which [`path()`] stores in `facing`.
 #[inline(always)]
 pub fn density<F: Float>(path: &Path<F>) -> F {
     path.facing.reinterpret()
 }
 
-/// Stores a new photon as a path.
+/// Stores a new photon as a path. Of the fields that only the camera's paths need, `facing` holds the bits of the
+/// photon's density, `width` the distance travelled, and `spread` is not 0 if its light does not fall off with
+/// distance.
 pub fn path(sample: u32, number: u32, photon: &EmittedPhoton) -> Path<f32> {
     Path {
         origin: photon.origin,
@@ -121,7 +121,7 @@ pub fn hit<F: Float>(
     if !record.makes_caustics() {
         out.lands = mask & !path.bounce_counts.eq(F::Int::splat(0)) & flux.max_component().gt(F::zero());
         if record.hides_back && !record.lets_through() {
-            // Nobody sees that side.
+            // No camera path sees that side.
             out.lands = out.lands & !surface.inside;
         }
         if out.lands.any() {
@@ -164,15 +164,15 @@ pub fn hit<F: Float>(
     out
 }
 
-/// Where photons go on that arrive at the front of a surface without a back: a path of the camera that comes the other
-/// way does not meet it.
+/// Continues photons that arrive at the front of a one-sided surface: a camera path in the opposite direction does not
+/// meet it.
 #[inline(always)]
 fn passed<F: Float>(path: &Path<F>, surface: &Surface<F>, way: F, mask: F::Mask) -> Fork<F> {
     let (next, goes_on) = past(path, surface, way);
     Fork { next, mask: mask & !surface.inside & goes_on }
 }
 
-/// The lanes whose surface has no back.
+/// The lanes whose surface is one-sided.
 #[inline(always)]
 fn one_sided<F: Float>(scene: &CompiledScene, surface: &Surface<F>, mask: F::Mask) -> F::Mask {
     let mut ids = [0; 16];
@@ -182,21 +182,21 @@ fn one_sided<F: Float>(scene: &CompiledScene, surface: &Surface<F>, mask: F::Mas
     mask & F::Mask::from_bits(lanes.fold(0, |bits, lane| bits | 1 << lane))
 }
 
-/// Finds the photons that leave a surface without a back at its front, where a path of the camera would arrive.
+/// The lanes whose photon leaves a one-sided surface at its front, where a camera path would arrive.
 #[inline(always)]
 fn leaves_front<F: Float>(drawn: &BsdfSample<F>, surface: &Surface<F>) -> F::Mask {
     (surface.inside & drawn.through) | !(surface.inside | drawn.through)
 }
 
-/// Returns the light of a photon that ends among these bodies after a way of `width` metres. Lamps whose light does not
-/// fall with distance light every place as others light one a metre away.
+/// Returns the flux of photons that end within their bodies after a distance of `way` metres. Lights that do not fall
+/// off with distance illuminate every point as others illuminate one a metre away.
 #[inline(always)]
 fn landed<F: Float>(setup: &RenderSetup, path: &Path<F>, flux: Color<F>, way: F, mask: F::Mask) -> Color<F> {
     let flux = Color::select(path.spread.gt(F::zero()), flux * (way * way), flux);
     medium::emitted(setup, path.bodies, flux, mask)
 }
 
-/// The factor between light and importance where normals are interpolated (Veach 1997, 5.3).
+/// The factor between light and importance for interpolated normals (Veach 1997, 5.3).
 #[inline(always)]
 fn shading_factor<F: Float>(
     before: Vector<F>,
@@ -209,7 +209,7 @@ fn shading_factor<F: Float>(
     (own / other.max(F::splat(1e-4))).min(F::splat(4.0))
 }
 
-/// Finds the places in the image of photons that end, and the rays from there to the camera.
+/// Finds the places in the image of photons that end, and their rays to the camera.
 #[inline(always)]
 fn land<F: Float>(
     plan: &PhotonPlan,
@@ -236,25 +236,25 @@ fn land<F: Float>(
     out.to_camera = eye.ray(setup, path.throughput * value * own, boundary.beyond(through));
 }
 
-/// The place where a photon ends, as the camera sees it.
+/// The point where a photon ends, as the camera sees it.
 pub(super) struct Eye<F: Float> {
     view: ImagePoint<F>,
-    /// A ray from the camera to it.
+    /// The direction from the camera to it.
     pub direction: Vector<F>,
-    /// The hit that this ray would find.
+    /// The hit that a ray in this direction would find.
     pub hit: HitLanes<F>,
     /// The surface on the camera's side.
     pub surface: Surface<F>,
-    /// The width of a pixel, in metres.
+    /// The width of a pixel there, in metres.
     pub width: F,
     /// |cos| between the geometric normal and the direction of arrival.
     pub cosine: F,
-    /// Lanes in which the camera may see it.
+    /// The lanes whose point the camera may see.
     pub mask: F::Mask,
 }
 
 impl<F: Float> Eye<F> {
-    /// Projects places into the image and writes columns and rows to `out`; none if no place lies in the image.
+    /// Projects points into the image and writes columns and rows to `out`; none if no point lies in the image.
     #[inline(always)]
     pub fn new(
         setup: &RenderSetup,
@@ -305,7 +305,7 @@ impl<F: Float> Eye<F> {
     }
 }
 
-/// Scatters photons under Whitted's transport: they end at diffuse surfaces and go on where the surface reflects or
+/// Scatters photons under the Whitted transport: they end at diffuse surfaces and go on where the surface reflects or
 /// transmits, in proportion to the weights of the camera's paths.
 #[inline(always)]
 pub fn hit_whitted<F: Float>(
@@ -348,7 +348,7 @@ pub fn hit_whitted<F: Float>(
         eye.mask = eye.mask & !(one_sided & eye.surface.inside);
         let seen = Shaded::new(scene, &eye.hit, &eye.surface, eye.direction, eye.width, eye.mask);
         let value = seen.model.evaluate(seen.normal, -eye.direction, -path.direction);
-        // Light does not go through what is diffuse.
+        // Diffuse surfaces transmit no light.
         let same_side = eye.surface.geometric_normal.dot(path.direction).lt(F::zero());
         let light = Color::select(same_side, out.flux * value, Color::black());
         out.to_camera = eye.ray(setup, light, path.bodies);
@@ -363,7 +363,7 @@ pub fn hit_whitted<F: Float>(
     let (first, both) = (reflected / total, (reflected + refracted) / total);
     let reflects = scatter.reflects & number.lt(first);
     let refracts = scatter.refracts & !reflects & number.lt(both);
-    // Where a path of the camera would arrive: at the front.
+    // Photons leave one-sided surfaces at their front, where a camera path would arrive.
     let reflects = reflects & !(one_sided & surface.inside);
     let refracts = refracts & (!one_sided | surface.inside);
     let vertex = WhittedVertex {

@@ -1,4 +1,4 @@
-//! Photons, one after another.
+//! Photon tracing under the recursive schedule, one photon after another.
 
 use std::ops::Range;
 

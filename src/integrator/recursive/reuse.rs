@@ -1,4 +1,4 @@
-//! Blocks whose paths are shared, one sample after another.
+//! Path reuse under the recursive schedule: blocks of pixels, one sample after another.
 
 use std::num::Wrapping;
 use std::ops::Range;
@@ -17,7 +17,7 @@ use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
 
 impl<'a> Tile<'a> {
-    /// Renders samples whose paths are shared, block by block.
+    /// Renders samples with path reuse, block by block.
     pub(super) fn render_shared(
         &mut self,
         pilot: Option<&'a ReuseProbe>,
@@ -31,7 +31,7 @@ impl<'a> Tile<'a> {
         slots.enter(setup, region);
         if let Some(pilot) = pilot {
             if !slots.recall() {
-                // The rays do not count.
+                // The probe's rays are not counted.
                 let (statistics, observer) =
                     (&mut RayStatistics::default(), &mut Spilled(&mut *self.observer));
                 let photons = self.photons.map(PhotonMaps::of_pilot);
@@ -70,7 +70,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Looks at some pixels of a pilot's frame to see where sharing pays.
+    /// Probes some pixels to find out where path reuse pays.
     pub(super) fn probe(&mut self, slots: &mut PathSlots) {
         slots.start_pilot();
         let setup = self.setup;
@@ -86,7 +86,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Follows a path to its end and leaves what it finds where others share it.
+    /// Follows a path to its end and stores what it finds for path reuse.
     fn share(&mut self, mut path: Path<f32>, film: &mut Film, slots: &mut PathSlots) {
         let hit = self.meet(&path);
         let first = self.vertex(&mut path, hit);
@@ -114,20 +114,20 @@ impl<'a> Tile<'a> {
         self.setup = setup;
     }
 
-    /// Follows a path to its end.
+    /// Follows a path to its end and deposits its radiance.
     fn end(&mut self, path: Path<f32>, sink: &mut dyn Sink) {
         let found = self.trace(path);
         sink.deposit(path.pixel.0, path.sample.0, found);
     }
 
-    /// Follows what has been forked off.
+    /// Follows all forks to their ends.
     fn end_forks(&mut self, sink: &mut dyn Sink) {
         while let Some(fork) = self.buffers.forks.pop() {
             self.end(fork, sink);
         }
     }
 
-    /// Follows a path that is shared from its first vertex to its end.
+    /// Follows a reused path from its first vertex to its end.
     fn share_onward(&mut self, next: Path<f32>, slots: &mut PathSlots) {
         let of = (next.pixel.0, next.sample.0);
         let (throughput, radiance) = (Color::new(1.0, 1.0, 1.0), Color::black());
@@ -153,7 +153,7 @@ impl<'a> Tile<'a> {
         self.end_forks(slots);
     }
 
-    /// Clears the path's radiance, which has been put where it is shared.
+    /// Clears the path's radiance, which has been stored for path reuse.
     fn put_aside(&mut self, path: &mut Path<f32>) {
         if self.looks {
             self.observer.report(&observe::spilled(path));

@@ -1,4 +1,4 @@
-//! Rays from the first vertices of a group to the second ones, what each pair counts for, and the sums.
+//! Connections from the first vertices of a group to its second vertices: rays, weights and sums.
 
 use std::marker::PhantomData;
 use std::num::Wrapping;
@@ -23,14 +23,15 @@ use crate::shading::surface::offset_origin;
 use crate::shading::{ShadingPoint, Surface};
 use crate::simd::{Float, Int, Isa, Kernel, Lanes, Mask, Outlined, dispatch};
 
-/// Rays that are traced together, if there are as many.
+/// The number of rays that are traced together, if enough are left.
 const RAYS: usize = 1 << 13;
-/// At least as wide as any lane type.
+/// The padding of arrays, at least the width of any lane type.
 const PADDING: usize = 16;
-/// The most members of a group.
+/// The largest number of members of a group.
 const LARGEST: usize = 64;
 
-/// A group: ranges of the members, the lenders and the pairs.
+/// A gathered group: its range of members, its range of lenders (members whose second vertices give), and its first
+/// pair.
 struct GatheredGroup {
     members: std::ops::Range<usize>,
     lenders: std::ops::Range<usize>,
@@ -44,48 +45,48 @@ impl GatheredGroup {
     }
 }
 
-/// What a slot's first vertex receives from its group.
+/// The light that a slot's first vertex takes from its group.
 #[derive(Clone, Copy)]
 pub(super) struct Received {
     pub radiance: Color<f32>,
-    /// From how many second vertices; not counted if nobody is observing.
+    /// The number of second vertices that give any; not counted without an observer.
     pub vertices: u32,
 }
 
-/// Says for each ray whether it is blocked. The second argument is where the fans end, each of which goes to one
-/// second vertex.
+/// A function that finds for each ray whether it is blocked. The second argument holds the ends of the ray bundles,
+/// each of which leads to one second vertex.
 pub type Any<'a> = dyn FnMut(Rays, &[u32], &mut [u32], &mut dyn Observer) + 'a;
 
 /// Buffers for the connections of a wave's groups, which are processed about 8,192 rays at a time.
 pub struct Connections {
     rays: RayQueue,
-    /// Where in the queue the rays to each second vertex end.
+    /// The end of the ray bundle of each second vertex, in the queue.
     fans: Vec<u32>,
     blocked: Vec<u32>,
     t_min: Vec<f32>,
     groups: Vec<GatheredGroup>,
-    /// Slots whose first vertices take part.
+    /// Slots whose first vertices take.
     members: Vec<u32>,
-    /// Slots whose second vertices do, and the place of each among its group's members.
+    /// Slots whose second vertices give, and the place of each among its group's members.
     lenders: Vec<(u32, u32)>,
     pairs: Pairs,
-    /// By slot.
+    /// Indexed by slot.
     received: Vec<Received>,
-    /// Whether to count how many second vertices are received from.
+    /// True if the second vertices that give light are counted.
     counts: bool,
-    /// Rays so far.
+    /// The number of rays so far.
     pub traced: u64,
 }
 
-/// For each lender and each member of its group: the density with which the member draws the second
-/// vertex, and what it would receive of a radiance of 1, both as seen from there.
+/// For each lender and each member of its group: the density with which the member draws the second vertex, and what it
+/// would take of a radiance of 1, both as seen from the member.
 #[derive(Default)]
 struct Pairs {
     density: Vec<f32>,
     value: [Vec<f32>; 3],
 }
 
-/// Origin, direction, end; place in the pairs, slot of the origin.
+/// A queue of rays: origin, direction, end; index of the pair, slot of the origin.
 struct RayQueue(Columns<7, 2>);
 
 impl RayQueue {
@@ -96,7 +97,7 @@ impl RayQueue {
     }
 }
 
-/// Which surfaces exist for the rays of connections.
+/// The any-hit filter of the rays of connections.
 struct ConnectionAnyHit<'a> {
     setup: &'a RenderSetup,
     slots: &'a PathSlots,
@@ -104,8 +105,8 @@ struct ConnectionAnyHit<'a> {
 }
 
 impl HitPredicate for ConnectionAnyHit<'_> {
-    /// A ray to another's second vertex meets what the first vertex's own ray would have met there: the
-    /// same numbers say what is there, so that densities are those of one and the same scene.
+    /// A ray to another path's second vertex hits what the first vertex's own ray would have hit there: it draws the
+    /// same random numbers, so that all densities are those of one scene.
     fn accepts(&self, ray: usize, crossing: &Crossing) -> bool {
         let Self { setup, slots, queue } = *self;
         let path = || {
@@ -123,7 +124,7 @@ impl HitPredicate for ConnectionAnyHit<'_> {
 
 impl Default for Connections {
     fn default() -> Self {
-        // What one group may add to a queue that is not yet full: 64 × 64 pairs.
+        // A group adds at most 64 × 64 pairs to a queue that is not yet full.
         let capacity = RAYS + 4096;
         Self {
             rays: RayQueue(Columns::new(capacity)),
@@ -151,8 +152,7 @@ impl Connections {
             + self.received.capacity() * size_of::<Received>()
     }
 
-    /// Connects the groups of all units and adds what their paths have found to the film. `any` says which
-    /// rays are blocked.
+    /// Connects the groups of all units and adds what their paths have found to the film. `any` finds the blocked rays.
     pub fn finish(
         &mut self,
         setup: &RenderSetup,
@@ -189,12 +189,12 @@ impl Connections {
         slots.finish(&self.received, film, observer);
     }
 
-    /// The members and lenders of a group, if there is anything to lend.
+    /// Gathers the members and lenders of a group; none if there are no lenders.
     fn gather(&mut self, slots: &PathSlots, first: usize, group: &[u8]) -> Option<GatheredGroup> {
         let (from_member, from_lender) = (self.members.len(), self.lenders.len());
         let slot = |place: &u8| first + usize::from(*place);
         self.members.extend(group.iter().map(slot).filter(|at| slots.slots[*at].takes).map(|at| at as u32));
-        // Lanes that are looked up together have the same material.
+        // Lanes that are evaluated together have the same material.
         self.members[from_member..].sort_by_key(|at| slots.slots[*at as usize].material);
         for (place, at) in self.members[from_member..].iter().enumerate() {
             let slot = &slots.slots[*at as usize];
@@ -217,7 +217,7 @@ impl Connections {
         Some(group)
     }
 
-    /// Traces the rays so far and adds what arrives.
+    /// Traces the queued rays and adds what arrives.
     fn trace(
         &mut self,
         setup: &RenderSetup,
@@ -259,7 +259,7 @@ impl Connections {
     }
 }
 
-/// What the members of a group receive from its lenders.
+/// Sums up what the members of a group take from its lenders.
 struct Receive<'a> {
     group: &'a GatheredGroup,
     members: &'a [u32],
@@ -285,7 +285,7 @@ impl Kernel for Receive<'_> {
             let slot = &slots.slots[*at as usize];
             let own = *own as usize;
             if density[own] <= 0.0 {
-                // By rounding, the path might not find it again itself: it keeps what it has.
+                // Because of rounding, the path might not find its own vertex again: it keeps its light.
                 let kept = slot.weight * slot.lent;
                 for (sum, more) in sums.iter_mut().zip([kept.r, kept.g, kept.b]) {
                     sum[own] += more;
@@ -311,7 +311,8 @@ impl Kernel for Receive<'_> {
 }
 
 impl GatheredGroup {
-    /// The sum of all members' densities for each lender. Four at once: each sum has its order, and waits for itself.
+    /// The sum of all members' densities for each lender. Four run in parallel: each is a chain of additions in a fixed
+    /// order, bound by latency.
     #[inline(always)]
     fn add_densities(&self, pairs: &Pairs, sums: &mut [f32]) {
         let (row, count) = (self.row(), self.members.len());
@@ -330,7 +331,7 @@ impl GatheredGroup {
     }
 }
 
-/// From how many second vertices the members of a group receive anything.
+/// Counts the second vertices from which the members of a group take any light.
 fn count_senders(group: &GatheredGroup, members: &[u32], pairs: &Pairs, received: &mut [Received]) {
     for (place, at) in members[group.members.clone()].iter().enumerate() {
         let sends = |row: &usize| pairs.density[group.pairs + row * group.row() + place] > 0.0;
@@ -338,7 +339,7 @@ fn count_senders(group: &GatheredGroup, members: &[u32], pairs: &Pairs, received
     }
 }
 
-/// What each lender of a group counts for at each member, and the rays between them.
+/// Computes the pairs of a group's lenders and members, and the rays between them.
 struct Connect<'a> {
     setup: &'a RenderSetup,
     slots: &'a PathSlots,
@@ -368,7 +369,7 @@ impl Kernel for Connect<'_> {
             receivers.push(<L::Queue as Float>::outlined(look_up));
             first = end;
         }
-        // All rays to one second vertex follow each other.
+        // All rays to one second vertex follow each other: a bundle.
         for (row, (lender, own)) in self.lenders[self.group.lenders.clone()].iter().enumerate() {
             for some in &receivers {
                 self.connect(row, *lender, *own, some);
@@ -378,23 +379,23 @@ impl Kernel for Connect<'_> {
     }
 }
 
-/// Rays to second vertices end at this fraction of the way, so that their surfaces do not block them: these are hit at
-/// distances that the kernels guarantee to half of the rest.
+/// Rays to second vertices end at this fraction of the distance, so that the vertices' own surfaces do not block them:
+/// the kernels guarantee hit distances to half of the remainder.
 const CONNECTION_END: f32 = 1.0 - 1.0 / 8192.0;
 
-/// First vertices of one material.
+/// First vertices of one material, evaluated.
 struct Receivers<F: Float> {
     /// The place of the first one among the group's members.
     first: usize,
-    /// Of their slots.
+    /// Their slots.
     places: F::Int,
     mask: F::Mask,
-    /// Where rays begin.
+    /// The origins of rays.
     origin: Vector<F>,
     bsdf: Bsdf<F>,
 }
 
-/// Looks up first vertices of one material.
+/// Evaluates first vertices of one material.
 struct ReceiverLookUp<'c, 'a, F> {
     connect: &'c Connect<'a>,
     first: usize,
@@ -424,14 +425,14 @@ impl<F: Float> Outlined for ReceiverLookUp<'_, '_, F> {
         let point = ShadingPoint::new(&setup.scene, material, &hit, &surface, path.direction, width, mask);
         let bsdf = bsdf(point.has(), setup, &path, &point, &Outside::air(), path.path_key(setup.seed), mask);
         let normal = surface.geometric_normal;
-        // No light goes through: all rays leave on the viewer's side.
+        // No light is transmitted: all rays leave on the viewer's side.
         let origin = offset_origin(surface.position, normal, surface.offset, normal);
         Receivers { first, places, mask, origin, bsdf }
     }
 }
 
 impl Connect<'_> {
-    /// One row of pairs, of a lender that is at place `own` of the group.
+    /// Computes part of one row of pairs, for a lender at place `own` of the group.
     #[inline(always)]
     fn connect<F: Float>(&mut self, row: usize, lender: u32, own: u32, some: &Receivers<F>) {
         let Self { setup, slots, group, .. } = *self;
@@ -464,7 +465,7 @@ impl Connect<'_> {
 
 const LANES: [u32; PADDING] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
-/// What lies infinitely far away looks the same from everywhere.
+/// The connection to what is infinitely far away and looks the same from everywhere.
 #[inline(always)]
 fn far<F: Float>(direction: Vector<F>, visible: F::Mask) -> Connection<F> {
     let one = F::one();

@@ -1,19 +1,19 @@
-//! Paths that are shared (Bekaert, Sbert and Halton 2002): the first vertices of a group of pixels, all of
-//! one sample, lend each other the second vertices of their paths. Each first vertex x is connected to
-//! every second vertex y of the group, weighted by the balance heuristic over all ways to find y:
+//! Path reuse between pixels (Bekaert, Sbert and Halton 2002): in a group of pixels, all with the same sample, first
+//! vertices take light from the second vertices of each other's paths. Each first vertex x is connected to every second
+//! vertex y of the group, weighted by the balance heuristic over all ways to find y:
 //!
 //! ```text
 //! received(x) = Σ_y f(x → y) |cos| L(y) / Σ_i p_i(y)
 //! ```
 //!
-//! where p_i is the density with which the i-th first vertex draws y, its own and all its neighbours'. It
-//! is unbiased, and no weight is above that which the path itself would have had.
+//! where p_i is the density with which the i-th first vertex draws y, its own and all its neighbours'. This is
+//! unbiased, and no weight exceeds that which the path itself would have had.
 //!
-//! What is lent must look the same from everywhere: the light that leaves y by its diffuse lobe. Emission, mirror
-//! reflection and transmission stay with their own path. What x and y are decides between the two, so nothing counts
-//! twice.
+//! Light that is given must look the same from everywhere: that which leaves y by its diffuse lobe. Emission, mirror
+//! reflection and transmission stay with their own path. The properties of x and y decide between the two, so nothing
+//! counts twice.
 //!
-//! Both schedules go through a sample of a block of pixels as a unit and write into the same [`PathSlots`].
+//! Both schedules process a sample of a block of pixels as a unit and write into the same [`PathSlots`].
 
 mod connect;
 mod partition;
@@ -41,28 +41,27 @@ use connect::Received;
 pub use partition::{BLOCK, PIXELS, Partition};
 use reusable::ReusableVertex;
 
-/// How paths are shared.
+/// The grouping of pixels for path reuse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReuseGroups {
     /// Binary logarithm of a group's pixels.
     pub log2: u32,
-    /// Whether blocks choose how many of their pixels share.
+    /// True if blocks choose how many of their pixels reuse paths.
     pub chooses: bool,
 }
 
 impl ReuseGroups {
-    /// Pixels of a group unless told otherwise. Half as many cost a fifth less time and leave 1.5 times
-    /// the error.
+    /// The default number of pixels of a group. Half as many take a fifth less time and leave 1.5 times the error.
     const USUAL: u32 = 64;
 
-    /// How the paths of a scene are shared, if they are.
+    /// The grouping for a scene, if its paths are reused.
     pub fn of(materials: &[Material], settings: &Settings) -> Option<Self> {
         let pixels = match settings.sharing {
             Sharing::Off => return None,
             Sharing::Auto => Self::USUAL,
             Sharing::Groups(pixels) => pixels,
         };
-        // A size that does not exist becomes the nearest one below.
+        // An unsupported size becomes the next smaller one.
         let log2 = pixels.clamp(1, Sharing::SIZES[Sharing::SIZES.len() - 1]).ilog2();
         let of_each = settings.clamp.is_some() || settings.depth_limits.given().next().is_some();
         let shares = settings.transport == Transport::Path && !of_each && reusable::any(materials);
@@ -70,8 +69,8 @@ impl ReuseGroups {
         (shares && log2 > 0).then_some(Self { log2, chooses })
     }
 
-    /// A point for the direction that a path takes from its first vertex: all pixels of a block draw from one
-    /// sequence, in the order of Morton's curve, so that what a group shares is spread evenly.
+    /// A point for the direction that a path takes from its first vertex: all pixels of a block draw from one sequence,
+    /// in Morton order, so that the directions of a group are spread evenly.
     #[inline(always)]
     pub fn joint<I: Int>(&self, seed: u64, pixel: I, sample: I, dimension: I) -> (I::Float, I::Float)
     where
@@ -81,7 +80,7 @@ impl ReuseGroups {
         let block = pixel & I::splat(!((BLOCK - 1) | (BLOCK - 1) << 16));
         let (x, y) = (pixel & I::splat(BLOCK - 1), pixel.shr::<16>() & I::splat(BLOCK - 1));
         let place = spread_bits(x) ^ spread_bits(y).shl::<1>();
-        // Samples with the same groups continue one sequence, the next ones begin another.
+        // Samples with the same groups continue one sequence; the next ones begin another.
         let index = place * (within + I::splat(1)) + (sample & within);
         let key = SampleKey::new(seed ^ JOINT, block, sample, combine(I::splat(1), run_of(sample)));
         sobol::two(index, key.shared(dimension))
@@ -89,10 +88,9 @@ impl ReuseGroups {
 }
 
 /// The first of the samples that have the same groups as this one: 0, 8, 16, 32 and all multiples of 64. The more
-/// directions are used together, the more evenly they are spread: at 16 samples, keeping all in the same groups
-/// leaves 0.87, and keeping 8 leaves 0.92 of the error of 4. But groups that never change become visible. Runs that
-/// depend on the total number of samples would leave 2 to 6 % less error at 64, but then a film could not be
-/// continued.
+/// directions are used together, the more evenly they are spread: at 16 samples, keeping all in the same groups leaves
+/// 0.87, and keeping 8 leaves 0.92 of the error of 4. But groups that never change become visible. Runs that depend on
+/// the total number of samples would leave 2 to 6 % less error at 64, but then a film could not be continued.
 #[inline(always)]
 pub fn run_of<I: Int>(sample: I) -> I {
     sample ^ (sample & within_run(sample))
@@ -104,25 +102,25 @@ fn within_run<I: Int>(sample: I) -> I {
     let from_highest = sample | sample.shr::<1>();
     let from_highest = from_highest | from_highest.shr::<2>();
     let from_highest = from_highest | from_highest.shr::<4>();
-    // What is above 63 is one more run.
+    // From 64 on, each 64 samples are a run.
     let above = I::splat(!63);
     let within = (from_highest.shr::<1>() | I::splat(7)) & I::splat(63);
     I::select((sample & above).eq(I::splat(0)), within, I::splat(63))
 }
 
-/// Four bits with a gap after each.
+/// Spreads four bits, with a gap after each.
 #[inline(always)]
 fn spread_bits<I: Int>(x: I) -> I {
     let x = (x ^ x.shl::<2>()) & I::splat(0x33);
     (x ^ x.shl::<1>()) & I::splat(0x55)
 }
 
-/// Random numbers that pixels have in common are no pixel's own.
+/// Separates the random numbers that pixels have in common from their own.
 const JOINT: u64 = 0x6a6f_696e_7421;
 
-/// Takes what paths find when they end.
+/// A receiver of the radiance of ended paths.
 pub trait Sink {
-    /// What a sample's path has gathered since its radiance was last taken.
+    /// Adds what a sample's path has gathered since its radiance was last taken.
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb);
 }
 
@@ -134,7 +132,7 @@ impl Sink for Film {
     }
 }
 
-/// A film that takes what falls on its pixels and no more.
+/// A film that ignores radiance outside its region.
 pub struct ClippedSink<'a>(pub &'a mut Film);
 
 impl Sink for ClippedSink<'_> {
@@ -146,67 +144,67 @@ impl Sink for ClippedSink<'_> {
     }
 }
 
-/// Whether a pixel lies in a region.
+/// True if a pixel lies in a region.
 pub fn contains(region: &Region, x: u32, y: u32) -> bool {
     (region.x0..region.x1).contains(&x) && (region.y0..region.y1).contains(&y)
 }
 
-/// What a path has for its neighbours.
+/// The second vertex of a path, as it is given to neighbours.
 #[derive(Clone, Copy)]
 enum SecondVertex {
-    /// Nothing.
+    /// Nothing to give.
     Nothing,
-    /// It has a second vertex, of which nothing is known yet.
+    /// A second vertex that has not been evaluated yet.
     Open,
-    /// Light from a direction.
+    /// Light from infinitely far away in a direction.
     Far(Vector<f32>),
-    /// Light from a second vertex.
+    /// Light from a vertex.
     Near(ReusableVertex<f32>),
 }
 
-/// A path and what it has found.
+/// A path and the radiance that it has found.
 #[derive(Clone, Copy)]
 struct PathSlot {
     pixel: u32,
     sample: u32,
-    /// Whether the path exists.
+    /// True if the path exists.
     begun: bool,
-    /// Of its first vertex.
+    /// The material of its first vertex.
     material: u32,
-    /// Whether its first vertex is connected to others' second ones.
+    /// True if its first vertex takes: it is connected to second vertices of others.
     takes: bool,
     offer: SecondVertex,
-    /// What counts of what is found behind the first vertex.
+    /// The throughput from the first vertex, a factor of all radiance found behind it.
     weight: Color<f32>,
-    /// What the path has found for itself alone, before `weight`.
+    /// The radiance that the path has found and keeps, before `weight`.
     own: Color<f32>,
-    /// What it has found for the whole group.
+    /// The radiance that it has found for the whole group.
     lent: Color<f32>,
-    /// The part that is lent of what is found behind the second vertex.
+    /// The fraction of the radiance found behind the second vertex that is given.
     onward: Color<f32>,
 }
 
-/// A pixel, packed, and one of its samples, which say whose a path is.
+/// A packed pixel and one of its samples, which identify a path.
 pub type PixelSample = (u32, u32);
 
-/// The paths of some samples of some blocks of pixels, which share with each other.
+/// The paths of some samples of some blocks of pixels, which are reused among each other.
 pub struct PathSlots {
-    /// In blocks.
+    /// The region, in blocks.
     blocks: Region,
     samples: Range<u32>,
-    /// Which samples of which blocks, in order: all samples of a block after another.
+    /// The present units: samples of blocks, in order, with all samples of a block one after another.
     units: Range<usize>,
-    /// Of each block: binary logarithm of how many pixels share.
+    /// Binary logarithm of the group size, for each block.
     sizes: Vec<u8>,
-    /// What blocks have chosen, which may be asked for again: samples can come in several passes.
+    /// The choices of blocks, stored because samples can come in several passes.
     chosen: HashMap<[u32; 2], u8>,
     unit: FilmScale,
-    /// Whether some pixels are looked at before rendering, and what is found there.
+    /// True while pixels are probed before rendering; the results are in `measured`.
     pilot: bool,
     measured: Vec<probe::MeasuredBlock>,
     slots: Vec<PathSlot>,
-    /// The light that is found behind second vertices, in quanta: paths that fork there end in any order. Empty where none
-    /// can.
+    /// The light found behind second vertices, in quanta, because paths that fork there end in any order. Empty if no
+    /// path can fork.
     found: Vec<[i64; 3]>,
     /// First hits: t, u, v; primitive and instance.
     hits: [Vec<f32>; 3],
@@ -214,7 +212,7 @@ pub struct PathSlots {
 }
 
 impl PathSlots {
-    /// Room for `units` samples of blocks.
+    /// Creates room for `units` samples of blocks.
     pub fn new(setup: &RenderSetup, units: usize) -> Self {
         let count = units * PIXELS;
         Self {
@@ -239,7 +237,7 @@ impl PathSlots {
         self.slots.len() * (size_of::<PathSlot>() + 5 * size_of::<u32>()) + found
     }
 
-    /// Sets the region, which shares as the frame says.
+    /// Sets the region, whose groups have the size that the setup specifies.
     pub fn enter(&mut self, setup: &RenderSetup, region: Region) {
         let Region { x0, y0, x1, y1 } = region;
         let (x0, y0, x1, y1) = (x0 / BLOCK, y0 / BLOCK, x1.div_ceil(BLOCK), y1.div_ceil(BLOCK));
@@ -248,18 +246,18 @@ impl PathSlots {
         self.sizes = vec![log2 as u8; self.blocks.area()];
     }
 
-    /// Begins with a range of samples of the region.
+    /// Begins a range of samples of the region.
     pub fn start(&mut self, samples: Range<u32>) {
         self.pilot = false;
         self.samples = samples;
         self.units = 0..0;
     }
 
-    /// Goes on to the next units; false if there are none left. Calls `begin` with the pixels and the sample
-    /// of each path, in an order in which neighbours follow each other.
+    /// Advances to the next units; returns false if none are left. Calls `begin` with the pixel and the sample of each
+    /// path, in an order in which neighbours follow each other.
     pub fn advance(&mut self, size: [u32; 2], begin: &mut dyn FnMut(u32, u32)) -> bool {
         let all = self.blocks.area() * self.samples.len();
-        // Blocks that do not share are rendered otherwise.
+        // Blocks without path reuse are rendered elsewhere.
         let is_plain = |unit: &usize| self.sizes[unit / self.samples.len()] == 0;
         let first = (self.units.end..all).find(|unit| !is_plain(unit)).unwrap_or(all);
         let end = (first..all.min(first + self.slots.len() / PIXELS)).find(is_plain);
@@ -267,7 +265,7 @@ impl PathSlots {
         for (unit, slots) in self.units.clone().zip(self.slots.chunks_exact_mut(PIXELS)) {
             let ([column, row], sample) = unit_at(&self.blocks, &self.samples, unit);
             slots.fill(PathSlot::EMPTY);
-            // By 8 × 8 pixels.
+            // By squares of 8 × 8 pixels.
             for place in 0..PIXELS as u32 {
                 let (inner, outer) = (place % 64, place / 64);
                 let (x, y) = (outer % 2 * 8 + inner % 8, outer / 2 * 8 + inner / 8);
@@ -283,7 +281,7 @@ impl PathSlots {
         !self.units.is_empty()
     }
 
-    /// The place of the slot of a sample's path.
+    /// The index of the slot of a sample's path.
     #[inline(always)]
     fn index(&self, (pixel, sample): PixelSample) -> usize {
         let (x, y) = unpack_pixel(pixel);
@@ -298,7 +296,7 @@ impl PathSlots {
         &mut self.slots[index]
     }
 
-    /// A path's first hit. `receives` says whether it is one that shares.
+    /// Stores a path's first hit. `receives`: the vertex may take.
     pub fn first(&mut self, path: PixelSample, hit: &HitLanes<f32>, material: u32, receives: bool) {
         let index = self.index(path);
         for (column, value) in self.hits.iter_mut().zip([hit.t, hit.u, hit.v]) {
@@ -312,9 +310,9 @@ impl PathSlots {
         (slot.material, slot.takes) = (material, receives && shares);
     }
 
-    /// A path leaves its first vertex in a direction of density `pdf`. Returns whether it is shared: then it goes on with
-    /// a throughput of 1 and without radiance, so that what it finds can be lent. All others are no business of the
-    /// slots any more.
+    /// Stores that a path leaves its first vertex in a direction of density `pdf`. Returns true if the path is reused:
+    /// then it goes on with a throughput of 1 and without radiance, so that what it finds can be given. All other paths
+    /// bypass the slots from then on.
     pub fn leave(&mut self, path: PixelSample, throughput: Color<f32>, pdf: f32) -> bool {
         let slot = self.of(path);
         let shares = slot.takes && pdf > 0.0;
@@ -324,17 +322,18 @@ impl PathSlots {
         shares
     }
 
-    /// A path that is shared has left the scene after its first vertex.
+    /// Stores that a reused path has left the scene after its first vertex.
     pub fn miss(&mut self, setup: &RenderSetup, path: PixelSample, direction: Vector<f32>) {
         let slot = self.of(path);
-        // A panorama is also found by sampling it, which every path does for itself.
+        // A panorama is also sampled directly, by every path for itself.
         if setup.scene.environment.panorama.is_none() {
             slot.offer = SecondVertex::Far(direction);
             slot.onward = Color::new(1.0, 1.0, 1.0);
         }
     }
 
-    /// Stores what the second vertex of a shared path emits, which is its own, and the light that it lends, if any.
+    /// Stores what the second vertex of a reused path emits, which the path keeps, and the light that the vertex gives,
+    /// if any.
     pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, lent: Option<&ReusableVertex<f32>>) {
         let slot = self.of(path);
         slot.own = slot.own + emitted;
@@ -344,14 +343,14 @@ impl PathSlots {
         slot.lent = slot.lent + lent.gathered;
     }
 
-    /// What a light has sent to a path's second vertex.
+    /// Stores what a light has sent to a path's second vertex.
     pub fn lit(&mut self, path: PixelSample, radiance: Color<f32>) {
         let slot = self.of(path);
         let part = if let SecondVertex::Near(lent) = &slot.offer { lent.light } else { Color::black() };
         slot.take(radiance, part);
     }
 
-    /// Divides what the paths of the units have found behind their second vertices, if they may fork: all have ended.
+    /// Divides what the units' paths have found behind their second vertices, if they may fork. All have ended.
     pub fn settle(&mut self) {
         let quantum = self.unit.quantum();
         for (slot, found) in self.slots[..self.units.len() * PIXELS].iter_mut().zip(&mut self.found) {
@@ -360,7 +359,7 @@ impl PathSlots {
         }
     }
 
-    /// Adds what the paths have found for themselves and each other to the pixels of a film.
+    /// Adds the radiance that the paths keep and take to the pixels of a film.
     fn finish(&self, received: &[Received], film: &mut Film, observer: &mut dyn Observer) {
         let region = film.region();
         for (slot, received) in self.slots[..self.units.len() * PIXELS].iter().zip(received) {
@@ -379,7 +378,7 @@ impl PathSlots {
         }
     }
 
-    /// The hits of some slots.
+    /// The first hits of some slots.
     #[inline(always)]
     fn hits<F: Float>(&self, places: F::Int, mask: F::Mask) -> HitLanes<F> {
         let [t, u, v] = &self.hits;
@@ -411,7 +410,7 @@ impl PathSlot {
         }
     };
 
-    /// Divides what has been found between the path and the group.
+    /// Divides radiance between the path and the group, whose fraction is `lent`.
     fn take(&mut self, radiance: Color<f32>, lent: Color<f32>) {
         self.lent = self.lent + radiance * lent;
         self.own = self.own + radiance * lent.complement();
@@ -428,19 +427,19 @@ impl Sink for PathSlots {
             let counted = self.unit.counted(radiance);
             *found = [0, 1, 2].map(|channel| found[channel].saturating_add(counted[channel]));
         } else {
-            // The film counts what is no number.
+            // The film counts values that are not finite.
             slot.own = slot.own + light;
         }
     }
 }
 
-/// Block and sample of a unit.
+/// The block and the sample of a unit.
 fn unit_at(blocks: &Region, samples: &Range<u32>, unit: usize) -> ([u32; 2], u32) {
     let (block, sample) = ((unit / samples.len()) as u32, (unit % samples.len()) as u32);
     ([blocks.x0 + block % blocks.width(), blocks.y0 + block / blocks.width()], samples.start + sample)
 }
 
-/// The path of a slot in one lane.
+/// The path of a slot, in one lane.
 fn path_of(setup: &RenderSetup, slot: &PathSlot) -> Path<f32> {
     generate(setup, Wrapping(slot.pixel), Wrapping(slot.sample))
 }

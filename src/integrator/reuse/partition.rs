@@ -1,23 +1,23 @@
-//! Which pixels of a block share their paths: groups of neighbours, different ones for each sample, so that no group
-//! shows in the average.
+//! The groups of pixels of a block that reuse paths: neighbours, in different groups from run to run of samples, so
+//! that no group shows in the average.
 
 use std::num::Wrapping;
 
 use crate::sampling::hash::{combine, mix};
 
-/// Width and height in pixels of the blocks that groups lie in, whatever the tiles.
+/// Width and height in pixels of the blocks that contain the groups, independent of the tiles.
 pub const BLOCK: u32 = 16;
 /// Pixels of a block.
 pub const PIXELS: usize = (BLOCK * BLOCK) as usize;
 
-/// A sample of a block: which group each of its pixels is in, row by row.
+/// A partition of a block's pixels into groups of equal size.
 pub struct Partition {
     members: [u8; PIXELS],
     size: usize,
 }
 
 impl Partition {
-    /// The groups of a block at (column, row) in blocks. They change with `turn`.
+    /// Divides the block at (column, row), in blocks, into groups of 2^`log2` pixels. They change with `turn`.
     pub fn new(log2: u32, seed: u64, [column, row]: [u32; 2], turn: u32) -> Self {
         let words = [seed as u32, (seed >> 32) as u32, column, row, turn];
         let bits = words.into_iter().fold(Wrapping(0x5a17), |hash, word| combine(hash, Wrapping(word)));
@@ -26,13 +26,13 @@ impl Partition {
         // As square as possible, horizontal or upright.
         let (along, across) = (log2.div_ceil(2), log2 / 2);
         let upright = bits & 1 != 0;
-        // Two neighbouring groups may take every other pixel of what both of them cover.
+        // Two neighbouring groups may take alternate pixels of the area that both cover.
         let chequered = bits & 2 != 0 && across < 4;
         let (x0, y0) = (bits >> 8 & 15, bits >> 16 & 15);
         let mut members = [0; PIXELS];
         let mut filled = [0usize; PIXELS];
         for place in 0..PIXELS as u32 {
-            // Around the block's edges, so that all groups have the same size wherever they begin.
+            // Wraps around the block's edges, so that all groups have the same size wherever they begin.
             let (x, y) = ((place % BLOCK + x0) % BLOCK, (place / BLOCK + y0) % BLOCK);
             let (u, v) = if upright { (y, x) } else { (x, y) };
             let group = (v >> across) * (BLOCK >> along) + (u >> along);

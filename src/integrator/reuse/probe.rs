@@ -1,8 +1,8 @@
-//! Whether sharing pays is measured, block by block, before anything is rendered: two samples of a few
-//! pixels, which are thrown away, so that what is rendered owes nothing to them.
+//! A probe that measures, block by block before rendering, where path reuse pays: two samples of a few pixels, which
+//! are discarded, so that rendered samples do not depend on them.
 //!
-//! Sharing lessens the part of the variance that comes from second vertices, at the price of the rays that
-//! connect them. Edges, direct light and mirror images keep theirs.
+//! Path reuse reduces the part of the variance that comes from second vertices, at the price of the rays that connect
+//! them. Edges, direct light and mirror images keep their variance.
 
 use super::{BLOCK, PIXELS, PathSlots, SecondVertex};
 use crate::film::{Film, Region};
@@ -10,71 +10,70 @@ use crate::integrator::RenderSetup;
 use crate::sampling::hash::mix;
 use crate::sampling::pattern::Grid;
 
-/// How many samples of each examined pixel are taken.
+/// The number of samples of each probed pixel.
 pub const SAMPLES: u32 = 2;
-/// One pixel is examined in every square of this many columns and rows.
+/// One pixel is probed in every square of this many columns and rows.
 const EVERY: u32 = 4;
-/// How many pixels of a block are examined.
+/// The number of probed pixels of a block.
 const LOOKED_AT: usize = PIXELS / (EVERY * EVERY) as usize;
 
-/// Binary logarithms of group sizes, and by how much they divide the variance that is shared. Measured in
-/// two closed rooms and an open hall, where what is not shared is still in it: 32 pixels 20, 24 and 13 times, 64
-/// pixels 31, 45 and 19 times, 16 pixels 12 times in the first.
+/// Binary logarithms of group sizes, and the factors by which they divide the variance of reused light. Measured in two
+/// closed rooms and an open hall, including light that is not reused: 32 pixels 20, 24 and 13 times, 64 pixels 31, 45
+/// and 19 times, 16 pixels 12 times in the first.
 const GAINS: [(u32, f32); 5] = [(0, 1.0), (2, 3.5), (4, 12.0), (5, 20.0), (6, 36.0)];
-/// What a ray from a first vertex to a second one costs, in units of one of a path's own rays with all that
-/// it brings. Measured: 0.04 to 0.05 in three rooms of few triangles, 0.09 in a hall, 0.2 among leaves with holes.
+/// The cost of a ray from a first vertex to a second one, in units of one of a path's own rays with all its shading.
+/// Measured: 0.04 to 0.05 in three rooms of few triangles, 0.09 in a hall, 0.2 among leaves with holes.
 const CONNECTION: f32 = 0.06;
-/// What comes with sharing whatever the size of the group, in units of a path: more where a group has many
-/// materials.
+/// The cost of path reuse for any group size, in units of a path: more where a group has many materials.
 const OVERHEAD: f32 = 0.3;
-/// So few pixels say little on their own. This fraction of a block's estimate comes from the block itself, the rest
-/// from what is usual in the image.
+/// The fraction of a block's estimate that comes from the block itself, whose few pixels are noisy; the rest comes from
+/// the mean of the image.
 const OWN: f32 = 0.25;
-/// How many blocks of an image decide what time is worth.
+/// The number of blocks of an image that determine what time is worth.
 const BLOCKS: usize = 64;
-/// And at most so many rays of each, some eight thousand for each sample: light may stay in a white room for as long as
-/// its depth allows.
+/// The largest number of rays for each of them, some eight thousand for each sample: in a white room, paths may be as
+/// long as the depth allows.
 pub const MOST_RAYS: u64 = 1 << 18;
 
-/// What is known of a frame whose blocks choose how many of their pixels share.
+/// The reuse probe of a render whose blocks choose how many of their pixels reuse paths.
 #[derive(Clone)]
 pub struct ReuseProbe {
-    /// The frame for measuring: the same with other random numbers.
+    /// The setup for measuring: the render's with other random numbers.
     pub setup: RenderSetup,
-    /// The frame where nothing is shared.
+    /// The setup without path reuse.
     pub plain: RenderSetup,
     price: Price,
 }
 
-/// What the whole image says about the worth of time.
+/// The worth of time, measured in the whole image.
 #[derive(Clone, Copy, Debug)]
 struct Price {
     /// The relative variance that the time of one path should save.
     variance: f32,
-    /// Added to a block's squared radiance, so that what is dark counts for little.
+    /// Added to a block's squared radiance, so that dark blocks count for little.
     floor: f32,
     /// The mean of all blocks.
     usual: Variances,
-    /// What a ray from a first vertex to a second one costs, in units of a whole path.
+    /// The cost of a ray from a first vertex to a second one, in units of a whole path.
     connection: f32,
 }
 
 /// Relative variance of two kinds of light.
 #[derive(Clone, Copy, Debug, Default)]
 struct Variances {
-    /// That of light which is not lent.
+    /// The variance of light that a path keeps.
     kept: f32,
-    /// That of light which is.
+    /// The variance of light that it gives.
     lent: f32,
 }
 
 impl ReuseProbe {
-    /// The frame for measuring a frame.
+    /// The setup for measuring a render.
     pub fn frame_of(setup: &RenderSetup) -> RenderSetup {
         RenderSetup { seed: setup.seed ^ 0x7069_6c6f_7421, samples: Grid::new(SAMPLES), ..setup.clone() }
     }
 
-    /// The blocks of an image that are measured to learn what is usual in it.
+    /// The blocks of an image that are measured for the means.
     pub fn blocks(setup: &RenderSetup) -> impl ExactSizeIterator<Item = Region> {
         let blocks = Region::whole(setup.size.map(|pixels| pixels.div_ceil(BLOCK)));
         let (count, [width, height]) = (blocks.area().min(BLOCKS), setup.size);
@@ -85,26 +84,27 @@ impl ReuseProbe {
         })
     }
 
-    /// What is known of a frame by what [`ReuseProbe::frame_of`] it has found in some blocks, with so many rays.
+    /// Creates the probe of a render from measurements of some blocks under `measuring` ([`ReuseProbe::frame_of`]),
+    /// which took `rays` rays.
     pub fn new(setup: &RenderSetup, measuring: RenderSetup, measured: &[MeasuredBlock], rays: u64) -> Self {
         Self { setup: measuring, plain: plain(setup), price: Price::of(measured, rays) }
     }
 
-    /// What is chosen for a block.
+    /// The group size chosen for a block, as a binary logarithm.
     pub(super) fn choice(&self, block: &MeasuredBlock) -> u8 {
         block.choice(&self.price).0 as u8
     }
 }
 
-/// A frame whose paths share nothing.
+/// A setup without path reuse.
 pub fn plain(setup: &RenderSetup) -> RenderSetup {
     RenderSetup { sharing: None, ..setup.clone() }
 }
 
-/// Time is best divided where the image's error times its cost is least, which is where the last bit of time reduces
-/// the error by the same fraction everywhere.
+/// Time is divided best where the image's error times its cost is least: there the last bit of time reduces the error
+/// by the same fraction everywhere.
 impl Price {
-    /// From some blocks of an image, for which this many rays have been traced.
+    /// Computes the price from some blocks of an image, for which `rays` rays have been traced.
     fn of(blocks: &[MeasuredBlock], rays: u64) -> Self {
         let share = 1.0 / blocks.len().max(1) as f32;
         let mean = blocks.iter().map(|block| block.square().sqrt()).sum::<f32>() * share;
@@ -117,7 +117,7 @@ impl Price {
             price.usual.kept += kept * share;
             price.usual.lent += lent * share;
         }
-        // The price depends on the choices that it leads to.
+        // Iterates, because the price depends on the choices that it leads to.
         for _ in 0..4 {
             let (mut variance, mut cost) = (0.0, 0.0);
             for block in blocks {
@@ -131,25 +131,25 @@ impl Price {
     }
 }
 
-/// Whether a pixel is looked at.
+/// True if a pixel is probed.
 pub(super) fn is_probed(x: u32, y: u32) -> bool {
     let cell = (x / EVERY) ^ (y / EVERY) << 16;
     let place = mix(std::num::Wrapping(cell)).0 % (EVERY * EVERY);
     (x % EVERY, y % EVERY) == (place % EVERY, place / EVERY)
 }
 
-/// What two samples of some of a block's pixels have found.
+/// The measurements of a block: two samples of some of its pixels.
 #[derive(Clone, Default)]
 pub struct MeasuredBlock {
-    /// By sample and pixel: red, green and blue of what has not been lent, and of what has been.
+    /// By sample and pixel: red, green and blue of the light that is kept, and of that which is given.
     found: [Vec<[f32; 6]>; SAMPLES as usize],
     receivers: usize,
     lenders: usize,
 }
 
 impl MeasuredBlock {
-    /// Binary logarithm of the number of pixels that should share, the relative variance that is left then,
-    /// and the cost in units of a path.
+    /// Returns the binary logarithm of the group size, the relative variance that is left then, and the cost in units
+    /// of a path.
     fn choice(&self, price: &Price) -> (u32, f32, f32) {
         let own = self.variances(price.floor);
         let kept = own.kept * OWN + price.usual.kept * (1.0 - OWN);
@@ -186,7 +186,7 @@ impl MeasuredBlock {
         Variances { kept: kept * scale, lent: lent * scale }
     }
 
-    /// The squared mean radiance, of all channels together.
+    /// The squared mean radiance, summed over the channels.
     fn square(&self) -> f32 {
         let count = self.paths();
         let mean = |channel: usize| {
@@ -204,8 +204,7 @@ fn places(blocks: &Region) -> impl Iterator<Item = [u32; 2]> {
 }
 
 impl PathSlots {
-    /// Takes down what the paths of the current units have found, of which the film holds what belongs to
-    /// first vertices.
+    /// Records what the paths of the current units have found. The film holds what belongs to first vertices.
     pub fn measure(&mut self, film: &Film) {
         let quantum = film.unit().quantum();
         let region = film.region();
@@ -226,14 +225,14 @@ impl PathSlots {
         }
     }
 
-    /// Chooses by what has been measured.
+    /// Chooses group sizes by what has been measured.
     pub fn choose(&mut self, pilot: &ReuseProbe) {
         self.sizes = self.measured.iter().map(|block| pilot.choice(block)).collect();
         let places = places(&self.blocks);
         self.chosen.extend(places.zip(self.sizes.iter().copied()));
     }
 
-    /// Takes what the region's blocks have chosen before, if all of them have.
+    /// Restores the earlier choices of the region's blocks; returns false unless all have chosen before.
     pub fn recall(&mut self) -> bool {
         let chosen: Option<Vec<u8>> =
             places(&self.blocks).map(|place| self.chosen.get(&place).copied()).collect();
@@ -242,17 +241,17 @@ impl PathSlots {
         known
     }
 
-    /// What has been measured of the first block.
+    /// Takes the measurements of the first block.
     pub fn measured(&mut self) -> MeasuredBlock {
         std::mem::take(&mut self.measured[0])
     }
 
-    /// Which of the region's pixels share nothing.
+    /// True if a pixel's block does not reuse paths.
     pub fn is_plain(&self, x: u32, y: u32) -> bool {
         self.sizes[self.blocks.index(x / BLOCK, y / BLOCK)] == 0
     }
 
-    /// Begins with the samples that are looked at, of the blocks of the region.
+    /// Begins the probe's samples of the region's blocks.
     pub fn start_pilot(&mut self) {
         self.pilot = true;
         self.samples = 0..SAMPLES;
@@ -277,7 +276,7 @@ impl PathSlots {
 mod tests {
     use super::*;
 
-    /// A block of radiance 1 whose two samples differ by this much.
+    /// A block of radiance 1 whose two samples deviate from the mean by `kept` and `lent`.
     fn block(kept: f32, lent: f32, paths: usize) -> MeasuredBlock {
         let pair = |sign: f32| {
             let (kept, lent) = (0.5 + sign * kept, 0.5 + sign * lent);
@@ -287,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn sharing_is_chosen_where_it_pays() {
+    fn reuse_is_chosen_only_where_it_pays() {
         let choice = |kept, lent| {
             let block = block(kept, lent, 16);
             let price = Price::of(std::slice::from_ref(&block), 200);
@@ -296,7 +295,7 @@ mod tests {
         assert_eq!(choice(0.3, 0.0), 0, "there is nothing to gain");
         assert_eq!(choice(0.3, 0.1), 0, "there is little to gain");
         assert_eq!(choice(0.01, 0.4), 6, "there is nothing else");
-        // Something dark next to everything else is not worth the time.
+        // A block that is dark compared to the others is not worth the time.
         let block = block(0.01, 0.2, 16);
         let price = Price::of(std::slice::from_ref(&block), 200);
         assert_eq!(block.choice(&Price { variance: 100.0, ..price }).0, 0);
@@ -304,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn one_pixel_of_each_square_is_looked_at() {
+    fn one_pixel_of_each_square_is_probed() {
         for (x0, y0) in [(0, 0), (4, 8), (400, 36)] {
             let inside = (0..16).filter(|i| is_probed(x0 + i % 4, y0 + i / 4));
             assert_eq!(inside.count(), 1, "{x0} {y0}");

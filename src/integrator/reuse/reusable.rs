@@ -1,5 +1,4 @@
-//! What hits mean to paths that are shared: whether a first vertex takes part, and what a second one has to
-//! lend.
+//! The roles of hits in path reuse: whether a first vertex takes, and what a second one gives.
 
 use crate::integrator::path::Path;
 use crate::math::{Color, Vector};
@@ -13,36 +12,36 @@ use crate::shading::principled::tables::LobeTables;
 use crate::shading::{ShadingPoint, Surface};
 use crate::simd::{Float, Int, Mask};
 
-/// First vertices that draw directions from their diffuse lobe less often than this go without their
-/// neighbours, whose paths would hardly count for them.
+/// The least probability of the diffuse lobe for a first vertex that takes: below it, neighbours' paths would hardly
+/// count.
 const LEAST_DIFFUSE: f32 = 0.2;
 
-/// The light that leaves a second vertex by its diffuse lobe, up to its radiance.
+/// The light that leaves a second vertex by its diffuse lobe, up to a factor: its radiance.
 #[derive(Clone, Copy)]
 pub struct ReusableVertex<F: Float> {
     position: Vector<F>,
-    /// On the side that lends.
+    /// The geometric normal, on the side that gives.
     geometric_normal: Vector<F>,
-    /// For shading, not turned towards the viewer.
+    /// The shading normal, not turned towards the viewer.
     normal: Vector<F>,
-    /// What lies above the lobe.
+    /// The layer above the lobe.
     above: UnderMirror<F>,
     roughness: F,
-    /// How much of the lobe that leaves for the viewer from which the path came.
+    /// The fraction of the lobe that leaves towards the viewer from which the path came.
     left: Color<F>,
-    /// The lobe's part of what the light sample brings.
+    /// The lobe's fraction of what the light sample brings.
     pub light: Color<F>,
-    /// The same of what the path finds further on.
+    /// The lobe's fraction of what the path finds further on.
     pub onward: Color<F>,
-    /// What photons bring that leaves by the lobe.
+    /// The light of photons that leaves by the lobe.
     pub gathered: Color<F>,
 }
 
-/// Numbers of a [`ReusableVertex`].
+/// The number of columns of a [`ReusableVertex`].
 pub const COLUMNS: usize = 32;
 
 impl<F: Float> ReusableVertex<F> {
-    /// As a column for each number.
+    /// The vertex in columns, one for each number.
     #[inline(always)]
     pub fn columns(&self) -> [F; COLUMNS] {
         let (p, g, n) = (self.position, self.geometric_normal, self.normal);
@@ -77,9 +76,9 @@ impl ReusableVertex<f32> {
         }
     }
 
-    /// Where it is seen from points: the unit direction to it, the distance, and what is seen there of a
-    /// radiance of 1 towards its own path: times cos / d², what turns a density per steradian into one on
-    /// its surface. Nothing where it is seen from behind.
+    /// The connection to the vertex from some points: the unit direction to it, the distance, the fraction of its
+    /// radiance towards its own path that arrives there, and cos / d², which turns a density per steradian into one on
+    /// its surface. Not visible from behind.
     #[inline(always)]
     pub fn seen_from<F: Float>(&self, tables: LobeTables, origin: Vector<F>, mask: F::Mask) -> Connection<F> {
         let to = splat(self.position) - origin;
@@ -102,43 +101,43 @@ impl ReusableVertex<f32> {
     }
 }
 
-/// A second vertex as it is seen from points.
+/// A second vertex, as seen from some points.
 pub struct Connection<F: Float> {
     /// Unit vector to it.
     pub direction: Vector<F>,
-    /// How far it is.
+    /// The distance to it.
     pub distance: F,
-    /// What arrives of each unit that its own path found there.
+    /// The fraction that arrives of the radiance that its own path found.
     pub part: Color<F>,
     /// cos / d².
     pub geometry: F,
-    /// Whether it is seen at all, if nothing is between.
+    /// The lanes that see it, unless something is in between.
     pub visible: F::Mask,
 }
 
-/// What hits mean to shared paths.
+/// The roles of hits in path reuse.
 pub struct ReuseRoles<F: Float> {
-    /// First vertices that take part.
+    /// First vertices that take.
     pub takes: F::Mask,
-    /// Second vertices that have something to lend.
+    /// Second vertices that give.
     pub gives: F::Mask,
-    /// What they lend.
+    /// The light that they give.
     pub reusable: ReusableVertex<F>,
 }
 
-/// What a vertex does with light.
+/// A vertex with its BSDF and its samples.
 pub struct EvaluatedVertex<'a, F: Float> {
-    /// Where it is.
+    /// The shading point.
     pub point: &'a ShadingPoint<'a, F>,
-    /// What it does.
+    /// The BSDF.
     pub bsdf: &'a Bsdf<F>,
-    /// The direction to its light sample, and value · |cos| for that.
+    /// The direction to its light sample, and BSDF value · |cos| for it.
     pub light: (Vector<F>, Color<F>),
     /// The direction that was drawn.
     pub drawn: &'a BsdfSample<F>,
 }
 
-/// Looks at hits of one material.
+/// Determines the roles of hits on one material.
 #[inline(always)]
 pub fn roles<F: Float>(path: &Path<F>, vertex: &EvaluatedVertex<F>, mask: F::Mask) -> ReuseRoles<F> {
     let EvaluatedVertex { point, bsdf, light, drawn } = vertex;
@@ -168,7 +167,7 @@ pub fn roles<F: Float>(path: &Path<F>, vertex: &EvaluatedVertex<F>, mask: F::Mas
     ReuseRoles { takes: takes, gives: second, reusable }
 }
 
-/// The lanes whose vertices have something to lend.
+/// The lanes whose vertices give.
 #[inline(always)]
 pub(in crate::integrator) fn gives_at<F: Float>(
     path: &Path<F>,
@@ -182,23 +181,23 @@ pub(in crate::integrator) fn gives_at<F: Float>(
     second & !point.is_turned()
 }
 
-/// Whether surfaces of these materials could share anything at all.
+/// True if first vertices of any of these materials can take.
 pub fn any(materials: &[Material]) -> bool {
     materials.iter().any(|record| takes(record) && !record.unlit)
 }
 
-/// Whether first vertices of a material can take part: those that no light goes through.
+/// True if first vertices of a material can take: it transmits no light, and is not wholly metallic.
 fn takes(record: &Material) -> bool {
     record.transmission.is_zero() && record.diffuse_transmission.is_zero() && !record.metallic.is_one()
 }
 
-/// Whether second vertices of a material have a diffuse lobe with nothing above it but a mirror lobe.
+/// True if second vertices of a material have a diffuse lobe with nothing but a mirror lobe above it.
 fn gives(record: &Material) -> bool {
     let bare = record.coat.is_zero() && record.sheen_color.is_black() && record.film.is_none();
     takes(record) && bare && !record.is_anisotropic()
 }
 
-/// The same in every lane.
+/// Broadcasts to all lanes.
 #[inline(always)]
 pub(super) fn splat<F: Float>(v: Vector<f32>) -> Vector<F> {
     Vector::new(F::splat(v.x), F::splat(v.y), F::splat(v.z))

@@ -1,5 +1,5 @@
-//! What camera rays hit first: short waves over the same rays as the image's, apart from the
-//! rendering, whose stages know nothing of it.
+//! The first hits of camera rays: short waves over the same rays as the image's, separate from the rendering, whose
+//! stages do not need them.
 
 use std::num::Wrapping;
 
@@ -16,7 +16,7 @@ use crate::shading::{HitLanes, ShadingPoint, Surface};
 use crate::simd::{Isa, dispatch};
 use crate::world::Transport;
 
-/// A worker's queues, made once.
+/// A worker's queues, allocated once.
 pub struct FirstHits {
     paths: PathQueue,
     hits: HitQueue,
@@ -28,7 +28,7 @@ pub struct FirstHits {
 }
 
 impl FirstHits {
-    /// For waves of `capacity` paths, at least 1.
+    /// Creates queues for waves of `capacity` paths, at least 1.
     pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
         let capacity = capacity.max(1);
         Self {
@@ -42,7 +42,7 @@ impl FirstHits {
         }
     }
 
-    /// The first hits of all of a tile's pixels, row by row.
+    /// Returns the first hits of all of a tile's pixels, row by row.
     pub fn look(
         &mut self,
         setup: &RenderSetup,
@@ -54,7 +54,7 @@ impl FirstHits {
         all
     }
 
-    /// The same of every Nth sample: with 2 of even and of odd ones.
+    /// Returns the first hits of every Nth sample separately: with 2 of even and of odd samples.
     pub fn look_apart<const N: usize>(
         &mut self,
         setup: &RenderSetup,
@@ -88,7 +88,7 @@ impl FirstHits {
         }
     }
 
-    /// Fills the first `count` places of what has been found.
+    /// Traces the first `count` samples and stores their hits in `found`.
     fn trace(&mut self, setup: &RenderSetup, isa: Isa, count: usize) {
         self.paths.columns.clear();
         let (pixels, samples, out) = (&self.pixels, &self.samples, &mut self.paths);
@@ -103,7 +103,7 @@ impl FirstHits {
     }
 }
 
-/// A hit as the transport sees it.
+/// Evaluates a hit as the transport does.
 fn look_up(setup: &RenderSetup, path: &Path<f32>, hit: &HitLanes<f32>) -> FirstHit {
     let scene = &setup.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, true);

@@ -1,6 +1,5 @@
-//! Breadth first: a wave of paths goes through one stage after another, each a kernel
-//! over queues. Forks and new samples fill the places of paths that have ended, so that
-//! lanes stay full at any depth.
+//! The wavefront schedule, breadth first: a wave of paths goes through one stage after another, each a kernel over
+//! queues. Forks and new samples fill the places of paths that have ended, so that lanes stay full at any depth.
 //!
 //! ```text
 //! camera ─┐                              ┌─ light ─> shadow ─> connect
@@ -40,7 +39,7 @@ use shadows::ShadowQueue;
 use stages::{GenerateStage, LightStage, RetireStage, ShadeStage};
 use vertices::VertexQueue;
 
-/// A worker's queues, made once.
+/// A worker's queues, allocated once.
 pub struct Wave {
     /// Paths of the wave.
     paths: PathQueue,
@@ -49,11 +48,11 @@ pub struct Wave {
     reflect: PathQueue,
     refract: PathQueue,
     shadow: ShadowQueue,
-    /// Photons that have ended, if there may be any.
+    /// Photons that have ended, if there may be any photons.
     ended: Option<EndQueue>,
-    /// Forks that found no place in the wave; last in, first out, so that it stays short.
+    /// Forks without a place in the wave; last in, first out, so that the queue stays short.
     pending: PathQueue,
-    /// Paths that are not shared, while those that are go first.
+    /// Paths that are not reused; those that are go first.
     alone: PathQueue,
     goes_on: Vec<u32>,
     roles: HitRoles,
@@ -68,10 +67,10 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// For waves of `capacity` paths, at least 1.
+    /// Creates queues for waves of `capacity` paths, at least 1.
     pub fn new(setup: &RenderSetup, capacity: usize, sorting: Sorting) -> Self {
         let shared = setup.sharing.map(|_| ReuseBuffers::new(setup, capacity));
-        // Shared paths go through the wave together.
+        // Reused paths go through the wave together.
         let capacity = shared.as_ref().map_or(capacity, ReuseBuffers::paths).max(1);
         let integers = || vec![0; capacity + PADDING];
         Self {
@@ -114,7 +113,7 @@ impl Wave {
         self.render_todo(work, film, todo, clock);
     }
 
-    /// Renders samples of pixels that share nothing.
+    /// Renders samples of pixels without path reuse.
     fn render_todo(&mut self, work: Work, film: &mut Film, mut todo: SampleCursor, clock: &mut StageClock) {
         let Work { setup, photons, isa, .. } = work;
         while !self.is_stopped(clock) {
@@ -141,7 +140,7 @@ impl Wave {
         }
     }
 
-    /// True if the tile is to end within; all paths are given up then.
+    /// True if the tile is to be stopped; all paths are dropped then.
     fn is_stopped(&mut self, clock: &mut StageClock) -> bool {
         let stops = clock.observer.stops(clock.statistics.rays.total());
         if stops {
@@ -152,7 +151,7 @@ impl Wave {
         stops
     }
 
-    /// What the paths of the wave meet.
+    /// Finds the closest hits of the wave's paths.
     fn intersect(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
         let count = self.paths.columns.len();
         let surfaces = PathAnyHit { setup, paths: &self.paths };
@@ -163,7 +162,7 @@ impl Wave {
         self.report_hits(isa, clock.observer);
     }
 
-    /// Paths that have met nothing leave the wave; without a sink nobody is told.
+    /// Removes paths that have hit nothing from the wave; without a sink their radiance is dropped.
     fn retire(
         &mut self,
         setup: &RenderSetup,
@@ -177,7 +176,7 @@ impl Wave {
         clock.stage(Stage::Retire);
     }
 
-    /// New samples into the free places of the wave.
+    /// Generates new samples in the free places of the wave.
     fn generate(
         &mut self,
         setup: &RenderSetup,
@@ -195,7 +194,7 @@ impl Wave {
         self.begin(setup, isa, count, clock);
     }
 
-    /// The camera's paths for the first `count` pixels and samples.
+    /// Generates the camera's paths for the first `count` pixels and samples.
     fn begin(&mut self, setup: &RenderSetup, isa: Isa, count: usize, clock: &mut StageClock) {
         let (pixels, samples) = (&self.pixels, &self.samples);
         dispatch(isa, GenerateStage { setup, pixels, samples, count, out: &mut self.paths });
@@ -220,7 +219,7 @@ impl Wave {
         clock.stage(Stage::Shade);
     }
 
-    /// The path transport's vertices, material by material.
+    /// Shades the path transport's vertices, material by material.
     fn shade_paths(
         &mut self,
         setup: &RenderSetup,
@@ -248,8 +247,8 @@ impl Wave {
         clock.stage(Stage::Shade);
     }
 
-    /// All samples of all lights, light by light, as many to a shadow wave as fit. Of many lights this may take long,
-    /// so that it may be stopped here, too.
+    /// Traces all samples of all lights, light by light, as many in one shadow wave as fit. Many lights may take long,
+    /// so this may be stopped, too.
     fn lights(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
         for light in 0..setup.scene.lights.len() {
             for which in 0..setup.scene.lights[light].samples {
@@ -269,7 +268,7 @@ impl Wave {
         self.shadows(setup, isa, clock);
     }
 
-    /// Finished paths to the film, the others with their radiance to the next wave.
+    /// Moves finished paths to the film, and the others with their radiance to the next wave.
     fn advance(&mut self, sink: &mut dyn Sink, clock: &mut StageClock) {
         let (pixels, samples) = self.paths.pixels();
         let [r, g, b] = self.paths.radiance();
@@ -290,15 +289,15 @@ impl Wave {
     }
 }
 
-/// Samples of a tile that have not begun: blocks of 8 × 8 pixels, within a block all
-/// samples of a pixel after another, so that neighbours in the wave are neighbours in the image; or, where these gather
-/// photons, which each sample has of its own, all pixels of a sample.
+/// The samples of a tile that have not begun, in blocks of 8 × 8 pixels. Within a block all samples of a pixel follow
+/// each other, so that neighbours in the wave are neighbours in the image. If paths gather photons, all pixels of a
+/// sample follow each other instead, because each sample has its own photons.
 struct SampleCursor {
     samples: Range<u32>,
-    /// Pixels that follow each other, as often as there are samples.
+    /// The pixels of each block, which are repeated for all samples.
     runs: Vec<Vec<u32>>,
     by_sample: bool,
-    /// The next run, and the next of its samples.
+    /// The next run, and the next sample of its pixels.
     next_run: usize,
     next: u32,
 }
@@ -341,7 +340,7 @@ impl SampleCursor {
     }
 }
 
-/// Charges the time since the last stage to this one.
+/// A clock that charges the time since the last stage to the present one.
 struct StageClock<'a> {
     statistics: &'a mut RayStatistics,
     last: Instant,

@@ -1,4 +1,4 @@
-//! Stages of the path transport: hits are shaded material by material.
+//! Stages of the path transport, which shade hits material by material.
 
 use super::queue::{Columns, HitQueue, PathQueue};
 use super::shadows::ShadowQueue;
@@ -12,7 +12,7 @@ use crate::math::{Color, NONE};
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use crate::world::Transport;
 
-/// Places of hits in the order in which they are shaded.
+/// The order in which hits are shaded.
 #[derive(Default)]
 pub struct Groups {
     sorting: Sorting,
@@ -23,7 +23,7 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// For hits of `materials` materials, at most `capacity` of them.
+    /// Creates the order of at most `capacity` hits of `materials` materials.
     pub fn new(capacity: usize, materials: usize, sorting: Sorting) -> Self {
         Self {
             sorting,
@@ -33,7 +33,7 @@ impl Groups {
         }
     }
 
-    /// Puts the hits of a wave into order.
+    /// Sorts the hits of a wave.
     pub fn sort(&mut self, materials: &[u32]) {
         self.groups.clear();
         match self.sorting {
@@ -42,7 +42,7 @@ impl Groups {
         }
     }
 
-    /// Leaves every 16 hits where they are and divides them by material.
+    /// Leaves every 16 hits in place and divides them by material.
     fn divide(&mut self, materials: &[u32]) {
         let mut next = 0;
         for (chunk, of_chunk) in materials.chunks(super::queue::PADDING).enumerate() {
@@ -61,7 +61,7 @@ impl Groups {
         }
     }
 
-    /// By counting: places of equal materials keep their order.
+    /// Counting sort: places of equal materials keep their order.
     fn sort_by_material(&mut self, materials: &[u32]) {
         self.counts.fill(0);
         for material in materials {
@@ -84,25 +84,25 @@ impl Groups {
 
 /// Turns hits into emission, shadow rays and the next rays.
 pub struct ShadePathsStage<'a> {
-    /// The scene.
+    /// The render setup.
     pub setup: &'a RenderSetup,
     /// The photons of the paths' samples.
     pub photons: Option<PhotonMaps<'a>>,
-    /// Paths that have hit something; their radiance gets what surfaces give off.
+    /// Paths that have hit something; the surfaces' emission is added to their radiance.
     pub paths: &'a mut PathQueue,
-    /// What they have hit.
+    /// Their hits.
     pub hits: &'a HitQueue,
     /// The order in which hits are shaded.
     pub groups: &'a Groups,
-    /// For each path 1 if it goes on.
+    /// 1 for each path that goes on, else 0.
     pub goes_on: &'a mut [u32],
     /// The paths that go on.
     pub next: &'a mut PathQueue,
-    /// Those that are forked off.
+    /// The paths that fork off.
     pub forks: &'a mut PathQueue,
     /// Rays to lights.
     pub shadow: &'a mut ShadowQueue,
-    /// What the hits mean to shared paths, if that is wanted.
+    /// The roles of the hits in path reuse, if required.
     pub roles: Option<&'a mut HitRoles>,
 }
 
@@ -115,7 +115,7 @@ impl Kernel for ShadePathsStage<'_> {
             for at in (first as usize..end as usize).step_by(width) {
                 let valid = lanes::<L::Queue>(end as usize - at);
                 let places = <L::Queue as Float>::Int::load(&self.groups.order[at..]);
-                // While there is only one material its hits lie side by side, and nothing needs to be gathered.
+                // The hits of a single material lie side by side and need no gather.
                 let begin = self.groups.order[at] as usize;
                 let side_by_side = !(valid & !places.eq(numbered(begin))).any();
                 let (path, hit) = if side_by_side {
@@ -140,19 +140,19 @@ impl Kernel for ShadePathsStage<'_> {
     }
 }
 
-/// Moves photons that have hit something: on to where they are reflected or let through, or to where they end.
+/// Processes photons that have hit something: they are reflected or transmitted, or end.
 pub struct PhotonStage<'a> {
-    /// What photons have in common.
+    /// The common setup of photons.
     pub plan: &'a PhotonPlan,
     /// Photons that have hit something.
     pub paths: &'a PathQueue,
-    /// What they have hit.
+    /// Their hits.
     pub hits: &'a HitQueue,
-    /// The order in which hits are looked up.
+    /// The order in which hits are evaluated.
     pub groups: &'a Groups,
     /// The photons that go on.
     pub next: &'a mut PathQueue,
-    /// Those that have passed a surface as well.
+    /// The photons that pass a surface as well.
     pub passed: &'a mut PathQueue,
     /// Rays to the camera.
     pub shadow: &'a mut ShadowQueue,
@@ -160,8 +160,8 @@ pub struct PhotonStage<'a> {
     pub ended: &'a mut EndQueue,
 }
 
-/// Photons that have ended: position, flux, where they came from, normal, place in the image; number, bounces, density,
-/// place in the wave.
+/// The photons that have ended: position, flux, vector to where they came from, normal, place in the image; number,
+/// bounces, density, place in the wave.
 pub struct EndQueue(pub Columns<14, 4>);
 
 impl Kernel for PhotonStage<'_> {
@@ -208,22 +208,22 @@ impl PhotonStage<'_> {
     }
 }
 
-/// What the hits of a wave mean to shared paths.
+/// The roles of a wave's hits in path reuse.
 #[derive(Default)]
 pub struct HitRoles {
-    /// First vertices that take part.
+    /// True for first vertices that take.
     pub takes: Vec<bool>,
-    /// What second vertices have to lend.
+    /// The light that second vertices give.
     pub reusable: Vec<Option<ReusableVertex<f32>>>,
 }
 
 impl HitRoles {
-    /// For at most `capacity` hits.
+    /// Creates the roles of at most `capacity` hits.
     pub fn new(capacity: usize) -> Self {
         Self { takes: vec![false; capacity], reusable: vec![None; capacity] }
     }
 
-    /// Writes to where the lanes came from.
+    /// Stores the lanes' roles at the places of their hits.
     #[inline(always)]
     fn put<F: Float>(&mut self, places: F::Int, shared: Option<&ReuseRoles<F>>, mask: F::Mask) {
         let mut at = [0; 16];
@@ -252,7 +252,7 @@ impl HitRoles {
     }
 }
 
-/// Writes radiance and whether the path goes on to where the lanes came from.
+/// Stores radiance and whether the path goes on at the places of the lanes' paths.
 #[inline(always)]
 fn put_back<F: Float>(
     paths: &mut PathQueue,

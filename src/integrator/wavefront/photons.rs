@@ -1,4 +1,4 @@
-//! Photons as one more set of queues: emit → intersect → scatter → shadow (to the camera) → land, with the kernels of
+//! Photons as another set of queues: emit → intersect → scatter → shadow (to the camera) → land, with the kernels of
 //! the camera's paths.
 
 use std::num::Wrapping;
@@ -51,7 +51,7 @@ impl Wave {
         self.ended = Some(ended);
     }
 
-    /// New photons into the free places of the wave.
+    /// Emits new photons into the free places of the wave.
     fn emit(&mut self, plan: &PhotonPlan, sample: u32, numbers: &mut Range<u32>, clock: &mut StageClock) {
         let first = u64::from(sample) * u64::from(plan.count());
         let (scene, seed) = (&plan.setup.scene, plan.setup.seed);
@@ -88,7 +88,7 @@ impl Wave {
         clock.stage(Stage::Photons);
     }
 
-    /// Takes photons out that have ended, with what has arrived at the camera.
+    /// Collects the photons that have ended, with what has arrived at the camera.
     fn land(&mut self, ended: &mut EndQueue, landed: &mut LandedPhotons) {
         let [r, g, b] = self.paths.radiance();
         let queue = &ended.0;

@@ -1,6 +1,6 @@
-//! Queues in structure-of-arrays form: a column for each number, so that lanes load and
-//! pack them directly. Columns are as long as the queue's capacity plus the widest lane
-//! count: kernels may write past the end of what is used, never past a column.
+//! Queues in structure-of-arrays form: a column for each number, so that lanes load and pack them directly. Columns are
+//! as long as the queue's capacity plus the widest lane count: kernels may write past the end of what is used, never
+//! past a column.
 
 use std::num::Wrapping;
 
@@ -15,7 +15,7 @@ use crate::shading::HitLanes;
 use crate::simd::{Float, Int, Mask};
 use crate::world::Settings;
 
-/// At least as wide as any lane type.
+/// The padding of columns, at least the width of any lane type.
 pub const PADDING: usize = 16;
 
 /// `N` columns of floats and `M` of integers with a common length.
@@ -27,7 +27,7 @@ pub struct Columns<const N: usize, const M: usize> {
 }
 
 impl<const N: usize, const M: usize> Columns<N, M> {
-    /// Room for `capacity` items.
+    /// Creates columns with room for `capacity` items.
     pub fn new(capacity: usize) -> Self {
         Self {
             floats: std::array::from_fn(|_| vec![0.0; capacity + PADDING]),
@@ -37,13 +37,13 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         }
     }
 
-    /// How many items there are.
+    /// The number of items.
     #[inline(always)]
     pub fn len(&self) -> usize {
         self.length
     }
 
-    /// Whether there is none.
+    /// True if there are no items.
     pub fn is_empty(&self) -> bool {
         self.length == 0
     }
@@ -56,17 +56,17 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         Self::ITEM * (self.capacity + PADDING)
     }
 
-    /// How many fit in all.
+    /// The number of items that fit in all.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// How many more fit.
+    /// The number of further items that fit.
     pub fn room(&self) -> usize {
         self.capacity - self.length
     }
 
-    /// Forgets all items.
+    /// Removes all items.
     pub fn clear(&mut self) {
         self.length = 0;
     }
@@ -77,20 +77,20 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         self.length = length;
     }
 
-    /// Makes room for at least twice as many.
+    /// Sets a larger capacity.
     fn grow(&mut self, capacity: usize) {
         self.capacity = capacity;
         self.floats.iter_mut().for_each(|c| c.resize(capacity + PADDING, 0.0));
         self.integers.iter_mut().for_each(|c| c.resize(capacity + PADDING, 0));
     }
 
-    /// Lanes of a column of floats.
+    /// Loads lanes of a column of floats.
     #[inline(always)]
     pub fn float<F: Float>(&self, column: usize, at: usize) -> F {
         F::load(&self.floats[column][at..])
     }
 
-    /// Lanes of a column of integers.
+    /// Loads lanes of a column of integers.
     #[inline(always)]
     pub fn integer<I: Int>(&self, column: usize, at: usize) -> I {
         I::load(&self.integers[column][at..])
@@ -120,7 +120,7 @@ impl<const N: usize, const M: usize> Columns<N, M> {
         &self.floats[column][..self.length]
     }
 
-    /// The same to write to.
+    /// A column of floats, writable.
     pub fn floats_mut(&mut self, column: usize) -> &mut [f32] {
         &mut self.floats[column][..self.length]
     }
@@ -160,15 +160,15 @@ fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -
     Color::new(v.x, v.y, v.z)
 }
 
-/// Paths: origin, direction, throughput, radiance, density, width, spread, way travelled;
-/// pixel, sample, branch, depth with scatterings, bodies, facing, source; what they know of photons.
+/// A queue of paths: origin, direction, throughput, radiance, density, width, spread, distance travelled; pixel,
+/// sample, branch, depth with scatterings, bodies, facing, source; state for photons.
 ///
-/// The source is the hit of the wave that a path comes from, whose radiance it takes along
-/// when the lights have been added; [`crate::math::NONE`] for forks, which begin with none.
+/// The source is the hit of the wave that a path comes from, whose radiance it inherits when the lights have been
+/// added; [`crate::math::NONE`] for forks, which begin without radiance.
 pub struct PathQueue {
-    /// All but the last.
+    /// All columns but the last.
     pub columns: Columns<16, 7>,
-    /// What paths must know to share light with photons; empty if there are none.
+    /// The state of paths for dividing light with photons; empty if there are none.
     landing: Vec<u32>,
 }
 
@@ -190,13 +190,13 @@ const DEPTH_MASK: u32 = (1 << DEPTH_BITS) - 1;
 const _: () = assert!(Settings::MOST_DEPTH + MOST < 1 << DEPTH_BITS && MOST < 1 << (32 - DEPTH_BITS));
 
 impl PathQueue {
-    /// Room for `capacity` paths of a frame.
+    /// Creates a queue for `capacity` paths of a render.
     pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
         let landing = if setup.photons.is_ok() { vec![0; capacity + PADDING] } else { Vec::new() };
         Self { columns: Columns::new(capacity), landing }
     }
 
-    /// The paths from `at` on.
+    /// Loads the paths from `at` on.
     #[inline(always)]
     pub fn load<F: Float>(&self, at: usize) -> Path<F> {
         let q = &self.columns;
@@ -222,7 +222,7 @@ impl PathQueue {
         }
     }
 
-    /// The paths at some places.
+    /// Gathers the paths at some places.
     #[inline(always)]
     pub fn gather<F: Float>(&self, places: F::Int, mask: F::Mask) -> Path<F> {
         let (f, i) = (&self.columns.floats, &self.columns.integers);
@@ -252,7 +252,7 @@ impl PathQueue {
         }
     }
 
-    /// Packs paths to place `at`; their number is not changed.
+    /// Packs paths to place `at` without changing their number.
     #[inline(always)]
     pub fn store<F: Float>(&mut self, at: usize, mask: F::Mask, path: &Path<F>, source: F::Int) {
         let (o, d, t, r) = (path.origin, path.direction, path.throughput, path.radiance);
@@ -281,7 +281,7 @@ impl PathQueue {
         self.columns.bytes() + size_of_val(&self.landing[..])
     }
 
-    /// The rays along which the paths go, with columns of where they begin and end.
+    /// The rays of the paths, with columns of their limits.
     pub fn rays<'a>(&'a self, ends: &'a RayLimits, surfaces: &'a PathAnyHit) -> Rays<'a> {
         let n = self.columns.length;
         let column = |i: usize| &self.columns.floats[i][..n];
@@ -299,7 +299,7 @@ impl PathQueue {
         [0, 1, 2].map(|i| &self.columns.floats[RADIANCE + i][..self.columns.length])
     }
 
-    /// The same to write to.
+    /// Red, green and blue of the radiance so far, writable.
     pub fn radiance_mut(&mut self) -> [&mut [f32]; 3] {
         let n = self.columns.length;
         let [r, g, b] = &mut self.columns.floats[RADIANCE..RADIANCE + 3] else { unreachable!() };
@@ -311,15 +311,15 @@ impl PathQueue {
         (&self.columns.integers[0][..self.columns.length], &self.columns.integers[1][..self.columns.length])
     }
 
-    /// Of each path the pixel and the sample, and the radiance so far.
+    /// The pixel, the sample and the radiance so far of each path.
     pub fn found(&self) -> impl Iterator<Item = (PixelSample, Color<f32>)> {
         let ((pixels, samples), [r, g, b]) = (self.pixels(), self.radiance());
         let colors = r.iter().zip(g).zip(b).map(|((r, g), b)| Color::new(*r, *g, *b));
         pixels.iter().copied().zip(samples.iter().copied()).zip(colors)
     }
 
-    /// Lets paths go on without radiance and with a throughput of 1, if they are shared, and moves all others to the end
-    /// of another queue. `shares` says which are by where they come from, pixel and sample, throughput and density.
+    /// Keeps paths that are reused, with a throughput of 1 and without radiance, and moves all others to the end of
+    /// another queue. `shares` decides by a path's source, pixel and sample, throughput and density.
     pub fn part(
         &mut self,
         others: &mut PathQueue,
@@ -353,7 +353,7 @@ impl PathQueue {
         self.columns.integers[SOURCE][at] as usize
     }
 
-    /// Takes the radiance along from the hits that the paths come from.
+    /// Copies the radiance of the hits that the paths come from.
     pub fn inherit(&mut self, hits: &PathQueue) {
         for i in 0..self.columns.length {
             let source = self.columns.integers[SOURCE][i];
@@ -365,7 +365,7 @@ impl PathQueue {
         }
     }
 
-    /// Moves paths here until it is full.
+    /// Moves paths here until the queue is full.
     pub fn fill_from(&mut self, from: &mut PathQueue) {
         if !self.landing.is_empty() {
             let (to, room) = (self.columns.length, self.columns.room());
@@ -386,7 +386,7 @@ impl PathQueue {
         self.fill_from(from);
     }
 
-    /// Makes room for so many more paths.
+    /// Makes room for `count` more paths.
     fn make_room(&mut self, count: usize) {
         if self.columns.room() < count {
             let capacity = (self.columns.length + count).next_power_of_two();
@@ -398,12 +398,11 @@ impl PathQueue {
     }
 }
 
-/// Hits of the rays of a wave: t, u, v; primitive, instance, material (of what has been hit under
-/// the path transport).
+/// The hits of a wave's rays: t, u, v; primitive, instance, material (under the path transport).
 pub struct HitQueue(pub Columns<3, 3>);
 
 impl HitQueue {
-    /// All columns for the first `count` rays, to write to.
+    /// All columns for the first `count` rays, writable.
     pub fn columns(&mut self, count: usize) -> HitsMut<'_> {
         let [t, u, v] = &mut self.0.floats;
         let [primitive, instance, _] = &mut self.0.integers;
@@ -416,7 +415,7 @@ impl HitQueue {
         }
     }
 
-    /// The hits from `at` on.
+    /// Loads the hits from `at` on.
     #[inline(always)]
     pub fn load<F: Float>(&self, at: usize) -> HitLanes<F> {
         HitLanes {
@@ -428,7 +427,7 @@ impl HitQueue {
         }
     }
 
-    /// The hits at some places.
+    /// Gathers the hits at some places.
     #[inline(always)]
     pub fn gather<F: Float>(&self, places: F::Int, mask: F::Mask) -> HitLanes<F> {
         let q = &self.0;
@@ -447,7 +446,7 @@ impl HitQueue {
         self.0.pack::<F>(at, mask, [hit.t, hit.u, hit.v], [hit.primitive, hit.instance, material]);
     }
 
-    /// What the first `count` rays have hit.
+    /// The primitives that the first `count` rays have hit.
     pub fn primitives(&self, count: usize) -> &[u32] {
         &self.0.integers[0][..count]
     }
@@ -458,32 +457,32 @@ impl HitQueue {
     }
 }
 
-/// Columns for rays that begin at their origin and have no end.
+/// Columns of limits for rays that begin at their origin and have no end.
 pub struct RayLimits {
     zero: Vec<f32>,
     infinity: Vec<f32>,
 }
 
 impl RayLimits {
-    /// For queues of a capacity.
+    /// Creates limits for queues of a capacity.
     pub fn new(capacity: usize) -> Self {
         Self { zero: vec![0.0; capacity], infinity: vec![f32::INFINITY; capacity] }
     }
 
-    /// Where `count` rays begin.
+    /// The beginnings of `count` rays, all 0.
     pub fn zero(&self, count: usize) -> &[f32] {
         &self.zero[..count]
     }
 
-    /// Bytes of both.
+    /// Bytes of both columns.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.zero[..]) + size_of_val(&self.infinity[..])
     }
 }
 
-/// Which surfaces exist for the rays of paths.
+/// The any-hit filter of the rays of paths.
 pub struct PathAnyHit<'a> {
-    /// The scene.
+    /// The render setup.
     pub setup: &'a RenderSetup,
     /// The paths.
     pub paths: &'a PathQueue,

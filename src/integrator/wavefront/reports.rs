@@ -1,5 +1,4 @@
-//! What an observer of the wave is told after each stage, read from the queues. All of it is skipped if nobody is
-//! observing.
+//! Reports to an observer of the wave after each stage, read from the queues. All are skipped if no reports are wanted.
 
 use super::Wave;
 use super::queue::PathQueue;
@@ -26,7 +25,7 @@ impl Wave {
             + self.shared.as_ref().map_or(0, |shared| shared.bytes())
     }
 
-    /// The rays of the wave and what they have met.
+    /// Reports the rays of the wave and their hits.
     pub(super) fn report_hits(&self, isa: Isa, observer: &mut dyn Observer) {
         if !observer.is_active() {
             return;
@@ -49,7 +48,7 @@ impl Wave {
         observer.report(&Event::Wave(flow(Stage::Retire, isa, count, capacity, met.into_iter())));
     }
 
-    /// Where the paths of the wave are, and what goes on from there.
+    /// Reports the vertices of the wave's paths and their continuations.
     pub(super) fn report_vertices(&self, isa: Isa, observer: &mut dyn Observer) {
         if !observer.is_active() {
             return;
@@ -67,7 +66,7 @@ impl Wave {
         observer.report(&Event::Wave(flow(Stage::Shade, isa, count, capacity, onward)));
     }
 
-    /// The same under the path transport, with the rays to lights.
+    /// Reports vertices and continuations under the path transport, with the rays to lights.
     pub(super) fn report_paths(
         &self,
         setup: &RenderSetup,
@@ -101,7 +100,7 @@ impl Wave {
         observer.report(&Event::Wave(flow(Stage::Shade, isa, count, capacity, onward)));
     }
 
-    /// The shadow rays from `first` on, which lead to a sample of a light.
+    /// Reports the shadow rays from `first` on, which lead to a sample of a light.
     pub(super) fn report_lights(
         &self,
         isa: Isa,
@@ -124,7 +123,7 @@ impl Wave {
         observer.report(&Event::Wave(flow(Stage::Light, isa, count, capacity, sent)));
     }
 
-    /// Which of the shadow rays were blocked.
+    /// Reports which of the shadow rays are blocked.
     pub(super) fn report_shadows(&self, setup: &RenderSetup, isa: Isa, observer: &mut dyn Observer) {
         if !observer.is_active() {
             return;
@@ -143,7 +142,7 @@ impl Wave {
         observer.report(&Event::Wave(flow(Stage::Shadow, isa, count, capacity, open)));
     }
 
-    /// The paths that go no further.
+    /// Reports the paths that end.
     pub(super) fn report_ends(&self, observer: &mut dyn Observer) {
         if !observer.is_active() {
             return;
@@ -161,7 +160,7 @@ fn report_onward(queue: &PathQueue, way: Continuation, observer: &mut dyn Observ
     }
 }
 
-/// `count` items in groups as wide as the machine's lanes, of which those of `leaving` went on.
+/// The flow of `count` items in groups as wide as the machine's lanes, of which those of `leaving` went on.
 fn flow(stage: Stage, isa: Isa, count: usize, capacity: usize, leaving: impl Iterator<Item = usize>) -> Flow {
     let width = dispatch(isa, Width);
     let mut groups = vec![0usize; count.div_ceil(width)];
@@ -175,7 +174,7 @@ fn flow(stage: Stage, isa: Isa, count: usize, capacity: usize, leaving: impl Ite
     Flow { stage, entering: count, leaving: total, capacity, width, lanes }
 }
 
-/// Rays that share paths, and how many of them nothing blocked.
+/// Reports the rays of path reuse, and how many of them are unblocked.
 pub(super) fn report_connections(isa: Isa, blocked: &[u32], observer: &mut dyn Observer) {
     if observer.is_active() && !blocked.is_empty() {
         let free = (0..blocked.len()).filter(|i| blocked[*i] == 0);
@@ -183,7 +182,7 @@ pub(super) fn report_connections(isa: Isa, blocked: &[u32], observer: &mut dyn O
     }
 }
 
-/// How many lanes a level has.
+/// The number of lanes of an instruction set.
 struct Width;
 
 impl Kernel for Width {

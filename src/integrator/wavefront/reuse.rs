@@ -1,4 +1,4 @@
-//! Waves of shared paths: all paths of one sample of a block go through the stages together, and are connected at the
+//! Path reuse in waves: all paths of one sample of a block go through the stages together, and are connected at the
 //! end.
 
 use std::ops::Range;
@@ -16,17 +16,17 @@ use crate::integrator::{RayStatistics, RenderSetup, Stage, Work};
 use crate::math::{NONE, Rgb};
 use crate::simd::Isa;
 
-/// A frame, and the same for paths that are not shared.
+/// A render setup, and that of paths that are not reused.
 #[derive(Clone, Copy)]
 struct SharedAndPlain<'a> {
     setup: &'a RenderSetup,
     plain: &'a RenderSetup,
 }
 
-/// Stands for a path that goes on with what it has found.
+/// The flag of a path that goes on and keeps its radiance.
 const KEEPS: u32 = 2;
 
-/// What sharing needs in addition to the queues.
+/// The buffers of path reuse in addition to the queues.
 pub(super) struct ReuseBuffers {
     slots: PathSlots,
     connections: Connections,
@@ -34,7 +34,7 @@ pub(super) struct ReuseBuffers {
 }
 
 impl ReuseBuffers {
-    /// For waves of about `capacity` paths.
+    /// Creates buffers for waves of about `capacity` paths.
     pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
         let units = (capacity / PIXELS).max(1);
         Self {
@@ -56,8 +56,7 @@ impl ReuseBuffers {
 }
 
 impl Wave {
-    /// Renders a range of samples of all the film's pixels, with those of their neighbours that they share
-    /// paths with.
+    /// Renders a range of samples of all the film's pixels, with those of the neighbours in their groups.
     pub(super) fn render_shared(
         &mut self,
         work: Work,
@@ -95,7 +94,7 @@ impl Wave {
         self.shared = Some(shared);
     }
 
-    /// Looks at some pixels to see where sharing pays. The rays do not count. Returns false if it was stopped.
+    /// Probes some pixels to find out where path reuse pays. The rays are not counted. Returns false if stopped.
     fn probe(
         &mut self,
         pilot: &ReuseProbe,
@@ -122,7 +121,7 @@ impl Wave {
         true
     }
 
-    /// Follows the paths of the next units to their ends; false if there are none, or if it was stopped.
+    /// Follows the paths of the next units to their ends; returns false if there are none, or if stopped.
     fn trace_units(
         &mut self,
         SharedAndPlain { setup, plain }: SharedAndPlain,
@@ -151,7 +150,7 @@ impl Wave {
         !clock.observer.stops(0)
     }
 
-    /// The camera's paths of the next units.
+    /// Generates the camera's paths of the next units; returns false if there are none.
     fn generate_shared(
         &mut self,
         setup: &RenderSetup,
@@ -176,8 +175,8 @@ impl Wave {
         more
     }
 
-    /// Finds the wave's next vertices and all that is found there; misses end in the sink. `asks`: what the hits mean
-    /// to shared paths is wanted.
+    /// Finds and evaluates the wave's next vertices; the radiance of misses goes to the sink. `asks`: the roles of hits
+    /// in path reuse are stored.
     fn vertices(
         &mut self,
         setup: &RenderSetup,
@@ -195,7 +194,7 @@ impl Wave {
         self.report_ends(clock.observer);
     }
 
-    /// First vertices: what is found there belongs to the path alone.
+    /// Processes first vertices, whose light the path keeps.
     fn first_vertices(
         &mut self,
         setup: &RenderSetup,
@@ -237,7 +236,7 @@ impl Wave {
         clock.stage(Stage::Advance);
     }
 
-    /// Second vertices: what leaves them by their diffuse lobe is lent.
+    /// Processes second vertices, which give what leaves them by their diffuse lobe.
     fn second_vertices(
         &mut self,
         setup: &RenderSetup,
@@ -269,7 +268,7 @@ impl Wave {
         self.advance(slots, clock);
     }
 
-    /// What the paths have gathered has been put elsewhere.
+    /// Clears the paths' radiance, which has been stored elsewhere.
     fn put_aside(&mut self, clock: &mut StageClock) {
         if clock.observer.is_active() {
             let report = |i| clock.observer.report(&observe::spilled(&self.paths.load::<f32>(i)));

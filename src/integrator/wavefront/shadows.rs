@@ -1,4 +1,4 @@
-//! Rays to lights: their queue, and the stage that traces it.
+//! Shadow rays: their queue, and the stage that traces it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,20 +19,20 @@ use crate::world::Transport;
 /// Bytes of a shadow ray.
 pub const SHADOW_BYTES: usize = Columns::<10, 1>::ITEM + 2 * Columns::<0, 1>::ITEM;
 
-/// Shadow rays.
+/// A queue of shadow rays.
 pub struct ShadowQueue {
-    /// Origin, direction, end, contribution; which hit they are for.
+    /// Origin, direction, end, contribution; the hit that each ray is for.
     rays: Columns<10, 1>,
-    /// The emitters that they lead to, if some can be hit.
+    /// The emitters at their ends, if some can be hit.
     emitters: Option<Columns<0, 1>>,
-    /// The bodies that they begin in, if that makes a difference to what arrives.
+    /// The bodies in which they begin, if these affect what arrives.
     bodies: Option<Columns<0, 1>>,
-    /// Whether each goes straight through something; empty if nothing lets rays through.
+    /// True for each ray that goes straight through something; empty if no material lets rays through.
     passes: Vec<AtomicBool>,
 }
 
 impl ShadowQueue {
-    /// Room for `capacity` rays.
+    /// Creates a queue with room for `capacity` rays.
     pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
         let any = |is: fn(&Material) -> bool| {
             setup.transport == Transport::Path && setup.scene.materials.iter().any(is)
@@ -53,22 +53,22 @@ impl ShadowQueue {
         self.rays.bytes() + optional.sum::<usize>() + self.passes.len()
     }
 
-    /// How many rays there are.
+    /// The number of rays.
     pub fn count(&self) -> usize {
         self.rays.len()
     }
 
-    /// How many fit in all.
+    /// The number of rays that fit in all.
     pub fn capacity(&self) -> usize {
         self.rays.capacity()
     }
 
-    /// How many more fit.
+    /// The number of further rays that fit.
     pub fn room(&self) -> usize {
         self.rays.room()
     }
 
-    /// Forgets all rays.
+    /// Removes all rays.
     fn clear(&mut self) {
         self.rays.clear();
         self.emitters.iter_mut().chain(&mut self.bodies).for_each(Columns::clear);
@@ -88,7 +88,7 @@ impl ShadowQueue {
         }
     }
 
-    /// The rays, with a column of where they begin.
+    /// The rays, with a column of their beginnings.
     fn rays<'a>(&'a self, ends: &'a RayLimits, surfaces: &'a OfShadows) -> Rays<'a> {
         let column = |i: usize| self.rays.floats(i);
         Rays {
@@ -100,7 +100,7 @@ impl ShadowQueue {
         }
     }
 
-    /// One of them.
+    /// The ray at a place.
     pub fn ray(&self, i: usize) -> Ray<f32> {
         let vector = |column: usize| {
             let [x, y, z] = [0, 1, 2].map(|axis| self.rays.floats(column + axis)[i]);
@@ -109,27 +109,27 @@ impl ShadowQueue {
         Ray { origin: vector(0), direction: vector(3), t_min: 0.0, t_max: self.rays.floats(6)[i] }
     }
 
-    /// The hit that one is for.
+    /// The hit that a ray is for.
     fn target(&self, i: usize) -> usize {
         self.rays.integers(0)[i] as usize
     }
 
-    /// The emitter that one leads to, or [`NONE`] if none can be hit.
+    /// The emitter at a ray's end, or [`NONE`] if none can be hit.
     fn emitter(&self, i: usize) -> u32 {
         self.emitters.as_ref().map_or(NONE, |emitters| emitters.integers(0)[i])
     }
 
-    /// The bodies in which one begins.
+    /// The bodies in which a ray begins.
     fn bodies(&self, i: usize) -> u32 {
         self.bodies.as_ref().map_or(NOWHERE, |bodies| bodies.integers(0)[i])
     }
 
-    /// What arrives along each and at which hit.
+    /// The contributions of the rays, and the hits that they are for.
     pub fn contributions(&self) -> ([&[f32]; 3], &[u32]) {
         ([7, 8, 9].map(|i| self.rays.floats(i)), self.rays.integers(0))
     }
 
-    /// Sets what one brings.
+    /// Sets the contribution of a ray.
     fn bring(&mut self, i: usize, contribution: Color<f32>) {
         let Color { r, g, b } = contribution;
         for (column, value) in [7, 8, 9].into_iter().zip([r, g, b]) {
@@ -138,10 +138,10 @@ impl ShadowQueue {
     }
 }
 
-/// Which surfaces exist for rays to lights.
+/// The any-hit filter of shadow rays.
 struct OfShadows<'a> {
     setup: &'a RenderSetup,
-    /// Where the rays come from.
+    /// The paths from which the rays come.
     paths: &'a PathQueue,
     shadow: &'a ShadowQueue,
 }
@@ -161,7 +161,7 @@ impl HitPredicate for OfShadows<'_> {
 }
 
 impl Wave {
-    /// Traces the shadow queue and adds what arrives, in the queue's order.
+    /// Traces the shadow queue and adds the contributions, in the queue's order.
     pub(super) fn shadows(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
         let count = self.shadow.count();
         self.shadow.passes.iter_mut().take(count).for_each(|passes| *passes.get_mut() = false);
@@ -186,8 +186,8 @@ impl Wave {
         clock.stage(Stage::Shadow);
     }
 
-    /// What rays that nothing blocks bring: what is left behind surfaces that they go straight through, and in the
-    /// bodies where they begin; clamped.
+    /// Attenuates the contributions of unblocked rays by the surfaces that they go straight through, and in the bodies
+    /// where they begin; clamps them.
     fn weaken(&mut self, setup: &RenderSetup, isa: Isa, count: usize) {
         let clamps = setup.transport == Transport::Path && setup.clamp.is_some();
         if self.shadow.bodies.is_none() && self.shadow.passes.is_empty() && !clamps {

@@ -1,5 +1,5 @@
-//! The stages of the wave, a kernel each. Every one is a loop over the lanes of its input
-//! queue; what happens to light in it is in [`crate::integrator::whitted`].
+//! The stages of the wave, a kernel each. Every one is a loop over the lanes of its input queue; the light transport in
+//! it is in [`crate::integrator::whitted`].
 
 use super::queue::{HitQueue, PathQueue};
 use super::shadows::ShadowQueue;
@@ -13,7 +13,7 @@ use crate::shading::surface::material_of;
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use crate::world::Transport;
 
-/// The first `count` lanes, at most all.
+/// The mask of the first `count` lanes, at most all.
 #[inline(always)]
 pub(super) fn lanes<F: Float>(count: usize) -> F::Mask {
     F::Mask::first(count.min(F::WIDTH))
@@ -26,17 +26,17 @@ pub(super) fn numbered<I: Int>(first: usize) -> I {
     I::load(&STEPS) + I::splat(first as u32)
 }
 
-/// Camera paths for pixels and samples, to the end of `out`.
+/// Generates camera paths for pixels and samples, at the end of `out`.
 pub struct GenerateStage<'a> {
-    /// The scene.
+    /// The render setup.
     pub setup: &'a RenderSetup,
     /// Packed pixels, padded.
     pub pixels: &'a [u32],
     /// Samples, padded.
     pub samples: &'a [u32],
-    /// How many there are.
+    /// The number of paths.
     pub count: usize,
-    /// Where they go.
+    /// The queue for the paths.
     pub out: &'a mut PathQueue,
 }
 
@@ -56,7 +56,7 @@ impl Kernel for GenerateStage<'_> {
 
 /// Moves misses to the film, and compacts hits at the front of both queues.
 pub struct RetireStage<'a, 's> {
-    /// The scene.
+    /// The render setup.
     pub setup: &'a RenderSetup,
     /// The photons of the paths' samples.
     pub photons: Option<PhotonMaps<'a>>,
@@ -64,9 +64,9 @@ pub struct RetireStage<'a, 's> {
     pub paths: &'a mut PathQueue,
     /// Their hits, in and out.
     pub hits: &'a mut HitQueue,
-    /// Where misses end, if what they find is of use.
+    /// The receiver of the misses' radiance, if it is of use.
     pub sink: Option<&'a mut (dyn Sink + 's)>,
-    /// Is told of them.
+    /// The observer of ended paths.
     pub observer: &'a mut dyn Observer,
 }
 
@@ -108,7 +108,7 @@ impl Kernel for RetireStage<'_, '_> {
                 }
             }
             let stays = valid & !missed;
-            // In place: what is written lies at or before what has been read.
+            // In place: writes never overtake reads.
             self.paths.store(kept, stays, &path, Int::splat(NONE));
             let material = match self.setup.transport {
                 Transport::Whitted => Int::splat(NONE),
@@ -123,21 +123,21 @@ impl Kernel for RetireStage<'_, '_> {
 
 /// Turns hits into vertices and reflected and refracted rays.
 pub struct ShadeStage<'a> {
-    /// The scene.
+    /// The render setup.
     pub setup: &'a RenderSetup,
     /// The photons of the paths' samples.
     pub photons: Option<PhotonMaps<'a>>,
-    /// Paths that have hit something; their radiance gets what surfaces give off.
+    /// Paths that have hit something; the surfaces' emission is added to their radiance.
     pub paths: &'a mut PathQueue,
-    /// What they have hit.
+    /// Their hits.
     pub hits: &'a HitQueue,
-    /// For the lights, in the order of the paths.
+    /// Vertices for the lights, in the order of the paths.
     pub vertices: &'a mut VertexQueue,
-    /// For each path 1 if it goes on.
+    /// 1 for each path that goes on, else 0.
     pub goes_on: &'a mut [u32],
-    /// Mirror images.
+    /// Reflected paths.
     pub reflect: &'a mut PathQueue,
-    /// What is seen through.
+    /// Refracted paths.
     pub refract: &'a mut PathQueue,
 }
 
@@ -172,7 +172,7 @@ impl Kernel for ShadeStage<'_> {
     }
 }
 
-/// Writes as many lanes as the column still has room for.
+/// Stores as many lanes as the column still has room for.
 #[inline(always)]
 fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
     if column.len() - at >= F::WIDTH {
@@ -185,19 +185,19 @@ fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
     }
 }
 
-/// Vertices to shadow rays to one sample of a light, to the end of `out`.
+/// Turns vertices into shadow rays to one sample of a light, at the end of `out`.
 pub struct LightStage<'a> {
-    /// The scene.
+    /// The render setup.
     pub setup: &'a RenderSetup,
     /// Paths at their hits.
     pub paths: &'a PathQueue,
     /// Their vertices.
     pub vertices: &'a VertexQueue,
-    /// Which light.
+    /// The number of the light.
     pub light: usize,
-    /// Which of its samples.
+    /// The number of its sample.
     pub which: u32,
-    /// Where the rays go.
+    /// The queue for the rays.
     pub out: &'a mut ShadowQueue,
 }
 

@@ -1,4 +1,4 @@
-//! The queue of Whitted's vertices.
+//! The queue of Whitted vertices.
 
 use super::queue::Columns;
 use crate::integrator::whitted::WhittedVertex;
@@ -9,11 +9,11 @@ use crate::simd::{Float, Int, Mask};
 /// Bytes of a vertex.
 pub const VERTEX_BYTES: usize = Columns::<17, 1>::ITEM;
 
-/// What the lights need of each hit (see [`WhittedVertex`]).
+/// The data of each hit that the lights need (see [`WhittedVertex`]).
 pub struct VertexQueue(pub Columns<17, 1>);
 
 impl VertexQueue {
-    /// Writes vertices to place `at`.
+    /// Stores vertices from place `at` on.
     #[inline(always)]
     pub fn store<F: Float>(&mut self, at: usize, vertex: &WhittedVertex<F>) {
         let (p, g, n) = (vertex.position, vertex.geometric_normal, vertex.normal);
@@ -41,7 +41,7 @@ impl VertexQueue {
         self.0.pack::<F>(at, F::Mask::first(F::WIDTH), floats, [phong]);
     }
 
-    /// The vertices from `at` on.
+    /// Loads the vertices from `at` on.
     #[inline(always)]
     pub fn load<F: Float>(&self, at: usize) -> WhittedVertex<F> {
         let q = &self.0;

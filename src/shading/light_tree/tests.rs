@@ -1,4 +1,4 @@
-//! The light tree against what lights really bring.
+//! Compares the light tree with the actual contributions of lights.
 
 use std::num::Wrapping;
 
@@ -48,8 +48,8 @@ impl Panel {
         }
     }
 
-    /// The irradiance from the whole, taking 16 places on it; on a surface that counts both of
-    /// its sides, or one.
+    /// The irradiance from the whole panel, by 16 points on it, at a surface that counts light on both sides or only
+    /// its front.
     fn brings(&self, point: Vec3, normal: Vec3, both: bool) -> f32 {
         let mut sum = 0.0;
         for i in 0..16 {
@@ -72,7 +72,7 @@ fn random(stream: &mut Stream) -> Vec3 {
     Vec3::from_array([0; 3].map(|_| stream.random_range(-1.0..1.0)))
 }
 
-/// Panels in a cube of ±`reach`.
+/// Random panels in a cube of ±`reach`.
 fn panels(count: usize, reach: f32, size: f32, seed: u64) -> Vec<Panel> {
     let mut stream = Stream::new(seed);
     (0..count)
@@ -103,17 +103,17 @@ fn lamp(place: Vec3, power: f32) -> LightBounds {
     }
 }
 
-/// A sun in a direction.
+/// A distant light in direction `axis`.
 fn sun(axis: Vec3, power: f32) -> LightBounds {
     LightBounds { far: true, axis, cos_spread: 1.0, ..lamp(Vec3::ZERO, power) }
 }
 
-/// A surface that lets light through; none where the normal is zero.
+/// The facing of a surface that transmits light; of no surface if the normal is zero.
 fn both_sides(normal: Vec3) -> Wrapping<u32> {
     if normal == Vec3::ZERO { Wrapping(NONE) } else { facing::<f32>(Vector::splat(normal), true) }
 }
 
-/// One that does not.
+/// The facing of a surface that transmits no light.
 fn front(normal: Vec3) -> Wrapping<u32> {
     facing::<f32>(Vector::splat(normal), false)
 }
@@ -131,7 +131,7 @@ fn choose(tree: &LightTree, point: Vec3, normal: Vec3, u: f32) -> (usize, f32, f
     (light.0 as usize, pmf, rest)
 }
 
-/// A point within ±`reach`, and a normal or none.
+/// A random point within ±`reach`, and a normal or none.
 fn place(stream: &mut Stream, reach: f32) -> (Vec3, Vec3) {
     let point = random(stream) * reach;
     let normal = if stream.random_range(0..4) == 0 { Vec3::ZERO } else { random(stream).normalize() };
@@ -139,7 +139,7 @@ fn place(stream: &mut Stream, reach: f32) -> (Vec3, Vec3) {
 }
 
 #[test]
-fn probabilities_add_up_to_one() {
+fn probabilities_of_all_lights_add_up_to_one() {
     let mut stream = Stream::new(1);
     for count in [1, 2, 3, 50, 300] {
         let lights: Vec<_> =
@@ -155,7 +155,7 @@ fn probabilities_add_up_to_one() {
                 assert!((sum - 1.0).abs() < 1e-5, "{sum}");
             }
         }
-        // At a light's own place, and as far away as possible.
+        // At the position of a light, and as far away as possible.
         for point in [lights[0].bounds.min, Vec3::splat(1e18)] {
             let sum: f64 = (0..count).map(|light| chance(&tree, point, Vec3::Y, light) as f64).sum();
             assert!((sum - 1.0).abs() < 1e-5, "{sum}");
@@ -164,7 +164,7 @@ fn probabilities_add_up_to_one() {
 }
 
 #[test]
-fn lights_are_drawn_by_their_probability() {
+fn sample_draws_lights_with_the_probability_of_pmf() {
     let mut lights: Vec<_> = panels(38, 5.0, 2.0, 2).iter().map(Panel::bounds).collect();
     let mut stream = Stream::new(7);
     lights.extend((0..2).map(|_| sun(random(&mut stream), 0.5)));
@@ -186,7 +186,7 @@ fn lights_are_drawn_by_their_probability() {
             }
         }
         let probabilities: Vec<f64> = (0..40).map(|i| chance(&tree, point, normal, i) as f64).collect();
-        // What is left are dead ends of the tree: no light of a part of it reaches the point.
+        // The rest are dead ends: no light in that part of the tree reaches the point.
         let dead = 1.0 - probabilities.iter().sum::<f64>();
         let (mut chi2, mut freedom) = (0.0, -1.0);
         let (mut rare, mut rare_count) = (0.0, 0.0);
@@ -210,7 +210,7 @@ fn lights_are_drawn_by_their_probability() {
 }
 
 #[test]
-fn whatever_brings_light_can_be_chosen() {
+fn every_contributing_light_can_be_chosen() {
     for (reach, size) in [(5.0, 2.0), (100.0, 0.1), (1.0, 5.0), (1e4, 1.0), (0.0, 1.0)] {
         let panels = panels(60, reach, size, 3);
         let tree = tree(&panels);
@@ -218,7 +218,7 @@ fn whatever_brings_light_can_be_chosen() {
         for round in 0..400 {
             let (mut point, normal) = place(&mut stream, 1.5 * reach + size);
             if round % 4 == 0 {
-                // Nearly in a panel's plane, where its cosine is about to be zero.
+                // Nearly in a panel's plane, where its cosine is close to zero.
                 let panel = &panels[round % 60];
                 let place = panel.at(stream.random_range(-3.0..4.0), stream.random_range(-3.0..4.0));
                 point = place + panel.normal() * size * 1e-3;
@@ -241,7 +241,7 @@ fn whatever_brings_light_can_be_chosen() {
 }
 
 #[test]
-fn spot_lights_reach_to_their_outer_angle_and_no_farther() {
+fn spot_lights_are_chosen_only_within_their_outer_angle() {
     let mut stream = Stream::new(5);
     for outer in [0.01f32, 0.3, 1.0, 1.5] {
         let light = |place: Vec3| LightBounds {
@@ -283,7 +283,7 @@ fn lights_that_face_away_are_not_chosen() {
     assert_eq!(choose(&tree_down, Vec3::Y * 20.0, Vec3::Y, 0.7).1, 0.0);
     let two = tree(&lights.iter().map(|light| Panel { two_sided: true, ..*light }).collect::<Vec<_>>());
     assert!((sum(&two, Vec3::Y * 20.0) - 1.0).abs() < 1e-5);
-    // Without lights, power or a mask there is nothing to choose.
+    // Without lights, power or mask nothing can be chosen.
     assert_eq!(choose(&build(&[]), Vec3::ZERO, Vec3::Y, 0.5).1, 0.0);
     assert_eq!(choose(&build(&[lamp(Vec3::Y, 0.0); 3]), Vec3::ZERO, Vec3::Y, 0.5).1, 0.0);
     assert_eq!(chance(&tree_down, Vec3::ZERO, Vec3::Y, 8), 0.0);
@@ -291,7 +291,7 @@ fn lights_that_face_away_are_not_chosen() {
 }
 
 #[test]
-fn what_is_behind_a_surface_is_not_chosen() {
+fn lights_behind_an_opaque_surface_are_not_chosen() {
     let mut stream = Stream::new(10);
     let behind: Vec<_> = (0..64).map(|_| lamp(random(&mut stream) - Vec3::Y * 1.5, 100.0)).collect();
     let mut lights = behind.clone();
@@ -302,13 +302,13 @@ fn what_is_behind_a_surface_is_not_chosen() {
     assert!((on(front(Vec3::Y), 64) - 1.0).abs() < 1e-6, "{}", on(front(Vec3::Y), 64));
     assert!((0..64).all(|light| on(front(Vec3::Y), light) == 0.0 && on(front(-Vec3::Y), light) > 0.0));
     assert!(on(front(Vec3::Y), 65) == 0.0 && on(front(-Vec3::Y), 65) > 0.0);
-    // A leaf of a tree lets it through.
+    // A leaf (of a plant) transmits light from all of them.
     assert!((0..66).all(|light| on(both_sides(Vec3::Y), light) > 0.0));
 }
 
-/// Suns are chosen by what they bring, and beside lamps by the root of it.
+/// Distant lights are chosen by irradiance, and against local lights by its square root.
 #[test]
-fn what_is_far_away_is_chosen_by_its_irradiance() {
+fn distant_lights_are_chosen_by_irradiance() {
     let up = Vec3::Y;
     let tilted = |cos: f32| Vec3::new((1.0 - cos * cos).sqrt(), cos, 0.0);
     let mut lights = vec![sun(up, 1.0)];
@@ -319,13 +319,13 @@ fn what_is_far_away_is_chosen_by_its_irradiance() {
     let two = build(&[sun(up, 1.0), sun(tilted(0.25), 2.0)]);
     let weak = chance_on(&two, Vec3::ZERO, front(up), 1);
     assert!((weak - 1.0 / 3.0).abs() < 1e-3, "{weak}");
-    // A lamp of the same irradiance at 3 m, and one that brings a hundredth.
+    // A point light of the same irradiance at 3 m, and one of a hundredth of it.
     for (intensity, expected) in [(9.0, 0.5), (0.09, 1.0 / 11.0)] {
         let tree = build(&[sun(up, 1.0), lamp(up * 3.0, intensity)]);
         let lamp = chance_on(&tree, Vec3::ZERO, front(up), 1);
         assert!((lamp - expected).abs() < 1e-3, "{lamp}");
     }
-    // The nearest of a town's lamps counts, not the town as a whole.
+    // The nearest of 400 lights counts, not all of them as a whole.
     let mut town: Vec<_> =
         (0..400).map(|i| lamp(Vec3::new((i % 20) as f32, 0.1, (i / 20) as f32) * 10.0, 9.0)).collect();
     town.push(sun(up, 1.0));
@@ -335,11 +335,11 @@ fn what_is_far_away_is_chosen_by_its_irradiance() {
     assert!(chance > 0.25, "{chance}");
 }
 
-/// The variance of irradiance from one light, chosen by the tree, relative to choosing by power.
+/// Compares the variance of the irradiance from one light chosen by the tree with that of choosing by power.
 #[test]
-fn many_lights_are_chosen_far_better_than_by_power() {
+fn tree_has_less_than_a_fiftieth_of_the_variance_of_choosing_by_power() {
     let mut stream = Stream::new(6);
-    // A town by night: a thousand lamps that shine down.
+    // A town at night: a thousand panels that emit downwards.
     let lamps: Vec<_> = (0..1000)
         .map(|_| Panel {
             corner: random(&mut stream) * Vec3::new(100.0, 1.0, 100.0) + Vec3::Y * 5.0,
@@ -404,7 +404,7 @@ fn every_level_gives_the_same_bits() {
     lights.extend((0..5).map(|i| sun(random(&mut stream), 0.1 * i as f32)));
     let tree = build(&lights);
     let numbers: Vec<f32> = (0..7 * 512).map(|_| stream.random_range(-1.0..1.0)).collect();
-    // Wider lanes write in another order.
+    // Different lane widths write in a different order.
     let sorted = |isa, both| {
         let mut bits = dispatch(isa, Choose(&tree, &numbers, both));
         bits.sort_unstable();

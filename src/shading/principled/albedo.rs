@@ -1,6 +1,6 @@
-//! How much light a rough mirror of reflectance 1 gives back after one bounce between its
-//! microfacets: what is missing bounces more than once, and is given back by a lobe of its own
-//! (Kulla and Conty 2017) so that a white surface in white surroundings stays white.
+//! The albedo of a rough mirror of reflectance 1 after a single bounce between its microfacets. The missing light
+//! bounces more than once, and is returned by a separate lobe (Kulla and Conty 2017), so that a white surface passes
+//! the furnace test.
 
 use std::num::Wrapping;
 
@@ -13,25 +13,24 @@ use crate::simd::{Float, Int, Isa, Kernel, Lanes, dispatch};
 const COSINES: usize = 40;
 /// Roughnesses (√α) in the table.
 const ROUGHNESSES: usize = 28;
-/// Directions for an entry.
+/// Directions per entry.
 const SAMPLES: u32 = 2048;
 
-/// Albedo of GGX with Schlick's Fresnel term F₀ (1 − f) + F₉₀ f, f = (1 − cos)⁵, is
-/// F₀ · `straight` + F₉₀ · `grazing`: both at each roughness and cosine, and their means over the
-/// hemisphere.
+/// The albedo of GGX with Schlick's Fresnel term F₀ (1 − f) + F₉₀ f, f = (1 − cos)⁵, is F₀ · `straight` + F₉₀ ·
+/// `grazing`. The table holds both at each roughness and cosine, and their means over the hemisphere.
 pub struct AlbedoTable {
     entries: Vec<f32>,
     means: Vec<f32>,
-    /// Mean and standard deviation of the cosine under which microfacets meet the light that they reflect.
+    /// Mean and standard deviation of the cosine of incidence at microfacets, weighted by the reflected light.
     cosines: Vec<f32>,
 }
 
-/// Two parts of an albedo (see [`directional`]).
+/// The two parts of an albedo (see [`directional`]).
 #[derive(Clone, Copy)]
 pub struct Albedo<F> {
-    /// What F₀ is multiplied by.
+    /// The coefficient of F₀.
     pub straight: F,
-    /// What F₉₀ is multiplied by.
+    /// The coefficient of F₉₀.
     pub grazing: F,
 }
 
@@ -42,7 +41,7 @@ impl<F: Float> Albedo<F> {
         self.straight + self.grazing
     }
 
-    /// Between two.
+    /// Interpolates linearly.
     #[inline(always)]
     pub(super) fn mix(self, other: Self, weight: F) -> Self {
         let rest = F::one() - weight;
@@ -54,11 +53,11 @@ impl<F: Float> Albedo<F> {
 }
 
 impl AlbedoTable {
-    /// Without entries.
+    /// An empty table.
     pub(super) const EMPTY: AlbedoTable =
         AlbedoTable { entries: Vec::new(), means: Vec::new(), cosines: Vec::new() };
 
-    /// Takes some hundredths of a second.
+    /// Computes the table, in some hundredths of a second.
     pub(super) fn new() -> Self {
         let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
         let (mut entries, mut means, mut cosines) = (Vec::new(), Vec::new(), Vec::new());
@@ -73,7 +72,7 @@ impl AlbedoTable {
                 entries.extend([albedo.straight, albedo.grazing]);
                 cosines.extend(cosine);
             }
-            // ∫ 2 μ E(μ) dμ.
+            // The mean ∫ 2 μ E(μ) dμ.
             let steps = 256;
             let (mut straight, mut grazing) = (0.0f64, 0.0f64);
             for i in 0..steps {
@@ -94,34 +93,34 @@ impl AlbedoTable {
     }
 }
 
-/// Points of the unit square, the same for all entries of a table.
+/// Points of the unit square, shared by all entries of a table.
 pub(super) struct Points {
     u: Vec<f32>,
     v: Vec<f32>,
 }
 
 impl Points {
-    /// `count` must be a multiple of the number of lanes.
+    /// Creates `count` points, a multiple of the number of lanes.
     pub fn new(count: u32) -> Self {
         let points = (0..count).map(|i| sobol::two::<f32>(Wrapping(i), Wrapping(1)));
         let (u, v) = points.unzip();
         Self { u, v }
     }
 
-    /// How many there are.
+    /// The number of points.
     pub fn count(&self) -> usize {
         self.u.len()
     }
 
-    /// Those from one place on.
+    /// Loads points from an index on, one per lane.
     #[inline(always)]
     pub fn load<F: Float>(&self, at: usize) -> (F, F) {
         (F::load(&self.u[at..]), F::load(&self.v[at..]))
     }
 }
 
-/// The mean of G₂/G₁ over visible normals, apart by the Fresnel term's two parts; and mean and standard deviation
-/// of the angles' cosines.
+/// The mean of G₂/G₁ over visible normals, split into the Fresnel term's two parts; and mean and standard deviation of
+/// the cosine of incidence.
 pub(super) fn integrate(isa: Isa, w: Vector<f32>, ggx: Ggx<f32>, points: &Points) -> (Albedo<f32>, [f32; 2]) {
     dispatch(isa, AlbedoIntegral { w, ggx, points })
 }
@@ -158,7 +157,7 @@ impl AlbedoIntegral<'_> {
             let (mut weights, mut cosines) = ([0.0; 16], [0.0; 16]);
             weight.store(&mut weights);
             cos.store(&mut cosines);
-            // Added one after the other, so that the sum does not depend on the number of lanes.
+            // Added sequentially, so that the sum does not depend on the number of lanes.
             for (weight, cos) in weights[..F::WIDTH].iter().zip(cosines) {
                 let weight = f64::from(*weight);
                 let f = (1.0 - f64::from(cos)).powi(5);
@@ -177,7 +176,7 @@ impl AlbedoIntegral<'_> {
     }
 }
 
-/// The place between two nodes: the lower one and the weight of the upper.
+/// The lower node of a position between two nodes, and the weight of the upper one.
 #[inline(always)]
 pub(super) fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
     let place = place.clamp(0.0, (nodes - 1) as f32);
@@ -185,22 +184,22 @@ pub(super) fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
     (node.to_int(), place - node)
 }
 
-/// Albedo for a cosine to the normal at a roughness √α.
+/// The albedo for a cosine to the normal and a roughness √α.
 #[inline(always)]
 pub fn directional<F: Float>(table: &AlbedoTable, cosine: F, roughness: F, mask: F::Mask) -> Albedo<F> {
     let [straight, grazing] = pair(&table.entries, cosine, roughness, mask);
     Albedo { straight, grazing }
 }
 
-/// Two cosines that stand for all under which microfacets meet light, one deviation to either side of the mean: a
-/// function of the angle has about the same mean over both as over all.
+/// Two cosines that represent all angles of incidence at microfacets, one standard deviation to either side of the
+/// mean: a function of the angle has about the same mean over both as over all.
 #[inline(always)]
 pub fn cosines<F: Float>(table: &AlbedoTable, cosine: F, roughness: F, mask: F::Mask) -> [F; 2] {
     let [mean, deviation] = pair(&table.cosines, cosine, roughness, mask);
     [(mean - deviation).clamp(1e-3, 1.0), (mean + deviation).clamp(1e-3, 1.0)]
 }
 
-/// Two numbers of a table of pairs.
+/// Looks up a pair of numbers.
 #[inline(always)]
 fn pair<F: Float>(table: &[f32], cosine: F, roughness: F, mask: F::Mask) -> [F; 2] {
     let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);
@@ -214,7 +213,7 @@ fn pair<F: Float>(table: &[f32], cosine: F, roughness: F, mask: F::Mask) -> [F; 
     [both.straight, both.grazing]
 }
 
-/// The same, averaged over the hemisphere with weight cos/π.
+/// The mean albedo over the hemisphere, with weight cos/π.
 #[inline(always)]
 pub fn average<F: Float>(table: &AlbedoTable, roughness: F, mask: F::Mask) -> Albedo<F> {
     let (r, wr) = between(roughness * F::splat((ROUGHNESSES - 1) as f32), ROUGHNESSES);
@@ -222,7 +221,7 @@ pub fn average<F: Float>(table: &AlbedoTable, roughness: F, mask: F::Mask) -> Al
     entry(&table.means, first, mask).mix(entry(&table.means, first + F::Int::splat(2), mask), wr)
 }
 
-/// Both parts, from one place of a table on.
+/// Loads both parts from a table, starting at `first`.
 #[inline(always)]
 pub(super) fn entry<F: Float>(table: &[f32], first: F::Int, mask: F::Mask) -> Albedo<F> {
     Albedo {

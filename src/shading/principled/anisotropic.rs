@@ -1,5 +1,5 @@
-//! How much light a rough mirror of stretched microfacets reflects after one bounce: like [`super::albedo`] for round
-//! ones, with two more parameters.
+//! The albedo of a rough mirror with anisotropic microfacets after a single bounce: like [`super::albedo`] for
+//! isotropic ones, with two more parameters.
 
 use super::albedo::{Albedo, Points, between, entry, integrate};
 use super::ggx::Ggx;
@@ -7,29 +7,29 @@ use crate::math::Vector;
 use crate::math::elementary::sin_cos_turns;
 use crate::simd::{Float, Int, Isa};
 
-/// √ of the narrower α.
+/// Nodes of √α, where α is the smaller width.
 const ROUGHNESSES: usize = 12;
-/// √ of how far the wider α is on the way from the narrower one to 1.
+/// Nodes of the strength: the square root of the position of the larger width between the smaller one and 1.
 const STRENGTHS: usize = 12;
-/// |cos| of the angle between a direction and the wider axis, seen from above.
+/// Nodes of |cos| of the angle between a direction and the axis of the larger width, projected onto the surface.
 const AZIMUTHS: usize = 6;
-/// Cosines to the normal: the nodes are at squares, closer together at grazing angles.
+/// Nodes of the cosine to the normal: at squares, closer together at grazing angles.
 const COSINES: usize = 16;
-/// Directions for an entry.
+/// Directions per entry.
 const SAMPLES: u32 = 512;
 
 /// Both parts of the albedo at each roughness, strength, azimuth and cosine, and their means over the hemisphere.
-/// Against the integral at places between, 600 of them: 0.0016 off in the root mean square, 0.013 at most.
+/// Compared with the integral at 600 points between nodes, the root mean square error is 0.0016, the maximum 0.013.
 pub struct AnisotropicTable {
     entries: Vec<f32>,
     means: Vec<f32>,
 }
 
 impl AnisotropicTable {
-    /// Without entries.
+    /// An empty table.
     pub(super) const EMPTY: AnisotropicTable = AnisotropicTable { entries: Vec::new(), means: Vec::new() };
 
-    /// Takes some hundredths of a second.
+    /// Computes the table, in some hundredths of a second.
     pub(super) fn new() -> Self {
         let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
         let part = |i: usize, count: usize| i as f32 / (count - 1) as f32;
@@ -56,13 +56,13 @@ impl AnisotropicTable {
     }
 }
 
-/// The direction with a cosine to the normal and, seen from above, one to the x axis.
+/// The direction with a cosine to the normal and, projected onto the surface, a cosine to the x axis.
 pub(super) fn direction(cosine: f32, azimuth: f32) -> Vector<f32> {
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     Vector::new(sine * azimuth, sine * (1.0 - azimuth * azimuth).max(0.0).sqrt(), cosine)
 }
 
-/// 1/π ∫ E(ω) cos dω.
+/// The mean 1/π ∫ E(ω) cos dω.
 fn mean(table: &AnisotropicTable, ggx: &Ggx<f32>) -> [f32; 2] {
     const STEPS: [usize; 2] = [16, 64];
     let (mut straight, mut grazing) = (0.0f64, 0.0f64);
@@ -79,7 +79,7 @@ fn mean(table: &AnisotropicTable, ggx: &Ggx<f32>) -> [f32; 2] {
     [(straight / count) as f32, (grazing / count) as f32]
 }
 
-/// Places among roughnesses and strengths for a pair of widths, x the wider one: lower nodes, and the weights of the
+/// Positions among roughnesses and strengths of a pair of widths, x the larger one: lower nodes, and the weights of the
 /// upper ones.
 #[inline(always)]
 pub(super) fn place<F: Float>(
@@ -95,7 +95,7 @@ pub(super) fn place<F: Float>(
     )
 }
 
-/// |cos| of the angle between a direction and the wider axis, seen from above.
+/// |cos| of the angle between a direction and the axis of the larger width, projected onto the surface.
 #[inline(always)]
 pub(super) fn azimuth<F: Float>(w: Vector<F>) -> F {
     let square = w.x * w.x + w.y * w.y;
@@ -103,7 +103,7 @@ pub(super) fn azimuth<F: Float>(w: Vector<F>) -> F {
     w.x.abs() / F::select(upright, F::one(), square).sqrt()
 }
 
-/// Albedo for a direction in the frame; only the absolute values of its components count.
+/// The albedo for a direction in the frame; the signs of its components are ignored.
 #[inline(always)]
 pub fn directional<F: Float>(
     table: &AnisotropicTable,
@@ -115,7 +115,7 @@ pub fn directional<F: Float>(
     let (a, wa) = between(azimuth(w) * F::splat((AZIMUTHS - 1) as f32), AZIMUTHS);
     let (c, wc) = between(w.z.abs().sqrt() * F::splat((COSINES - 1) as f32), COSINES);
     let first = (r * F::Int::splat(STRENGTHS as u32) + s) * F::Int::splat(AZIMUTHS as u32) + a;
-    // Two numbers each.
+    // Each entry is a pair of numbers.
     let first = (first * F::Int::splat(COSINES as u32) + c) * F::Int::splat(2);
     let (stronger, rougher) = (2 * COSINES * AZIMUTHS, 2 * COSINES * AZIMUTHS * STRENGTHS);
     let (weights, table) = ((wa, wc), &table.entries[..]);
@@ -128,7 +128,7 @@ pub fn directional<F: Float>(
     smooth.mix(low.mix(high, ws), wr)
 }
 
-/// Between two azimuths and two cosines.
+/// Interpolates between two azimuths and two cosines.
 #[inline(always)]
 fn plane<F: Float>(table: &[f32], first: F::Int, (wa, wc): (F, F), mask: F::Mask) -> Albedo<F> {
     let next = F::Int::splat(2);
@@ -138,7 +138,7 @@ fn plane<F: Float>(table: &[f32], first: F::Int, (wa, wc): (F, F), mask: F::Mask
     low.mix(high, wa)
 }
 
-/// The same, averaged over the hemisphere with weight cos/π.
+/// The mean albedo over the hemisphere, with weight cos/π.
 #[inline(always)]
 pub fn average<F: Float>(table: &AnisotropicTable, ggx: &Ggx<F>, mask: F::Mask) -> Albedo<F> {
     let ((r, wr), (s, ws)) = place(ggx, ROUGHNESSES, STRENGTHS);
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn round_microfacets_are_those_of_the_other_table() {
+    fn equal_widths_match_the_isotropic_table() {
         for r in [0.1f32, 0.3, 0.5, 0.8, 1.0] {
             let ggx = Ggx { x: r * r, y: r * r };
             let all = LobeTables::all();

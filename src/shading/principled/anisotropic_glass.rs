@@ -1,4 +1,4 @@
-//! Rough glass whose microfacets are stretched: [`super::glass`] with the dimensions of [`super::anisotropic`].
+//! Rough glass with anisotropic microfacets: [`super::glass`] with the dimensions of [`super::anisotropic`].
 
 use super::albedo::{Points, between};
 use super::anisotropic::{azimuth, direction, place};
@@ -10,28 +10,28 @@ use crate::simd::{Float, Int, Isa, Outlined};
 
 /// Ratios of indices on each side: nodes as in [`super::glass`].
 const RATIOS: usize = 9;
-/// The last of the [`RATIOS`]: ior 9. Larger ones are taken as that.
+/// The last of the [`RATIOS`]: ior 9. Larger ratios are clamped to it.
 const LAST: f32 = 0.8;
 const ROUGHNESSES: usize = 9;
 const STRENGTHS: usize = 7;
 const AZIMUTHS: usize = 5;
 const COSINES: usize = 17;
-/// Directions for an entry.
+/// Directions per entry.
 const SAMPLES: u32 = 256;
 
-/// By side, ratio of indices, roughness, strength, azimuth and cosine: both numbers of a [`Divided`].
+/// Tables by side, ratio of indices, roughness, strength, azimuth and cosine: both numbers of a [`Divided`].
 pub struct AnisotropicGlassTable {
     entries: Vec<f32>,
-    /// Means over the hemisphere of what is not reflected, by side, ratio, roughness and strength.
+    /// Means over the hemisphere of the light that is not reflected, by side, ratio, roughness and strength.
     means: Vec<f32>,
 }
 
 impl AnisotropicGlassTable {
-    /// Without entries.
+    /// An empty table.
     pub(super) const EMPTY: AnisotropicGlassTable =
         AnisotropicGlassTable { entries: Vec::new(), means: Vec::new() };
 
-    /// Takes a tenth of a second.
+    /// Computes the table, in a tenth of a second.
     pub(super) fn new() -> Self {
         let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
         let mut table = Self::EMPTY;
@@ -66,7 +66,7 @@ impl AnisotropicGlassTable {
         table
     }
 
-    /// 1/π ∫ (1 − reflected) cos dω.
+    /// The mean 1/π ∫ (1 − reflected) cos dω.
     fn mean(&self, ggx: &Ggx<f32>, cosine: &Cosine<f32>) -> f32 {
         const TURNS: usize = 4;
         let mut sum = 0.0;
@@ -78,13 +78,14 @@ impl AnisotropicGlassTable {
         sum / TURNS as f32
     }
 
-    /// The division of light from a direction in the frame; `eta` is the viewer's side over the other.
+    /// The division of light from a direction in the frame; `eta` is the index on the viewer's side divided by the
+    /// other.
     #[inline(always)]
     pub fn directional<F: Float>(&self, w: Vector<F>, ggx: &Ggx<F>, eta: F, mask: F::Mask) -> Divided<F> {
         F::outlined(GlassLookUp { table: self, w, ggx: *ggx, eta, mask })
     }
 
-    /// The mean over the hemisphere of what is not reflected, weighted by the cosine.
+    /// The mean over the hemisphere of the light that is not reflected, weighted by the cosine.
     #[inline(always)]
     pub fn transmitted_mean<F: Float>(&self, ggx: &Ggx<F>, eta: F, mask: F::Mask) -> F {
         let (side, e, we) = between_ratios(eta, RATIOS, LAST);
@@ -104,7 +105,7 @@ impl AnisotropicGlassTable {
     }
 }
 
-/// The weight of the upper node, or that of the lower one.
+/// The weight of the upper node if `up` is 1, otherwise that of the lower one.
 #[inline(always)]
 fn weight<F: Float>(upper: F, up: u32) -> F {
     if up == 1 { upper } else { F::one() - upper }

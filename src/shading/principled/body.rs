@@ -1,4 +1,4 @@
-//! Boundaries of bodies, which bend light: how they divide it, and what that leaves to light that is scattered within.
+//! Refractive boundaries of bodies: the division of light, and the part that is left for scattering within.
 
 use super::bsdf::Bsdf;
 use super::glass::Divided;
@@ -7,15 +7,15 @@ use crate::math::{Color, Vector};
 use crate::shading::fresnel;
 use crate::simd::{Float, Mask};
 
-/// How often a scattered direction within a rough body is drawn from the cone in which most of them leave it, at most:
-/// within smooth ones always.
+/// The largest probability of drawing a scattered direction within a rough body from the cone in which most of them
+/// leave it; within smooth bodies it is 1.
 const CONE_FRACTION: f32 = 0.9;
 
 impl<F: Float> Bsdf<F> {
     /// The density of scattered directions at an angle to the normal, on the viewer's side or behind the surface.
     ///
-    /// It is the cosine's, but within a body most directions are drawn from the cone of the critical angle, which is
-    /// what refraction makes of the hemisphere outside: others would seldom leave it.
+    /// It is the cosine's, but within a body most directions are drawn from the cone of the critical angle, the
+    /// refracted image of the hemisphere outside: directions beyond it would seldom leave the body.
     #[inline(always)]
     pub(super) fn wide_density(&self, cos: F, is_behind: bool) -> F {
         let lambert = cos * F::splat(std::f32::consts::FRAC_1_PI);
@@ -30,7 +30,7 @@ impl<F: Float> Bsdf<F> {
         lambert * (F::one() - part + of_cone)
     }
 
-    /// The factor that makes the sine of a cosine-distributed direction that of one with [`Bsdf::wide_density`], for a
+    /// A factor on the sine of a cosine-distributed direction which gives it the density [`Bsdf::wide_density`], for a
     /// random number.
     #[inline(always)]
     pub(super) fn wide_sine(&self, is_behind: F::Mask, which: F) -> F {
@@ -43,22 +43,22 @@ impl<F: Float> Bsdf<F> {
 
     #[inline(always)]
     fn cone_fraction(&self) -> F {
-        // Fibres share the lobe's directions, and shine at grazing angles.
+        // The sheen shares the lobe's directions, and is bright at grazing angles.
         if self.has.sheen {
             return F::zero();
         }
-        // Microfacets that are tilted as much as the cone is wide let light out anywhere.
+        // Microfacets tilted by as much as the cone is wide transmit light from all directions.
         let eta = self.p.eta;
         let tilt = self.p.roughness * self.p.roughness * eta.max(F::one() / eta);
         F::select(self.smooth, F::one(), (F::one() - tilt * F::splat(0.7)).clamp(0.0, CONE_FRACTION))
     }
 
-    /// Divides light between reflection, transmission and what bodies scatter.
+    /// Divides light between reflection, transmission and scattering within bodies.
     #[inline(always)]
     pub(super) fn divide(&mut self, mask: F::Mask) {
         let scatters = self.has.diffuse || self.has.back;
         if scatters {
-            // Schlick's term knows nothing about total reflection.
+            // Schlick's term lacks total reflection.
             self.left = self.fresnel(self.wo.z).dielectric.complement();
             self.left_mean = Color::grey(self.left_mean_of_body(self.p.eta, mask));
             if self.has.back {
@@ -84,7 +84,7 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// The division of light from a direction by a body's rough boundary, where the ratio of indices is `eta`.
+    /// The division of light from a direction by a body's rough boundary, for a ratio of indices `eta`.
     #[inline(always)]
     fn divided(&self, w: Vector<F>, eta: F, mask: F::Mask) -> Divided<F> {
         if self.has.anisotropic {
@@ -93,8 +93,8 @@ impl<F: Float> Bsdf<F> {
         self.tables.glass.directional(w.z.abs(), self.p.roughness, eta, mask)
     }
 
-    /// The fraction of light from a direction on either side that a body's boundary does not reflect: light that is
-    /// scattered within leaves by the same boundary as it came. Films are left out here, so surfaces that have one are
+    /// The fraction of light from a direction on either side that a body's boundary does not reflect: light scattered
+    /// within leaves by the same boundary through which it came. Films are ignored here, so surfaces with a film are
     /// not reciprocal.
     #[inline(always)]
     pub(super) fn left_by_body(&self, w: Vector<F>, eta: F, mask: F::Mask) -> F {
@@ -122,13 +122,13 @@ impl<F: Float> Bsdf<F> {
         mean.max(F::splat(1e-6))
     }
 
-    /// The light from a direction on the viewer's side that the mirror lobe leaves.
+    /// The light from a direction on the viewer's side that the mirror lobe does not reflect.
     #[inline(always)]
     pub(super) fn left_towards(&self, wi: Vector<F>, seen: &DirectionalAlbedo<F>, mask: F::Mask) -> Color<F> {
         if self.has.solid { Color::grey(self.left_by_body(wi, self.p.eta, mask)) } else { self.left_by(seen) }
     }
 
-    /// Refracted by microfacets (Walter and others 2007; PBRT 4th ed., 9.7).
+    /// Refraction by microfacets: value and density (Walter and others 2007; PBRT 4th ed., 9.7).
     #[inline(always)]
     pub(super) fn bent(&self, wi: Vector<F>) -> (Color<F>, F) {
         let (zero, p) = (F::zero(), &self.p);

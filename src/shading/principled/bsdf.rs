@@ -1,9 +1,9 @@
-//! What a physically based surface does to light: lobes of diffuse light, of a rough mirror, of
-//! what goes through, and of a clear layer above, in the local frame of the shading normal.
+//! The BSDF of physically based surfaces: lobes of diffuse reflection and transmission, of a rough mirror, of rough
+//! transmission and of a clear coat, in the local frame of the shading normal.
 //!
-//! Layers divide light by their directional albedos, so that nothing is lost or gained: what
-//! the mirror lobe does not give back is left to what lies below it (glTF 2.0, appendix B, with the
-//! Fresnel mix of single microfacets replaced by the mix of whole lobes; Kulla and Conty 2017).
+//! Layers divide light by their directional albedos, so that energy is conserved: light that the mirror lobe does not
+//! reflect reaches the lobes below (glTF 2.0, appendix B, with the Fresnel mix of single microfacets replaced by the
+//! mix of whole lobes; Kulla and Conty 2017).
 
 use super::albedo::{self, Albedo};
 use super::anisotropic;
@@ -17,47 +17,47 @@ use crate::simd::{Float, Mask, Outlined};
 
 const PI: f32 = std::f32::consts::PI;
 
-/// A surface seen from one direction.
+/// The BSDF of a surface seen from one direction.
 pub struct Bsdf<F: Float> {
     pub(super) has: LobeFlags,
     pub(super) p: Parameters<F>,
     pub(super) tables: LobeTables,
-    /// To the viewer, in the frame.
+    /// Direction to the viewer, in the frame.
     pub(super) wo: Vector<F>,
-    /// Where the mirror lobe is a perfect mirror's.
+    /// Set if the mirror lobe is that of a perfect mirror.
     pub(super) smooth: F::Mask,
-    /// Λ of the viewer's direction.
+    /// Smith's Λ of the viewer's direction.
     pub(super) lambda: F,
     pub(super) own: DirectionalAlbedo<F>,
     pub(super) mean: Albedo<F>,
     /// Albedo of single reflections, for the viewer.
     pub(super) once: Reflectance<F>,
-    /// Albedo of light that bounced more than once between microfacets.
+    /// Albedo of light that is reflected more than once between microfacets.
     pub(super) multiple: Color<F>,
-    /// Makes up for light lost between the microfacets of transmissive bodies.
+    /// Compensates for light lost between the microfacets of transmissive bodies.
     pub(super) gain: Reflectance<F>,
-    /// The same as `multiple` for what is no metal.
+    /// The dielectric's part of `multiple`.
     pub(super) dielectric: Color<F>,
-    /// And for the part that is.
+    /// The metal's part of `multiple`.
     pub(super) further_metal: Color<F>,
     /// 1 − albedo of the dielectric's mirror lobe, for the viewer, and its mean.
     pub(super) left: Color<F>,
     pub(super) left_mean: Color<F>,
-    /// For bodies that scatter light to the other side: the same mean over directions there.
+    /// The mean of `left` over directions on the other side, for bodies that scatter light there.
     pub(super) left_mean_behind: F,
-    /// What the layers above leave.
+    /// The fraction of light that passes the layers above the base.
     pub(super) below: F,
-    /// What the clear layer alone leaves.
+    /// The fraction of light that passes the clear coat.
     below_coat: F,
     pub(super) coat_wo: Vector<F>,
     pub(super) coat_smooth: F::Mask,
-    /// Probabilities of the lobes: diffuse, back, microfacets, coat. [`Bsdf::reflects`] says whether a microfacet
-    /// reflects or transmits.
+    /// Probabilities of the lobes: diffuse, back, microfacets, coat. [`Bsdf::reflects`] is the probability that a
+    /// microfacet reflects instead of transmitting.
     pub(super) chance: [F; 4],
 }
 
 impl<F: Float> Bsdf<F> {
-    /// For light that leaves along `to_viewer`.
+    /// The BSDF for light that leaves along `to_viewer`.
     #[inline(always)]
     pub fn new(
         has: LobeFlags,
@@ -113,7 +113,7 @@ impl<F: Float> Bsdf<F> {
         bsdf
     }
 
-    /// The mirror lobe from a direction on either side.
+    /// The directional albedo of the mirror lobe for a direction on either side.
     #[inline(always)]
     fn seen(&self, w: Vector<F>, mask: F::Mask) -> DirectionalAlbedo<F> {
         let cosines = if self.has.film {
@@ -124,7 +124,7 @@ impl<F: Float> Bsdf<F> {
         DirectionalAlbedo { albedo: self.albedo(w, mask), cosines }
     }
 
-    /// The albedo of one bounce.
+    /// The albedo of a single bounce.
     #[inline(always)]
     fn albedo(&self, w: Vector<F>, mask: F::Mask) -> Albedo<F> {
         if self.has.anisotropic {
@@ -133,7 +133,7 @@ impl<F: Float> Bsdf<F> {
         albedo::directional(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
     }
 
-    /// The layers above take their part first.
+    /// Attenuates the base by sheen and clear coat.
     #[inline(always)]
     fn layers(&mut self, to_viewer: Vector<F>, mask: F::Mask) {
         let one = F::one();
@@ -153,7 +153,7 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// Probabilities in proportion to what each lobe reflects.
+    /// Sets the lobes' probabilities in proportion to their albedos.
     #[inline(always)]
     fn choose(&mut self) {
         let (zero, p) = (F::zero(), &self.p);
@@ -189,15 +189,15 @@ impl<F: Float> Bsdf<F> {
         }
         let [mut diffuse, back, microfacets] = [diffuse, back, microfacets].map_each(self.below);
         if self.has.sheen {
-            // Fibres have no directions of their own.
+            // The sheen has no directions of its own.
             diffuse = diffuse + (self.below_coat - self.below);
         }
         let scale = F::one() / (diffuse + back + microfacets + coat).max(F::splat(1e-20));
         self.chance = [diffuse * scale, back * scale, microfacets * scale, coat * scale];
     }
 
-    /// The probability that a microfacet that has been drawn reflects, by its own Fresnel term: that of the
-    /// mean one says little where many reflect all light and many hardly any.
+    /// The probability that a sampled microfacet reflects, by its own Fresnel term. That of the mean microfacet is a
+    /// poor estimate if many reflect all light and many hardly any.
     #[inline(always)]
     pub(super) fn reflects(&self, fresnel: &Reflectance<F>) -> F {
         if !self.has.transmission {
@@ -208,7 +208,7 @@ impl<F: Float> Bsdf<F> {
         reflected / (reflected + through).max(F::splat(1e-20))
     }
 
-    /// Value · |cos| and density for light that comes from `direction`; mirrors do not count.
+    /// The value · |cos| and the density for light from `direction`, without perfect mirrors.
     #[inline(always)]
     pub fn evaluate(&self, direction: Vector<F>, mask: F::Mask) -> (Color<F>, F) {
         if self.has.is_matte() {
@@ -251,7 +251,7 @@ impl<F: Float> Bsdf<F> {
             pdf = pdf + F::select(behind, density, zero);
         }
         if self.has.coat {
-            // Its own normals say where it reflects to, not those of what lies below.
+            // The clear coat's reflection depends on its own normals, not on those of the base.
             let (lobe, density) = self.coat(direction, side.gt(zero));
             value = value + lobe;
             pdf = pdf + density * self.chance[3];
@@ -259,20 +259,20 @@ impl<F: Float> Bsdf<F> {
         (value, pdf)
     }
 
-    /// The probability that a direction is drawn from the diffuse lobe.
+    /// The probability of sampling the diffuse lobe.
     #[inline(always)]
     pub fn diffuse_chance(&self) -> F {
         self.chance[0]
     }
 
-    /// For shading, on the viewer's side.
+    /// The shading normal, on the viewer's side.
     #[inline(always)]
     pub fn normal(&self) -> Vector<F> {
         self.p.frame.z
     }
 
-    /// The diffuse lobe's part of the value · |cos| that the whole has for light that comes from
-    /// `direction`, where no coat or sheen lies above it.
+    /// The diffuse lobe's fraction of `whole`, the BSDF's value · |cos| for light from `direction`, if no coat or sheen
+    /// lies above it.
     #[inline(always)]
     pub fn diffuse_part(&self, direction: Vector<F>, whole: Color<F>, mask: F::Mask) -> Color<F> {
         let (zero, black) = (F::zero(), Color::black());
@@ -298,7 +298,7 @@ impl<F: Float> Bsdf<F> {
         self.p.diffuse * self.shared(incoming) * lambert
     }
 
-    /// How the diffuse lobe is divided between directions by the mirror lobe above it.
+    /// The attenuation of the diffuse lobe by the mirror lobe above it, for both directions.
     #[inline(always)]
     fn shared(&self, incoming: Color<F>) -> Color<F> {
         if !self.has.specular || self.has.constant_fresnel {
@@ -307,8 +307,8 @@ impl<F: Float> Bsdf<F> {
         (self.left * incoming).over(self.left_mean)
     }
 
-    /// The mirror lobe with all its bounces, the density of its single ones, and what it leaves
-    /// of light from that direction.
+    /// The value of the mirror lobe with all its bounces, the density of single bounces, and the fraction of light from
+    /// that direction that passes the lobe.
     #[inline(always)]
     fn mirror(&self, wi: Vector<F>, mask: F::Mask) -> (Color<F>, F, Color<F>) {
         let (zero, p) = (F::zero(), &self.p);
@@ -330,7 +330,7 @@ impl<F: Float> Bsdf<F> {
         (Color::select(rough, value, Color::black()), F::select(rough, pdf, zero), incoming)
     }
 
-    /// What comes from the other side.
+    /// The value and density for light from the other side.
     #[inline(always)]
     fn far_side(&self, wi: Vector<F>, lambert: F, mask: F::Mask) -> (Color<F>, F) {
         let (zero, p) = (F::zero(), &self.p);
@@ -358,22 +358,22 @@ impl<F: Float> Bsdf<F> {
         (value, pdf)
     }
 
-    /// Of the light that a thin sheet's microfacets neither reflect nor transmit at once, the part that is
-    /// transmitted later: what does not come back.
+    /// The transmitted part of the light that a thin sheet's microfacets neither reflect nor transmit in a single
+    /// bounce: all that is not reflected in further bounces.
     #[inline(always)]
     fn often_through(&self) -> Color<F> {
         self.p.through * self.dielectric.complement()
     }
 
-    /// How light that bounced more than once is divided between directions, over that of a matte surface, for a
-    /// direction of that albedo (Kulla and Conty 2017).
+    /// The angular distribution of light that bounced more than once, relative to that of a diffuse surface, for a
+    /// direction of albedo `other` (Kulla and Conty 2017).
     #[inline(always)]
     fn lost(&self, other: &Albedo<F>) -> F {
         let lost_mean = (F::one() - self.mean.whole()).max(F::splat(1e-5));
         (F::one() - self.own.albedo.whole()) * (F::one() - other.whole()) / lost_mean
     }
 
-    /// Through a thin sheet: the mirror lobe, flipped to the other side.
+    /// Transmission by a thin sheet: the mirror lobe, flipped to the other side.
     #[inline(always)]
     fn unbent(&self, wi: Vector<F>) -> (Color<F>, F) {
         let p = &self.p;
@@ -386,25 +386,25 @@ impl<F: Float> Bsdf<F> {
         (p.through * fresnel.dielectric.complement() * (density * visible), pdf)
     }
 
-    /// The factor on transmitted light, for the wavelength that is followed.
+    /// The factor on transmitted light, for the wavelength of the path.
     #[inline(always)]
     pub(super) fn through(&self) -> Color<F> {
         if self.has.dispersion { self.p.through * self.p.spectrum.tint } else { self.p.through }
     }
 
-    /// Whether microfacets transmit light.
+    /// True if microfacets transmit light.
     #[inline(always)]
     pub fn lets_microfacets_through(&self) -> bool {
         self.has.transmission
     }
 
-    /// Whether light from behind can come to the viewer.
+    /// True if light from behind can reach the viewer.
     #[inline(always)]
     pub fn lets_through(&self) -> bool {
         self.has.back || self.has.transmission
     }
 
-    /// Whether sampling a light can contribute anything: perfect mirrors need no light sample.
+    /// Set if light samples can contribute: perfect mirrors need none.
     #[inline(always)]
     pub fn scatters(&self) -> F::Mask {
         let wide = self.chance[0] + self.chance[1];
@@ -414,7 +414,7 @@ impl<F: Float> Bsdf<F> {
     }
 }
 
-/// [`Bsdf::evaluate`] is needed for a light and for a drawn direction.
+/// Outlined, because [`Bsdf::evaluate`] is needed for light samples and for sampled directions.
 struct Evaluate<'a, F: Float> {
     bsdf: &'a Bsdf<F>,
     direction: Vector<F>,
@@ -429,7 +429,7 @@ impl<F: Float> Outlined for Evaluate<'_, F> {
     }
 }
 
-/// Products with one factor.
+/// Multiplication of all elements by one factor.
 trait MapEach<F> {
     fn map_each(self, factor: F) -> Self;
 }

@@ -1,4 +1,4 @@
-//! The clear layer above all else: a mirror lobe with Schlick's Fresnel term and normals of its own
+//! The clear coat: a mirror lobe with Schlick's Fresnel term and its own normals, above all other lobes
 //! (KHR_materials_clearcoat).
 
 use super::albedo;
@@ -9,7 +9,7 @@ use crate::math::{Color, Vector};
 use crate::simd::Float;
 
 impl<F: Float> Bsdf<F> {
-    /// The part of the incoming light that the clear layer reflects.
+    /// The fraction of incident light that the clear coat reflects.
     #[inline(always)]
     pub(super) fn coat_albedo(&self, mask: F::Mask) -> F {
         let coat = &self.p.coat;
@@ -17,7 +17,7 @@ impl<F: Float> Bsdf<F> {
         (coat.weight * (coat.f0 * own.straight + coat.f90 * own.grazing).max_component()).clamp(0.0, 1.0)
     }
 
-    /// The clear layer's mirror.
+    /// The value and density of the clear coat's mirror lobe.
     #[inline(always)]
     pub(super) fn coat(&self, direction: Vector<F>, outwards: F::Mask) -> (Color<F>, F) {
         let (zero, coat) = (F::zero(), &self.p.coat);
@@ -33,7 +33,7 @@ impl<F: Float> Bsdf<F> {
     }
 }
 
-/// D G₂ / (4 cos_o) and the density of visible normals for it.
+/// D G₂ / (4 cos_o), and the density of sampling visible normals.
 #[inline(always)]
 fn single_mirror<F: Float>(ggx: &Ggx<F>, wo: Vector<F>, wi: Vector<F>) -> (F, F) {
     let h = (wo + wi).normalize();

@@ -1,7 +1,7 @@
-//! Colours are refracted differently (KHR_materials_dispersion). From the first such boundary that it passes, a path
-//! follows a single wavelength: one of three colours, chosen by chance, and a place in that colour's band. From then
-//! on it has only that colour, so that the next choice, with probabilities in proportion to the throughput, must take
-//! it again: the path need not remember what was chosen. Reflected light keeps all colours.
+//! Dispersion: refraction that depends on the wavelength (KHR_materials_dispersion). From the first such boundary that
+//! it passes, a path follows a single wavelength: one of three colours, chosen at random, and a position in that
+//! colour's band. From then on its throughput has only that colour, so the next choice, with probabilities proportional
+//! to the throughput, must select it again: the path need not store the choice. Reflected light keeps all colours.
 
 use crate::math::Color;
 use crate::shading::fresnel;
@@ -9,29 +9,29 @@ use crate::simd::{Float, Mask};
 
 use super::parameters::{Outside, Parameters};
 
-/// Where the sensitivities to red, green and blue light (linear Rec. 709) have their peaks, nm.
+/// Peaks of the sensitivities to red, green and blue light (linear Rec. 709), nm.
 const PEAKS: [f32; 3] = [605.0, 540.0, 450.0];
-/// Bands are tents as wide as this to either side, nm. They overlap in yellow (572 nm) and in
-/// blue-green (495 nm), as the sensitivities do.
+/// Half width of the bands, which are tents, nm. They overlap in yellow (572 nm) and in blue-green (495 nm), as the
+/// sensitivities do.
 const HALF_WIDTH: f32 = 65.0;
 
-/// What becomes of colours at a boundary.
+/// The refraction of colours at a boundary.
 #[derive(Clone, Copy)]
 pub struct Spectrum<F: Float> {
-    /// As [`Parameters::eta`], at a wavelength of each colour's band.
+    /// [`Parameters::eta`] at a wavelength in the band of each colour.
     pub etas: Color<F>,
-    /// The factor on transmitted light: one over the probability for the colour that is followed, 0 for the others.
+    /// The factor on transmitted light: one over the probability of the colour that is followed, 0 for the others.
     pub tint: Color<F>,
 }
 
 impl<F: Float> Spectrum<F> {
-    /// For boundaries that refract all light equally.
+    /// The spectrum of a boundary that refracts all light equally.
     #[inline(always)]
     pub fn none() -> Self {
         Self { etas: Color::grey(F::one()), tint: Color::grey(F::one()) }
     }
 
-    /// Of a smooth boundary, for each colour.
+    /// The reflectance of a smooth boundary, for each colour.
     #[inline(always)]
     pub(super) fn reflectance(&self, cos: F) -> Color<F> {
         let Color { r, g, b } = self.etas;
@@ -39,8 +39,8 @@ impl<F: Float> Spectrum<F> {
     }
 }
 
-/// Index of refraction at a wavelength in nm, given that at 587.6 nm: Cauchy's equation, with the
-/// numbers of the extension.
+/// The index of refraction at a wavelength in nm, given the index at 587.6 nm: Cauchy's equation with the numbers of
+/// the extension.
 #[inline(always)]
 pub fn ior<F: Float>(middle: F, dispersion: F, wavelength: F) -> F {
     let slope = (middle - F::one()) * dispersion / F::splat(20.0);
@@ -48,20 +48,20 @@ pub fn ior<F: Float>(middle: F, dispersion: F, wavelength: F) -> F {
     (middle + slope * place).max(middle.min(F::one()))
 }
 
-/// What a boundary refracts differently.
+/// A boundary that disperses light.
 pub struct Dispersive<'a, F: Float> {
-    /// Index of refraction of the body that it encloses.
+    /// Index of refraction of the enclosed body.
     pub ior: f32,
     /// 20 / Abbe number.
     pub dispersion: f32,
-    /// What lies outside it.
+    /// The medium outside the body.
     pub outside: &'a Outside<F>,
-    /// Where light comes from within.
+    /// Set if light comes from inside.
     pub inside: F::Mask,
 }
 
 impl<F: Float> Dispersive<'_, F> {
-    /// The index on light's side over that on the other, at a wavelength.
+    /// The index on the side of the incident light divided by that on the other side, at a wavelength.
     #[inline(always)]
     fn eta(&self, wavelength: F) -> F {
         let outside = self.outside;
@@ -73,7 +73,7 @@ impl<F: Float> Dispersive<'_, F> {
         F::select(self.inside, own / other, other / own)
     }
 
-    /// The lanes in which it does.
+    /// The lanes in which the boundary disperses light.
     #[inline(always)]
     fn disperses(&self) -> F::Mask {
         let all = F::Mask::from_bits(u32::MAX);
@@ -82,7 +82,7 @@ impl<F: Float> Dispersive<'_, F> {
 }
 
 impl<F: Float> Parameters<F> {
-    /// Chooses a wavelength by two numbers: a path of that throughput follows it if it goes through.
+    /// Chooses a wavelength by two random numbers; a path with this throughput follows it if it is transmitted.
     #[inline(always)]
     pub fn split(&mut self, boundary: &Dispersive<F>, throughput: Color<F>, u: (F, F)) {
         let (zero, one) = (F::zero(), F::one());
@@ -111,7 +111,7 @@ impl<F: Float> Parameters<F> {
     }
 }
 
-/// −1 to 1, most likely 0: the inverse of a tent's distribution.
+/// Samples a tent from −1 to 1 with its peak at 0, by inversion.
 #[inline(always)]
 fn tent<F: Float>(u: F) -> F {
     let (one, two) = (F::one(), F::splat(2.0));
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn indices_follow_from_the_abbe_number() {
+    fn ior_matches_the_abbe_number() {
         for (middle, abbe) in [(1.5f32, 59.0f32), (2.42, 55.0), (1.6, 20.0)] {
             let at = |wavelength: f32| ior(middle, 20.0 / abbe, wavelength);
             assert!((at(587.6) - middle).abs() < 1e-4);
@@ -152,10 +152,10 @@ mod tests {
         [c.r, c.g, c.b]
     }
 
-    /// In uniform white surroundings there are no colours, whatever the throughput is; each transmitted colour obeys
-    /// Snell's law for a wavelength of its band.
+    /// In uniform white surroundings dispersion creates no colours, whatever the throughput; each transmitted colour
+    /// obeys Snell's law at a wavelength of its band.
     #[test]
-    fn colours_go_their_own_ways_and_add_up_to_white() {
+    fn dispersed_colours_obey_snells_law_and_add_up_to_white() {
         for (inside, cos) in [(false, 0.3), (false, 0.9), (true, 0.8), (true, 0.75), (true, 0.95)] {
             for throughput in [[1.0f32, 1.0, 1.0], [0.2, 0.5, 0.9], [0.7, 0.0, 0.3]] {
                 let (mut has, mut p) = glass(0.0, inside);
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_colour_once_chosen_is_chosen_again() {
+    fn split_at_a_second_boundary_chooses_the_same_colour() {
         let (_, mut p) = glass(0.0, false);
         for i in 0..1000 {
             let u = sobol::two(Wrapping(i), Wrapping(1));

@@ -1,17 +1,16 @@
-//! The microfacet distribution of Trowbridge and Reitz (GGX) with Smith's height-correlated
-//! shadowing and masking, in the frame of the surface: z along the normal, x and y along the
-//! axes of roughness.
+//! The microfacet distribution of Trowbridge and Reitz (GGX) with Smith's height-correlated shadowing and masking, in
+//! the frame of the surface: z along the normal, x and y along the axes of roughness.
 
 use crate::math::Vector;
 use crate::math::elementary::sin_cos_turns;
 use crate::simd::{Float, Mask};
 
-/// Width of the slopes along x and y.
+/// The distribution with widths α of the slopes along x and y.
 #[derive(Clone, Copy)]
 pub struct Ggx<F: Float> {
-    /// Along x.
+    /// Width along x.
     pub x: F,
-    /// Along y.
+    /// Width along y.
     pub y: F,
 }
 
@@ -24,7 +23,7 @@ impl<F: Float> Ggx<F> {
         F::one() / (F::splat(std::f32::consts::PI) * self.x * self.y * sum * sum)
     }
 
-    /// Λ: how much of the surface hides other parts of it (PBRT 4th ed., eq. 9.20).
+    /// Smith's Λ, from which masking and shadowing are computed (PBRT 4th ed., eq. 9.20).
     #[inline(always)]
     pub fn lambda(&self, w: Vector<F>) -> F {
         let (a, b) = (w.x * self.x, w.y * self.y);
@@ -32,8 +31,8 @@ impl<F: Float> Ggx<F> {
         ((F::one() + tan2).sqrt() - F::one()) * F::splat(0.5)
     }
 
-    /// A normal of those that can be seen along `w` (w.z > 0), from a point in the unit square:
-    /// with density G₁ D (w·h) / w.z (Dupuy and Benyoub 2023, by spherical caps).
+    /// Samples a normal of the microfacets visible along `w` (w.z > 0) from a point in the unit square, with density G₁
+    /// D (w·h) / w.z (Dupuy and Benyoub 2023, by spherical caps).
     #[inline(always)]
     pub fn sample(&self, w: Vector<F>, u: (F, F)) -> Vector<F> {
         let anisotropic = Vector::new(w.x * self.x, w.y * self.y, w.z).normalize();

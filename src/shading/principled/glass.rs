@@ -1,5 +1,5 @@
-//! Rough glass: how much light a boundary's microfacets lose, and how the boundary divides the rest between reflection
-//! and transmission. Both are tables over index, roughness and cosine; [`super::anisotropic_glass`] has two more
+//! Rough glass: the light that a boundary's microfacets lose, and the division of the rest between reflection and
+//! transmission. Both are tables over index, roughness and cosine; [`super::anisotropic_glass`] has two more
 //! dimensions.
 
 use super::albedo::{Points, between};
@@ -8,37 +8,37 @@ use crate::math::Vector;
 use crate::shading::fresnel;
 use crate::simd::{Float, Int, Isa, Kernel, Lanes, dispatch};
 
-/// Ratios of indices on each side, by (η − 1)/(η + 1): nodes at squares, closer together about 1.
+/// Ratios of indices on each side, by (η − 1)/(η + 1): nodes at squares, closer together near a ratio of 1.
 const RATIOS: usize = 17;
-/// The last of the [`RATIOS`]: ior 99. Larger ones are taken as that.
+/// The last of the [`RATIOS`]: ior 99. Larger ratios are clamped to it.
 const LAST: f32 = 0.98;
-/// Ratios for means over smooth boundaries, which take no sampling.
+/// Ratios for means over smooth boundaries, which need no sampling.
 const SMOOTH_RATIOS: usize = 160;
 const ROUGHNESSES: usize = 16;
-/// Nodes as in [`Cosine`].
+/// Nodes of [`Cosine`].
 const COSINES: usize = 25;
-/// Directions for an entry.
+/// Directions per entry.
 const SAMPLES: u32 = 512;
-/// Steps of a mean over the hemisphere.
+/// Steps of means over the hemisphere.
 const STEPS: usize = 200;
 
-/// By side, ratio of indices, roughness and cosine.
+/// Tables by side, ratio of indices, roughness and cosine.
 pub struct GlassTable {
     /// Columns of [`Divided::kept`] and [`Divided::reflected`].
     kept: Vec<f32>,
     reflected: Vec<f32>,
-    /// Means over the hemisphere of what is not reflected, by side, ratio and roughness.
+    /// Means over the hemisphere of the light that is not reflected, by side, ratio and roughness.
     means: Vec<f32>,
-    /// These means for smooth boundaries seen from outside, by ratio.
+    /// The means for smooth boundaries seen from outside, by ratio.
     smooth_means: Vec<f32>,
 }
 
 impl GlassTable {
-    /// Without entries.
+    /// An empty table.
     pub(super) const EMPTY: GlassTable =
         GlassTable { kept: Vec::new(), reflected: Vec::new(), means: Vec::new(), smooth_means: Vec::new() };
 
-    /// Takes a tenth of a second.
+    /// Computes the table, in a tenth of a second.
     pub(super) fn new() -> Self {
         let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
         let mut table = Self::EMPTY;
@@ -71,8 +71,8 @@ impl GlassTable {
         table
     }
 
-    /// The division of light by a cosine to the normal, a roughness √α and a ratio of indices (viewer's side over the
-    /// other).
+    /// The division of light for a cosine to the normal, a roughness √α and a ratio of indices (viewer's side divided
+    /// by the other).
     #[inline(always)]
     pub fn directional<F: Float>(&self, cosine: F, roughness: F, eta: F, mask: F::Mask) -> Divided<F> {
         let (side, e, we) = between_ratios(eta, RATIOS, LAST);
@@ -90,7 +90,7 @@ impl GlassTable {
         Divided { kept: out[0], reflected: out[1] }
     }
 
-    /// The mean over the hemisphere of what is not reflected, weighted by the cosine.
+    /// The mean over the hemisphere of the light that is not reflected, weighted by the cosine.
     #[inline(always)]
     pub fn transmitted_mean<F: Float>(&self, roughness: F, eta: F, mask: F::Mask) -> F {
         let (side, e, we) = between_ratios(eta, RATIOS, LAST);
@@ -105,25 +105,25 @@ impl GlassTable {
         let (_, e, we) = between_ratios(eta, SMOOTH_RATIOS, LAST);
         let low = F::gather(&self.smooth_means, e, mask);
         let high = F::gather(&self.smooth_means, e + F::Int::splat(1), mask);
-        // The same light takes up a smaller solid angle inside.
+        // The same light fills a smaller solid angle inside.
         let ior = eta.max(F::one());
         (low * (F::one() - we) + high * we) / (ior * ior)
     }
 }
 
-/// How a boundary divides light.
+/// The division of light by a boundary.
 #[derive(Clone, Copy)]
 pub struct Divided<F> {
-    /// The fraction that is not lost between microfacets, over the albedo of a mirror of the same microfacets: it
-    /// changes less.
+    /// The fraction that is not lost between microfacets, divided by the albedo of a mirror of the same microfacets:
+    /// this ratio varies less.
     pub kept: F,
-    /// The reflected fraction of what is not lost.
+    /// The reflected fraction of the light that is not lost.
     pub reflected: F,
 }
 
 impl<F: Float> Divided<F> {
-    /// The factor on both lobes that makes up for lost light, given the albedo of that mirror. (It is that of the
-    /// viewer's direction alone, so very rough glass is not reciprocal.)
+    /// The factor on both lobes that compensates for lost light, given the albedo of that mirror. (It depends only on
+    /// the viewer's direction, so very rough glass is not reciprocal.)
     #[inline(always)]
     pub fn gain(&self, mirror: F) -> F {
         F::one() / (self.kept * mirror).max(F::splat(0.1))
@@ -135,16 +135,16 @@ pub(super) fn sides(ratios: usize) -> impl Iterator<Item = (bool, usize)> {
     [false, true].into_iter().flat_map(move |inside| (0..ratios).map(move |node| (inside, node)))
 }
 
-/// The ratio of indices at a node, viewer's side over the other.
+/// The ratio of indices at a node, viewer's side divided by the other.
 pub(super) fn ratio(node: usize, ratios: usize, last: f32, inside: bool) -> f32 {
     let place = node as f32 / (ratios - 1) as f32;
-    // At exactly 1 there would be no critical angle beside which the nodes lie.
+    // At exactly 1 there would be no critical angle, near which the nodes lie.
     let odd = (last * place * place).max(1e-4);
     let ior = (1.0 + odd) / (1.0 - odd);
     if inside { ior } else { 1.0 / ior }
 }
 
-/// The first row of a ratio's side, its lower node on that side, and the weight of the upper one.
+/// The first row of the side of a ratio, the lower node on that side, and the weight of the upper node.
 #[inline(always)]
 pub(super) fn between_ratios<F: Float>(eta: F, ratios: usize, last: f32) -> (F::Int, F::Int, F) {
     let odd = (eta - F::one()) / (eta + F::one());
@@ -154,12 +154,12 @@ pub(super) fn between_ratios<F: Float>(eta: F, ratios: usize, last: f32) -> (F::
     (F::Int::select(odd.gt(F::zero()), inside, F::Int::splat(0)), e, we)
 }
 
-/// The nodes of a table over cosines: from outside at squares, closer together at grazing angles; from inside half of
-/// them to either side of the critical angle, closer together there and at both ends.
+/// The nodes of a table over cosines. From outside they are at squares, closer together at grazing angles; from inside
+/// half of them are on either side of the critical angle, closer together there and at both ends.
 pub(super) struct Cosine<F: Float> {
-    /// Viewer's side over the other.
+    /// The ratio of indices, viewer's side divided by the other.
     pub eta: F,
-    /// Where the viewer is inside.
+    /// Set if the viewer is inside.
     pub inside: F::Mask,
 }
 
@@ -169,7 +169,7 @@ impl Cosine<f32> {
         self.at(node as f32 / (nodes - 1) as f32).max(1e-3)
     }
 
-    /// ∫ (1 − f(μ)) 2μ dμ.
+    /// The mean ∫ (1 − f(μ)) 2μ dμ.
     pub fn mean(&self, steps: usize, reflected: impl Fn(f32) -> f32) -> f32 {
         let (mut sum, mut low) = (0.0f64, 0.0f32);
         for i in 0..steps {
@@ -181,7 +181,7 @@ impl Cosine<f32> {
         (sum as f32).max(1e-6)
     }
 
-    /// The cosine at a place between the first node, 0, and the last, 1.
+    /// The cosine at a position between the first node, 0, and the last, 1.
     fn at(&self, place: f32) -> f32 {
         let critical = self.critical();
         match (self.inside, place <= 0.5) {
@@ -192,13 +192,13 @@ impl Cosine<f32> {
     }
 }
 
-/// From 0 to 1, slow at both ends.
+/// Maps 0..1 to 0..1, with a small slope at both ends.
 fn crowded(place: f32) -> f32 {
     if place < 0.5 { 2.0 * place * place } else { 1.0 - 2.0 * (1.0 - place) * (1.0 - place) }
 }
 
 impl<F: Float> Cosine<F> {
-    /// The cosine beyond which there is total reflection.
+    /// The cosine of the critical angle, below which there is total reflection.
     #[inline(always)]
     fn critical(&self) -> F {
         (F::one() - F::one() / (self.eta * self.eta)).max(F::splat(1e-6)).sqrt().min(F::splat(0.9999))
@@ -221,8 +221,8 @@ impl<F: Float> Cosine<F> {
     }
 }
 
-/// The division of light from a direction: the mean of G₂/G₁ over visible normals and both ways that light can take
-/// from each.
+/// The division of light from a direction: the mean of G₂/G₁ over visible normals and both ways that light can take at
+/// each.
 pub(super) fn integrate(isa: Isa, w: Vector<f32>, ggx: Ggx<f32>, eta: f32, points: &Points) -> Divided<f32> {
     dispatch(isa, GlassIntegral { w, ggx, eta, points })
 }
@@ -261,7 +261,7 @@ impl GlassIntegral<'_> {
             let through = (F::one() - reflected) * own / (own + ggx.lambda(bent));
             let goes_through = sin2.lt(F::one()) & bent.z.lt(F::zero());
             let through = F::select(goes_through, through, F::zero());
-            // One after the other, so that the sums are the same however many lanes there are.
+            // Added sequentially, so that the sums do not depend on the number of lanes.
             for (sum, part) in sums.iter_mut().zip([reflected * kept, kept, through]) {
                 let mut lanes = [0.0; 16];
                 part.store(&mut lanes);
@@ -276,7 +276,7 @@ impl GlassIntegral<'_> {
     }
 }
 
-/// Between four entries of a table whose next row begins `row` later.
+/// Interpolates bilinearly in a table whose next row begins `row` entries later.
 #[inline(always)]
 pub(super) fn plane<F: Float>(table: &[f32], first: F::Int, row: F::Int, wc: F, wr: F, mask: F::Mask) -> F {
     let one = F::Int::splat(1);
@@ -314,7 +314,7 @@ mod tests {
                 [f64::from(found.gain(own) * whole - 1.0), f64::from(found.reflected - exact.reflected)];
             for k in 0..2 {
                 worst[k] = worst[k].max(off[k].abs());
-                // As often as such directions are drawn from all around.
+                // Weighted by the frequency of such directions over the hemisphere.
                 squares[k] += off[k] * off[k] * 2.0 * f64::from(cosine);
             }
         }
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn smooth_means_are_those_of_fresnels_equations() {
+    fn smooth_transmitted_mean_matches_fresnels_equations() {
         let tables = LobeTables::all();
         for ior in [1.0003f32, 1.01, 1.2, 1.33, 1.5, 2.4, 4.0, 20.0] {
             for eta in [ior, 1.0 / ior] {

@@ -1,4 +1,4 @@
-//! The lobes of physically based surfaces: their parameters at a shading point.
+//! Lobes of physically based surfaces: their parameters at a shading point.
 
 pub mod albedo;
 pub mod anisotropic;
@@ -33,13 +33,13 @@ use ggx::Ggx;
 use parameters::{Coat, LobeFlags, Outside, Parameters, SheenParams};
 use thin_film::ThinFilm;
 
-/// Narrower than this the distribution is a spike that floats cannot hold.
+/// The least α: a narrower distribution is a spike that floats cannot represent.
 const NARROWEST: f32 = 1e-4;
-/// Index of refraction of the clear layer (KHR_materials_clearcoat).
+/// Index of refraction of the clear coat (KHR_materials_clearcoat).
 const COAT_IOR: f32 = 1.5;
 
 impl<F: Float> ShadingPoint<'_, F> {
-    /// The parameters of the lobes that there are.
+    /// Looks up the parameters of the lobes that the material has.
     #[inline(always)]
     pub fn parameters(&self, has: LobeFlags, outside: &Outside<F>) -> Parameters<F> {
         let (m, textures) = (self.material, self.tables.textures);
@@ -74,7 +74,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         if has.specular || has.transmission {
             self.mirror(&mut p, base, outside);
         }
-        // The fraction of what enters that is neither transmitted by microfacets nor left to metal.
+        // The fraction of light that neither falls on metal nor is transmitted by microfacets.
         let mut scattered = one - p.metallic;
         if has.transmission {
             let part = scalar(&m.transmission, textures, &self.at, self.mask).clamp(0.0, 1.0);
@@ -113,7 +113,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         p
     }
 
-    /// Which lobes its material has.
+    /// The lobes of the material.
     #[inline(always)]
     pub fn has(&self) -> LobeFlags {
         let m = self.material;
@@ -134,12 +134,12 @@ impl<F: Float> ShadingPoint<'_, F> {
         }
     }
 
-    /// Takes away what a thin sheet absorbs on the refracted way through it (Beer and Lambert).
+    /// Applies the absorption of a thin sheet along the refracted path through it (Beer and Lambert).
     #[inline(always)]
     fn weaken_by_sheet(&self, p: &mut Parameters<F>) {
         let one = F::one();
         let cos = p.frame.z.dot(self.to_viewer);
-        // The direction within, by Snell's law.
+        // The direction within the sheet, by Snell's law.
         let ratio = F::splat(1.0 / self.material.ior.max(1.0));
         let sin_square = (one - cos * cos).max(F::zero()) * ratio * ratio;
         let way = one / (one - sin_square).max(F::splat(0.01)).sqrt();
@@ -153,7 +153,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         p.back = p.back * left;
     }
 
-    /// Reflectance and roughness of the mirror lobe, and what it leaves to the diffuse one.
+    /// Looks up reflectance and roughness of the mirror lobe, and attenuates the diffuse one by the metal.
     #[inline(always)]
     fn mirror(&self, p: &mut Parameters<F>, base: Color<F>, outside: &Outside<F>) {
         let (m, textures, one) = (self.material, self.tables.textures, F::one());
@@ -176,14 +176,14 @@ impl<F: Float> ShadingPoint<'_, F> {
         p.ggx = Ggx { x: p.ggx.x.max(limit), y: p.ggx.y.max(limit) };
     }
 
-    /// Reflectance straight on of what is no metal, without strength and colour.
+    /// The dielectric's reflectance at normal incidence, without strength and colour.
     #[inline(always)]
     fn f0(&self, outside: &Outside<F>) -> F {
         let m = self.material;
         if m.constant_fresnel { F::splat(m.f0) } else { outside.reflectance(m.ior, m.f0) }
     }
 
-    /// That of the clear layer.
+    /// The clear coat's reflectance at normal incidence.
     #[inline(always)]
     fn coat_f0(&self, outside: &Outside<F>) -> Color<F> {
         let m = self.material;
@@ -193,7 +193,7 @@ impl<F: Float> ShadingPoint<'_, F> {
         Color::grey(outside.reflectance(COAT_IOR, m.coat_f0[0]))
     }
 
-    /// Microfacets stretched in one direction (KHR_materials_anisotropy).
+    /// Stretches the microfacets along one direction (KHR_materials_anisotropy).
     #[inline(always)]
     fn stretch(&self, p: &mut Parameters<F>, alpha: F) {
         let (m, textures, one) = (self.material, self.tables.textures, F::one());

@@ -1,4 +1,4 @@
-//! What the lobes of a surface are made from.
+//! Parameters of a surface's lobes.
 
 use super::dispersion::Spectrum;
 use super::ggx::Ggx;
@@ -9,37 +9,37 @@ use crate::scene::Material;
 use crate::scene::material::is_real;
 use crate::simd::Float;
 
-/// Which lobes a material has at all: the same for all lanes, so that what it lacks costs nothing.
+/// The lobes of a material: equal in all lanes, so lobes that it lacks cost nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LobeFlags {
-    /// Lambert's.
+    /// Diffuse reflection (Lambert).
     pub diffuse: bool,
-    /// A rough or smooth mirror.
+    /// Rough or smooth mirror reflection.
     pub specular: bool,
-    /// Stretched in one direction.
+    /// Microfacets stretched along one direction.
     pub anisotropic: bool,
-    /// Partly metal.
+    /// Partly or fully metallic.
     pub metallic: bool,
-    /// Reflectance does not depend on the angle.
+    /// Reflectance independent of the angle.
     pub constant_fresnel: bool,
-    /// Light goes through.
+    /// Transmission by microfacets.
     pub transmission: bool,
-    /// And is refracted.
+    /// Refraction of the transmitted light.
     pub solid: bool,
-    /// Each colour in its own way.
+    /// Refraction that depends on the colour.
     pub dispersion: bool,
-    /// Diffuse light leaves on the other side, too.
+    /// Diffuse transmission.
     pub back: bool,
-    /// A clear layer.
+    /// A clear coat.
     pub coat: bool,
-    /// Fibres.
+    /// Sheen of fibres.
     pub sheen: bool,
-    /// A thin film on the mirror.
+    /// A thin film on the mirror lobe.
     pub film: bool,
 }
 
 impl LobeFlags {
-    /// Lambert's lobe and nothing else.
+    /// Only the diffuse lobe.
     pub const MATTE: LobeFlags = LobeFlags {
         diffuse: true,
         specular: false,
@@ -55,7 +55,8 @@ impl LobeFlags {
         film: false,
     };
 
-    /// Whether it is [`LobeFlags::MATTE`]: what the mirror lobe is like does not matter where there is none.
+    /// True if there is only the diffuse lobe, as in [`LobeFlags::MATTE`]. Flags of the mirror lobe are ignored,
+    /// because there is none.
     #[inline(always)]
     pub fn is_matte(&self) -> bool {
         let LobeFlags { diffuse, specular, transmission, back, coat, sheen, film, .. } = *self;
@@ -63,38 +64,38 @@ impl LobeFlags {
     }
 }
 
-/// What is known of a clear layer.
+/// Parameters of a clear coat.
 #[derive(Clone, Copy)]
 pub struct Coat<F: Float> {
     /// Coverage.
     pub weight: F,
     /// Perceptual roughness.
     pub roughness: F,
-    /// Its own frame.
+    /// The shading frame of the clear coat.
     pub frame: ShadingFrame<F>,
-    /// Reflectance straight on.
+    /// Reflectance at normal incidence.
     pub f0: Color<F>,
-    /// At grazing angles.
+    /// Reflectance at grazing angles.
     pub f90: Color<F>,
 }
 
-/// What is known of fibres.
+/// Parameters of the sheen.
 #[derive(Clone, Copy)]
 pub struct SheenParams<F: Float> {
-    /// Their colour.
+    /// Colour of the fibres.
     pub color: Color<F>,
     /// Perceptual roughness.
     pub roughness: F,
 }
 
-/// What lies outside a surface: air, or a body that it is in.
+/// The medium outside a surface: air, or a surrounding body.
 #[derive(Clone, Copy)]
 pub struct Outside<F: Float> {
-    /// Whether it is air in all lanes.
+    /// True if it is air in all lanes.
     pub is_air: bool,
-    /// Its index of refraction.
+    /// Index of refraction.
     pub index: F,
-    /// As [`Material::dispersion`].
+    /// See [`Material::dispersion`].
     pub dispersion: F,
 }
 
@@ -105,13 +106,13 @@ impl<F: Float> Outside<F> {
         Self { is_air: true, index: F::one(), dispersion: F::zero() }
     }
 
-    /// Where there is something else than air.
+    /// The lanes with another index than air.
     #[inline(always)]
     fn is_dense(&self) -> F::Mask {
         !self.index.eq(F::one())
     }
 
-    /// Reflectance straight on of a dielectric that has such an index and that reflectance in air.
+    /// Reflectance at normal incidence of a dielectric of index `ior` that has the reflectance `in_air` in air.
     #[inline(always)]
     pub(super) fn reflectance(&self, ior: f32, in_air: f32) -> F {
         let in_air = F::splat(in_air);
@@ -123,7 +124,7 @@ impl<F: Float> Outside<F> {
         F::select(self.is_dense(), ratio * ratio, in_air)
     }
 
-    /// The index on the viewer's side over that on the other side of a boundary of rough or smooth glass.
+    /// The index on the viewer's side divided by the index on the other side of a boundary of rough or smooth glass.
     #[inline(always)]
     pub(super) fn eta(&self, material: &Material, inside: F::Mask) -> F {
         let ior = F::splat(material.ior);
@@ -137,41 +138,41 @@ impl<F: Float> Outside<F> {
     }
 }
 
-/// A surface's parameters at a point.
+/// The parameters of a surface's lobes at a point.
 #[derive(Clone, Copy)]
 pub struct Parameters<F: Float> {
-    /// About the shading normal, on the viewer's side.
+    /// Shading frame, on the viewer's side.
     pub frame: ShadingFrame<F>,
-    /// On the viewer's side.
+    /// Geometric normal, on the viewer's side.
     pub geometric_normal: Vector<F>,
-    /// Albedo of diffuse light, before what lies above takes its part.
+    /// Diffuse albedo, before attenuation by the layers above.
     pub diffuse: Color<F>,
-    /// The same for what leaves on the other side.
+    /// Albedo of diffuse transmission, before attenuation by the layers above.
     pub back: Color<F>,
-    /// Reflectance straight on of what is no metal.
+    /// Reflectance of the dielectric at normal incidence.
     pub f0: Color<F>,
-    /// At grazing angles.
+    /// Reflectance of the dielectric at grazing angles.
     pub f90: Color<F>,
-    /// Reflectance straight on of what is metal.
+    /// Reflectance of the metal at normal incidence.
     pub metal: Color<F>,
-    /// How much of the surface is metal.
+    /// The fraction of the surface that is metal.
     pub metallic: F,
-    /// Widths along the frame's x and y.
+    /// Widths of the microfacet distribution along the frame's x and y.
     pub ggx: Ggx<F>,
-    /// √α, the mean of both.
+    /// √α, where α is the geometric mean of both widths.
     pub roughness: F,
-    /// Factor on transmitted light.
+    /// A factor on transmitted light.
     pub through: Color<F>,
-    /// Index of refraction on the viewer's side over that on the other.
+    /// Index of refraction on the viewer's side divided by that on the other side.
     pub eta: F,
-    /// Where the viewer is within the body.
+    /// Set if the viewer is inside the body.
     pub inside: F::Mask,
-    /// `eta` for each colour, if the colours differ.
+    /// `eta` for each colour, if it depends on the colour.
     pub spectrum: Spectrum<F>,
-    /// The clear layer above it.
+    /// The clear coat.
     pub coat: Coat<F>,
-    /// Fibres above it.
+    /// The sheen.
     pub sheen: SheenParams<F>,
-    /// The film on its mirror lobe.
+    /// The thin film on the mirror lobe.
     pub film: ThinFilm<F>,
 }

@@ -1,5 +1,5 @@
-//! What the mirror lobe reflects: of one microfacet by Fresnel's equations, and of all of them, for
-//! one direction and on average, with what that leaves to lobes below.
+//! Reflectance of the mirror lobe: of a single microfacet by Fresnel's equations, and of the whole lobe, for a
+//! direction and on average; and the light that the lobe leaves to those below.
 
 use super::albedo::{self, Albedo};
 use super::bsdf::Bsdf;
@@ -8,16 +8,16 @@ use crate::math::Color;
 use crate::shading::fresnel;
 use crate::simd::{Float, Outlined};
 
-/// Gauss's nodes and weights for the mean over the hemisphere, ∫ f(μ) 2μ dμ: by μ².
+/// Gaussian quadrature in μ² for means over the hemisphere, ∫ f(μ) 2μ dμ: nodes and weights.
 const NODES: [(f32, f32); 4] =
     [(0.263_499, 0.173_927_4), (0.574_465, 0.326_072_6), (0.818_529, 0.326_072_6), (0.964_660, 0.173_927_4)];
 
-/// Separate values for dielectric and metal.
+/// Reflectances of the dielectric and of the metal.
 #[derive(Clone, Copy)]
 pub(super) struct Reflectance<F: Float> {
-    /// Of the dielectric.
+    /// Reflectance of the dielectric.
     pub dielectric: Color<F>,
-    /// Of the metal; meaningless if there is none.
+    /// Reflectance of the metal; meaningless if there is none.
     pub metal: Color<F>,
 }
 
@@ -42,35 +42,35 @@ impl<F: Float> Reflectance<F> {
         Self { dielectric: self.dielectric.clamp(0.0, 1.0), metal: self.metal.clamp(0.0, 1.0) }
     }
 
-    /// Colour by colour.
+    /// Component-wise product.
     #[inline(always)]
     pub fn by(self, factors: &Self) -> Self {
         Self { dielectric: self.dielectric * factors.dielectric, metal: self.metal * factors.metal }
     }
 }
 
-/// How microfacets are seen from a direction.
+/// The albedo of microfacets for one direction.
 #[derive(Clone, Copy)]
 pub(super) struct DirectionalAlbedo<F: Float> {
-    /// Albedo of single reflections, if all light is reflected.
+    /// Albedo of single reflections, if microfacets reflect all light.
     pub albedo: Albedo<F>,
-    /// Cosines that stand for all under which they reflect; of no meaning without a film.
+    /// Cosines that represent the angles of incidence at microfacets; meaningless without a film.
     pub cosines: [F; 2],
 }
 
-/// What a mirror lobe with Schlick's Fresnel term leaves to what lies below it.
+/// The light that a mirror lobe with Schlick's Fresnel term leaves to the lobes below.
 #[derive(Clone, Copy)]
 pub struct UnderMirror<F: Float> {
-    /// Reflectance straight on.
+    /// Reflectance at normal incidence.
     pub f0: Color<F>,
-    /// At grazing angles.
+    /// Reflectance at grazing angles.
     pub f90: Color<F>,
-    /// Of the light that the microfacets do not reflect at once, the part that they reflect later.
+    /// The part that is reflected later of the light that the microfacets do not reflect in a single bounce.
     pub further: Color<F>,
 }
 
 impl<F: Float> UnderMirror<F> {
-    /// What is left for a direction of this albedo.
+    /// The light left for a direction with albedo `own`.
     #[inline(always)]
     pub fn left(&self, own: &Albedo<F>) -> Color<F> {
         rest(self.f0 * own.straight + self.f90 * own.grazing, self.further, own).clamp(0.0, 1.0)
@@ -79,35 +79,35 @@ impl<F: Float> UnderMirror<F> {
 
 impl UnderMirror<f32> {
     const BLACK: Color<f32> = Color { r: 0.0, g: 0.0, b: 0.0 };
-    /// Nothing lies above, or nothing that depends on the direction.
+    /// No mirror lobe, or none that depends on the direction.
     pub const NOTHING: Self = Self { f0: Self::BLACK, f90: Self::BLACK, further: Self::BLACK };
 
-    /// Whether it is [`UnderMirror::NOTHING`].
+    /// True if nothing is reflected, as in [`UnderMirror::NOTHING`].
     pub fn is_nothing(&self) -> bool {
         [self.f0, self.f90, self.further].iter().all(|c| c.max_component() <= 0.0)
     }
 
-    /// The same in every lane.
+    /// Broadcasts to all lanes.
     #[inline(always)]
     pub fn splat<F: Float>(&self) -> UnderMirror<F> {
         UnderMirror { f0: lanes(self.f0), f90: lanes(self.f90), further: lanes(self.further) }
     }
 }
 
-/// The same colour in every lane.
+/// Broadcasts a colour to all lanes.
 #[inline(always)]
 fn lanes<F: Float>(c: Color<f32>) -> Color<F> {
     Color::new(F::splat(c.r), F::splat(c.g), F::splat(c.b))
 }
 
-/// What is left of light of which a part is reflected once and a part of the rest later.
+/// The light left if `once` is reflected in a single bounce and a part `further` of the rest in later ones.
 #[inline(always)]
 fn rest<F: Float>(once: Color<F>, further: Color<F>, own: &Albedo<F>) -> Color<F> {
     (once + further * (F::one() - own.whole())).complement()
 }
 
 impl<F: Float> Bsdf<F> {
-    /// The part of light that goes straight on where the surface is smooth, if it bends none.
+    /// The part of light that a smooth surface transmits straight on, provided that it does not bend light.
     #[inline(always)]
     pub fn straight(&self) -> Color<F> {
         if !self.has.transmission {
@@ -117,20 +117,20 @@ impl<F: Float> Bsdf<F> {
         Color::select(self.smooth, self.transmitted(&fresnel) * self.below, Color::black())
     }
 
-    /// What a microfacet transmits.
+    /// The transmittance of a microfacet.
     #[inline(always)]
     pub(super) fn transmitted(&self, fresnel: &Reflectance<F>) -> Color<F> {
         self.through() * fresnel.dielectric.complement()
     }
 
-    /// Reflectance of a microfacet.
+    /// The reflectance of a microfacet.
     #[inline(always)]
     pub(super) fn fresnel(&self, cos: F) -> Reflectance<F> {
         let bare = self.bare(cos);
         if self.has.film && !self.has.constant_fresnel { self.covered(bare, cos) } else { bare }
     }
 
-    /// Without a film.
+    /// The reflectance without a film.
     #[inline(always)]
     fn bare(&self, cos: F) -> Reflectance<F> {
         let p = &self.p;
@@ -149,14 +149,14 @@ impl<F: Float> Bsdf<F> {
         Reflectance { dielectric, metal }
     }
 
-    /// With one.
+    /// The reflectance with a film.
     #[inline(always)]
     fn covered(&self, bare: Reflectance<F>, cos: F) -> Reflectance<F> {
         let (film, metallic) = (self.p.film, self.has.metallic);
         F::outlined(Covered { film, cos: self.cos_outside(cos), bare, metallic })
     }
 
-    /// What a film adds to the mean reflectance of microfacets, over cosines that stand for all of them.
+    /// The change of the microfacets' mean reflectance by a film, averaged over representative cosines.
     #[inline(always)]
     fn added_by_film(&self, cosines: &[F]) -> Reflectance<F> {
         let mut sum = Reflectance { dielectric: Color::black(), metal: Color::black() };
@@ -167,8 +167,8 @@ impl<F: Float> Bsdf<F> {
         sum.times(F::splat(1.0 / cosines.len() as f32))
     }
 
-    /// Films lie on the outside of bodies: what leaves one meets its film at the angle that it has
-    /// in the air, and is reflected as what comes from there.
+    /// The cosine at the film. Films lie on the outside of bodies: light from inside meets the film at its angle in
+    /// air, and is reflected like light from there.
     #[inline(always)]
     fn cos_outside(&self, cos: F) -> F {
         if !self.has.solid {
@@ -187,7 +187,7 @@ impl<F: Float> Bsdf<F> {
         parts.dielectric.mix(parts.metal, self.p.metallic)
     }
 
-    /// All albedos of the mirror lobe for the viewer.
+    /// Computes all albedos of the mirror lobe for the viewer.
     #[inline(always)]
     pub(super) fn mirror_albedos(&mut self, mask: F::Mask) {
         let average = self.average(mask);
@@ -206,7 +206,7 @@ impl<F: Float> Bsdf<F> {
         self.left_mean = rest(once, self.dielectric, &self.mean).clamp(1e-6, 1.0);
     }
 
-    /// Albedo of single reflections by microfacets.
+    /// The albedo of single reflections at microfacets.
     #[inline(always)]
     fn singly(&self, own: &Albedo<F>, cosines: &[F]) -> Reflectance<F> {
         let p = &self.p;
@@ -225,7 +225,7 @@ impl<F: Float> Bsdf<F> {
         bare.plus(self.added_by_film(cosines).times(own.whole())).clamped()
     }
 
-    /// The factor that makes up for light lost between microfacets, where it is given back by them.
+    /// The metal's factor that compensates for light lost between microfacets.
     #[inline(always)]
     pub(super) fn gain_of_metal(&self) -> Color<F> {
         let (once, least) = (self.once.metal, F::splat(1e-6));
@@ -234,14 +234,14 @@ impl<F: Float> Bsdf<F> {
         (once + later).over(divisor)
     }
 
-    /// For rough glass with a film: what leaves at once (one over a gain), and the part of it that is reflected. The
-    /// film reflects a different part, of which a different part is lost between microfacets.
+    /// The factor that compensates for lost light in rough glass with a film (`gain` without film), and the reflected
+    /// fraction. The film changes the reflected part, and with it the part that is lost between microfacets.
     #[inline(always)]
     pub(super) fn glass_under_film(&self, gain: F, reflected: F) -> (Color<F>, Color<F>) {
         let (one, kept) = (F::one(), self.own.albedo.whole().max(F::splat(0.05)));
         let added = self.added_by_film(&self.own.cosines).dielectric;
         let (plain_back, plain_through) = (reflected / gain, (one - reflected) / gain);
-        // What each microfacet does not reflect.
+        // The fraction that each microfacet does not reflect.
         let rest = (one - plain_back / kept).max(F::splat(1e-3));
         let back = (added * kept + Color::grey(plain_back)).clamp(0.0, 1.0);
         let through = (added * (one / rest)).clamp(-1e3, 1.0).complement() * plain_through;
@@ -249,7 +249,7 @@ impl<F: Float> Bsdf<F> {
         (Color::grey(one).over(both), back.over(both))
     }
 
-    /// Mean reflectance over the hemisphere.
+    /// The mean reflectance over the hemisphere.
     #[inline(always)]
     fn average(&self, mask: F::Mask) -> Reflectance<F> {
         let p = &self.p;
@@ -271,16 +271,15 @@ impl<F: Float> Bsdf<F> {
         sum.times(F::one() / weights.max(F::splat(1e-6)))
     }
 
-    /// Of light that the microfacets do not give back at once, the part that they do later: the
-    /// series of all further bounces, for a mean reflectance over the hemisphere.
+    /// The part that is reflected later of the light that microfacets do not reflect in a single bounce: the series of
+    /// all further bounces, for a mean reflectance over the hemisphere.
     #[inline(always)]
     fn further(&self, average: Color<F>) -> Color<F> {
         let lost = F::one() - self.mean.whole();
         (average * average * self.mean.whole()).over((average * lost).complement())
     }
 
-    /// What the mirror lobe of what is no metal, with all its bounces, leaves to what lies below it,
-    /// for a direction of that albedo.
+    /// The light that the dielectric's mirror lobe, with all its bounces, leaves to the lobes below, for a direction.
     #[inline(always)]
     pub(super) fn left_by(&self, seen: &DirectionalAlbedo<F>) -> Color<F> {
         let own = &seen.albedo;
@@ -296,8 +295,8 @@ impl<F: Float> Bsdf<F> {
         UnderMirror { f0: self.p.f0, f90: self.p.f90, further: self.dielectric }
     }
 
-    /// What lies above the diffuse lobe, its roughness, and how much of the lobe it leaves for the viewer: everything
-    /// in the lobe's light that depends on the viewer, under a mirror lobe without film.
+    /// The layer above the diffuse lobe, its roughness, and the part of the lobe that it leaves for the viewer. These
+    /// are all view-dependent terms of diffuse light under a mirror lobe without film.
     #[inline(always)]
     pub fn above_diffuse(&self) -> (UnderMirror<F>, F, Color<F>) {
         if !self.has.specular || self.has.constant_fresnel {
@@ -307,7 +306,7 @@ impl<F: Float> Bsdf<F> {
     }
 }
 
-/// Reflectances with a film, which are needed in many places.
+/// Outlined, because reflectances with a film are needed in many places.
 struct Covered<F: Float> {
     film: ThinFilm<F>,
     cos: F,

@@ -1,4 +1,4 @@
-//! Directions drawn from the lobes of a surface.
+//! Importance sampling of a surface's lobes.
 
 use super::bsdf::Bsdf;
 use super::ggx::Ggx;
@@ -7,27 +7,27 @@ use crate::math::{Color, Vector};
 use crate::sampling::warp::concentric_disk;
 use crate::simd::{Float, Mask};
 
-/// A direction that a path may take.
+/// A sampled direction.
 pub struct BsdfSample<F: Float> {
-    /// Unit vector in the world.
+    /// Unit vector in world space.
     pub direction: Vector<F>,
     /// Value · |cos| / density.
     pub weight: Color<F>,
-    /// Density per steradian, 0 for a mirror's.
+    /// Density per steradian; 0 for a perfect mirror.
     pub pdf: F,
-    /// Where there is one.
+    /// Set if there is a direction.
     pub valid: F::Mask,
-    /// Where it leads to the other side.
+    /// Set if the direction leads to the other side.
     pub through: F::Mask,
-    /// Whether it was drawn from a wide lobe.
+    /// Set if the direction was drawn from a diffuse lobe.
     pub wide: F::Mask,
 }
 
 impl<F: Float> Bsdf<F> {
-    /// A direction by importance: `u` picks the lobe and the direction in it, `which` whether a
-    /// microfacet reflects or lets through, where it may do both, and whether a scattered direction within a body is drawn
-    /// from a cone ([`Bsdf::wide_sine`]). `budget`: how many directions may be followed on average, 1 or more, from
-    /// which [`Bsdf::sample_other`] has the second one.
+    /// Samples a direction by importance. `u` selects the lobe and the direction in it. `which` selects reflection or
+    /// transmission at microfacets that may do both, and if a scattered direction within a body is drawn from a cone
+    /// ([`Bsdf::wide_sine`]). `budget` is the mean number of directions that may be followed, 1 or more;
+    /// [`Bsdf::sample_other`] returns the second one.
     #[inline(always)]
     pub fn sample(&self, which: F, budget: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
         let zero = F::zero();
@@ -40,7 +40,7 @@ impl<F: Float> Bsdf<F> {
         let (mut is_through, mut possible) = (none, F::Mask::from_bits(u32::MAX));
         let wide = is_diffuse | is_back;
         if (mask & wide).any() {
-            // Cosine-distributed, but for bodies: a disk, lifted to the hemisphere (PBRT 4th ed., A.5.3).
+            // Cosine-distributed, except in bodies: a disk, lifted to the hemisphere (PBRT 4th ed., A.5.3).
             let (x, y) = concentric_disk(u.0, u.1);
             let scale = self.wide_sine(is_back, which);
             let (x, y) = (x * scale, y * scale);
@@ -87,8 +87,8 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// Samples what is seen through a smooth surface, in the lanes in which [`Bsdf::sample`] has drawn the mirror image by
-    /// the same numbers and the budget is enough for both.
+    /// Samples the transmitted direction of a smooth surface, in lanes in which [`Bsdf::sample`] has drawn the
+    /// reflected one from the same numbers and the budget allows both.
     #[inline(always)]
     pub fn sample_other(&self, which: F, budget: F, u: (F, F), mask: F::Mask) -> BsdfSample<F> {
         let Lobe { is_microfacet, u, .. } = self.lobe(u);
@@ -106,7 +106,7 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// The number of directions that may be followed: one of rough surfaces.
+    /// The number of directions that may be followed: one for rough surfaces.
     #[inline(always)]
     fn budget(&self, budget: F) -> F {
         F::select(self.smooth, budget, F::one())
@@ -136,12 +136,12 @@ impl<F: Float> Bsdf<F> {
         }
     }
 
-    /// A microfacet's direction in the frame, by reflection if `which` is less than the probability of
-    /// that, but in lanes that look `through`; and its weight where the surface is smooth.
+    /// Samples a direction from a microfacet, in the frame: reflected if `which` is less than the probability of
+    /// reflection, except in lanes with `through` set. Also returns the weight for smooth surfaces.
     ///
-    /// Chooses which of two directions are followed, which have the probabilities p and 1 − p: with a budget of m the one
-    /// with probability min(1, m p), the other with min(1, m (1 − p)), by one number (Arvo and Kirk, "Particle transport
-    /// and image synthesis", 1990).
+    /// Two directions with probabilities p and 1 − p are candidates. With a budget of m, the first one is followed with
+    /// probability min(1, m p) and the second one with min(1, m (1 − p)), both by a single number (Arvo and Kirk,
+    /// "Particle transport and image synthesis", 1990).
     #[inline(always)]
     fn narrow(&self, u: (F, F), which: F, budget: F, through: F::Mask) -> FromMicrofacet<F> {
         let (zero, p) = (F::zero(), &self.p);
@@ -187,7 +187,7 @@ impl<F: Float> Bsdf<F> {
     }
 }
 
-/// Which lobe a direction comes from, and a point in the unit square that is left for it.
+/// The lobe of a sampled direction, and the remaining point in the unit square.
 struct Lobe<F: Float> {
     is_diffuse: F::Mask,
     is_back: F::Mask,
@@ -201,6 +201,6 @@ struct FromMicrofacet<F: Float> {
     weight: Color<F>,
     through: F::Mask,
     valid: F::Mask,
-    /// Where the mirror image and what is seen through are both followed.
+    /// Set if the reflected and the transmitted direction are both followed.
     both: F::Mask,
 }

@@ -1,21 +1,21 @@
-//! Directions along and away from a surface.
+//! Orthonormal frames at surfaces.
 
 use crate::math::Vector;
 use crate::simd::Float;
 
-/// Orthonormal axes.
+/// Orthonormal axes at a surface.
 #[derive(Clone, Copy)]
 pub struct ShadingFrame<F: Float> {
-    /// Along the surface.
+    /// Tangent to the surface.
     pub x: Vector<F>,
-    /// Along the surface, perpendicular to x.
+    /// Tangent to the surface, perpendicular to x.
     pub y: Vector<F>,
-    /// Away from it.
+    /// Normal to the surface.
     pub z: Vector<F>,
 }
 
 impl<F: Float> ShadingFrame<F> {
-    /// Any frame about a unit normal (Duff and others 2017).
+    /// An arbitrary frame about a unit normal (Duff and others 2017).
     #[inline(always)]
     pub fn about(z: Vector<F>) -> Self {
         let (zero, one) = (F::zero(), F::one());
@@ -29,13 +29,13 @@ impl<F: Float> ShadingFrame<F> {
         }
     }
 
-    /// Into the frame.
+    /// Transforms a world vector into the frame.
     #[inline(always)]
     pub fn local(&self, v: Vector<F>) -> Vector<F> {
         Vector::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 
-    /// Out of it.
+    /// Transforms a vector of the frame to world space.
     #[inline(always)]
     pub fn world(&self, v: Vector<F>) -> Vector<F> {
         self.x * v.x + self.y * v.y + self.z * v.z

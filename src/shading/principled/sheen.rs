@@ -1,5 +1,5 @@
-//! Fibres that stand up from a surface: the "Charlie" distribution of Estevez and Kulla (2017)
-//! with Ashikhmin's visibility term (KHR_materials_sheen).
+//! Sheen of fibres that stand up from a surface: the "Charlie" distribution of Estevez and Kulla (2017) with
+//! Ashikhmin's visibility term (KHR_materials_sheen).
 
 use super::albedo::between;
 use super::glass::plane;
@@ -9,10 +9,10 @@ use crate::simd::{Float, Int, Isa, Kernel, Lanes, dispatch};
 
 const COSINES: usize = 32;
 const ROUGHNESSES: usize = 32;
-/// Smoother fibres count as this smooth.
+/// The least roughness; smoother fibres are clamped to it.
 const SMOOTHEST: f32 = 0.07;
 
-/// D V for directions in the frame of the surface.
+/// The BRDF D V for directions in the frame of the surface.
 #[inline(always)]
 pub fn evaluate<F: Float>(color: Color<F>, roughness: F, wo: Vector<F>, wi: Vector<F>) -> Color<F> {
     let h = (wo + wi).normalize();
@@ -30,7 +30,7 @@ fn lobe<F: Float>(roughness: F, cos_h: F, cos_o: F, cos_i: F) -> F {
     density / visible.max(F::splat(1e-6))
 }
 
-/// Albedos of white fibres.
+/// The table of albedos of white fibres.
 pub(super) fn table() -> Vec<f32> {
     let (isa, mut table) = (Isa::detect(), Vec::new());
     for r in 0..ROUGHNESSES {
@@ -44,7 +44,7 @@ pub(super) fn table() -> Vec<f32> {
     table
 }
 
-/// ∫ D V cos dω over the hemisphere.
+/// The integral ∫ D V cos dω over the hemisphere.
 struct SheenIntegral {
     cos_o: f32,
     roughness: f32,
@@ -79,7 +79,7 @@ impl SheenIntegral {
                 let value = lobe(F::splat(roughness), h.z, F::splat(cos_o), F::splat(cos_i));
                 let mut lanes = [0.0; 16];
                 (value * F::splat(cos_i) * F::splat(2.0) * F::splat(x)).store(&mut lanes);
-                // One after the other, so that the sum is the same however many lanes there are.
+                // Added sequentially, so that the sum does not depend on the number of lanes.
                 for value in &lanes[..F::WIDTH] {
                     sum += f64::from(*value);
                 }
@@ -89,7 +89,7 @@ impl SheenIntegral {
     }
 }
 
-/// Albedo of white fibres for a cosine to the normal.
+/// The albedo of white fibres for a cosine to the normal.
 #[inline(always)]
 pub fn albedo<F: Float>(table: &[f32], cosine: F, roughness: F, mask: F::Mask) -> F {
     let (c, wc) = between(cosine.max(F::zero()).sqrt() * F::splat((COSINES - 1) as f32), COSINES);

@@ -1,5 +1,5 @@
-//! White surfaces in white surroundings, at random places in the space of parameters: nothing is lost or gained,
-//! light goes both ways equally, and directions are drawn as often as the density says.
+//! White surfaces with random parameters in a white furnace: energy is conserved, reflection is reciprocal, and
+//! directions are drawn with the reported density.
 
 use std::num::Wrapping;
 
@@ -10,7 +10,7 @@ use super::tests::{anisotropic, covered, glass, grey, opaque, towards};
 use crate::math::Vector;
 use crate::sampling::hash::{combine, to_unit};
 
-/// Numbers between 0 and 1 that belong to one surface.
+/// Random numbers between 0 and 1 for one surface.
 struct Chance {
     seed: Wrapping<u32>,
     next: u32,
@@ -34,13 +34,13 @@ impl Chance {
         self.unit() < probability
     }
 
-    /// All, or any part.
+    /// 1 in half of all cases, otherwise a random fraction.
     fn part(&mut self) -> f32 {
         if self.happens(0.5) { 1.0 } else { self.unit() }
     }
 }
 
-/// A surface that reflects or transmits all light that reaches it.
+/// A surface that reflects or transmits all incident light.
 struct White {
     has: LobeFlags,
     p: Parameters<f32>,
@@ -117,7 +117,7 @@ impl White {
         Self { has, p, description }
     }
 
-    /// What comes back for viewers all over the hemisphere, and the standard deviation of that.
+    /// The mean albedo for viewers over the hemisphere, and its standard deviation.
     fn albedo(&self, seed: u32, count: u32) -> (f64, f64) {
         let mut chance = Chance::new(seed);
         let (mut sum, mut squares) = (0.0f64, 0.0f64);
@@ -135,16 +135,16 @@ impl White {
     }
 }
 
-/// What the layers of a surface may lose or add on average over all directions, beyond what chance does.
+/// The largest error of the mean albedo over all directions, beyond that of chance.
 fn allowed(white: &White) -> f64 {
     let LobeFlags { film, anisotropic, solid, diffuse, back, sheen, .. } = white.has;
     match (film, solid && (diffuse || back)) {
-        // Smooth fibres shine only at grazing angles: 4 σ of few samples does not tell how far off they are.
+        // Smooth fibres are bright only at grazing angles: 4 σ of few samples underestimate the error.
         (false, false) if sheen => 0.01,
         (false, false) => 0.005,
         // The table of the fraction that bodies reflect is a little less sharp than reality near the critical angle.
         (false, true) => 0.01,
-        // Two angles stand for all at which microfacets are seen; for stretched ones those of round ones.
+        // Two angles represent all angles at which microfacets are seen; anisotropic ones use those of isotropic ones.
         (true, false) if anisotropic => 0.025,
         (true, false) => 0.015,
         (true, true) => 0.035,
@@ -152,8 +152,8 @@ fn allowed(white: &White) -> f64 {
 }
 
 #[test]
-fn whatever_the_layers_nothing_is_lost_or_gained() {
-    // What is lost here and gained there does not make up for each other.
+fn random_white_surfaces_conserve_energy() {
+    // Losses and gains of different surfaces must not cancel.
     let (mut gained, mut lost, mut count) = (0.0, 0.0, 0.0);
     for seed in 0..3000 {
         let white = White::at_random(seed);
@@ -174,12 +174,12 @@ fn whatever_the_layers_nothing_is_lost_or_gained() {
 }
 
 #[test]
-fn whatever_the_layers_light_goes_as_well_as_it_comes() {
+fn random_white_surfaces_are_reciprocal() {
     let mut compared = 0;
     for seed in 0..3000 {
         let White { has, p, description } = White::at_random(seed);
-        // These are not reciprocal: light scattered below glass is divided by the viewing direction alone, and glass
-        // has a factor of its own for it; layers above take their part by the viewing direction, too.
+        // These are not reciprocal: light scattered below glass is divided only by the viewing direction, and glass has
+        // a factor of its own for it; layers above attenuate only by the viewing direction, too.
         if has.solid || has.coat || has.sheen {
             continue;
         }
@@ -195,9 +195,9 @@ fn whatever_the_layers_light_goes_as_well_as_it_comes() {
     assert!(compared > 800, "{compared}");
 }
 
-/// Each octant and belt of the sphere gets as many directions as the density says.
+/// Counts directions in the octants and belts of the sphere.
 #[test]
-fn whatever_the_layers_directions_are_drawn_as_often_as_is_said() {
+fn random_white_surfaces_draw_directions_with_their_density() {
     const CELLS: usize = 16;
     let cell = |d: Vector<f32>| {
         let belt = ((d.z + 1.0) * 2.0).clamp(0.0, 3.0) as usize;

@@ -1,23 +1,23 @@
-//! What is known of lobes beforehand: albedos by cosine and roughness, computed before rendering begins,
-//! once for all scenes of a program.
+//! Precomputed tables of lobes: albedos by cosine and roughness, computed before rendering, once for all scenes of a
+//! process.
 
 use std::sync::OnceLock;
 
 use super::{albedo, anisotropic, anisotropic_glass, glass, sheen};
 use crate::scene::Material;
 
-/// Tables of lobes. Those that no material needs are empty.
+/// The tables of lobes. Tables that no material needs are empty.
 #[derive(Clone, Copy)]
 pub struct LobeTables {
-    /// Of rough mirrors.
+    /// The table of rough mirrors.
     pub mirror: &'static albedo::AlbedoTable,
-    /// Of those whose microfacets are stretched.
+    /// The table of rough mirrors with anisotropic microfacets.
     pub(super) anisotropic: &'static anisotropic::AnisotropicTable,
-    /// Of rough glass.
+    /// The table of rough glass.
     pub(super) glass: &'static glass::GlassTable,
-    /// The table of rough glass whose microfacets are stretched.
+    /// The table of rough glass with anisotropic microfacets.
     pub(super) anisotropic_glass: &'static anisotropic_glass::AnisotropicGlassTable,
-    /// Of fibres.
+    /// The table of sheen.
     pub(super) sheen: &'static [f32],
 }
 
@@ -33,7 +33,7 @@ static NO_STRETCHED_GLASS: anisotropic_glass::AnisotropicGlassTable =
     anisotropic_glass::AnisotropicGlassTable::EMPTY;
 
 impl LobeTables {
-    /// None.
+    /// Empty tables.
     pub const NONE: LobeTables = LobeTables {
         mirror: &NO_MIRROR,
         anisotropic: &NOT_STRETCHED,
@@ -42,7 +42,7 @@ impl LobeTables {
         sheen: &[],
     };
 
-    /// All.
+    /// All tables.
     pub fn all() -> Self {
         Self {
             mirror: MIRROR.get_or_init(albedo::AlbedoTable::new),
@@ -53,7 +53,7 @@ impl LobeTables {
         }
     }
 
-    /// Those that materials need, each made by a thread of its own.
+    /// The tables that materials need, computed in parallel, one thread each.
     pub fn of(materials: &[Material]) -> Self {
         let any = |needs: fn(&Material) -> bool| materials.iter().any(needs);
         let mirror = any(|m| m.has_mirror() || !m.coat.is_zero());
@@ -65,7 +65,7 @@ impl LobeTables {
         let anisotropic_glass = any(|m| m.refracts() && m.is_anisotropic());
         let sheen = any(|m| !m.sheen_color.is_black());
         std::thread::scope(|scope| {
-            // If no thread can be started, the table is made below.
+            // If a thread cannot be started, the table is computed below.
             let aside = || std::thread::Builder::new();
             if anisotropic {
                 let _ = aside()

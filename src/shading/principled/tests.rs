@@ -1,4 +1,4 @@
-//! Energy, densities and reciprocity of the lobes.
+//! Tests of energy conservation, sampling densities and reciprocity of the lobes.
 
 use super::bsdf::Bsdf;
 use super::dispersion::Spectrum;
@@ -19,14 +19,14 @@ fn vector(x: f32, y: f32, z: f32) -> Vector<f32> {
     Vector { x, y, z }
 }
 
-/// A direction whose cosine to the normal is given.
+/// A direction with a given cosine to the normal.
 pub(super) fn towards(cos: f32, turns: f32) -> Vector<f32> {
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     let angle = turns as f64 * std::f64::consts::TAU;
     vector(sin * libm::cos(angle) as f32, sin * libm::sin(angle) as f32, cos)
 }
 
-/// An opaque surface of base colour `base`, of ior 1.5.
+/// An opaque surface of base colour `base` and ior 1.5.
 pub(super) fn opaque(base: f32, metallic: f32, roughness: f32) -> (LobeFlags, Parameters<f32>) {
     let up = vector(0.0, 0.0, 1.0);
     let frame = ShadingFrame::about(up);
@@ -61,7 +61,7 @@ pub(super) fn opaque(base: f32, metallic: f32, roughness: f32) -> (LobeFlags, Pa
     )
 }
 
-/// Glass of ior 1.5 seen from outside (or inside).
+/// Glass of ior 1.5, seen from outside or from `inside`.
 pub(super) fn glass(roughness: f32, inside: bool) -> (LobeFlags, Parameters<f32>) {
     let (_, mut parameters) = opaque(1.0, 0.0, roughness);
     parameters.through = grey(1.0);
@@ -71,7 +71,7 @@ pub(super) fn glass(roughness: f32, inside: bool) -> (LobeFlags, Parameters<f32>
     (LobeFlags { specular: true, transmission: true, solid: true, ..LobeFlags::default() }, parameters)
 }
 
-/// The same under a film.
+/// Adds a film to a surface.
 pub(super) fn covered(
     (mut has, mut p): (LobeFlags, Parameters<f32>),
     thickness: f32,
@@ -82,7 +82,7 @@ pub(super) fn covered(
     (has, p)
 }
 
-/// The mean of the weights of sampled directions: the part of light that comes back.
+/// The albedo: the mean of the weights of sampled directions.
 fn albedo(has: LobeFlags, p: Parameters<f32>, cos: f32) -> f32 {
     colored_albedo(has, p, cos, 1 << 15)[0]
 }
@@ -107,7 +107,7 @@ fn albedo_towards(has: LobeFlags, p: Parameters<f32>, wo: Vector<f32>, count: u3
 }
 
 #[test]
-fn a_white_furnace_stays_white() {
+fn opaque_white_surfaces_pass_the_furnace_test() {
     for metallic in [0.0, 0.5, 1.0] {
         for roughness in [0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0] {
             for cos in [0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0] {
@@ -122,7 +122,7 @@ fn a_white_furnace_stays_white() {
     }
 }
 
-/// The same with stretched microfacets.
+/// Makes the microfacets of a surface anisotropic.
 pub(super) fn anisotropic(
     (mut has, mut p): (LobeFlags, Parameters<f32>),
     strength: f32,
@@ -134,7 +134,7 @@ pub(super) fn anisotropic(
 }
 
 #[test]
-fn brushed_surfaces_lose_nothing() {
+fn anisotropic_white_surfaces_pass_the_furnace_test() {
     for metallic in [0.0, 0.5, 1.0] {
         for roughness in [0.05, 0.1, 0.25, 0.45, 0.7, 0.95] {
             for strength in [0.1, 0.45, 0.8, 1.0] {
@@ -157,21 +157,21 @@ fn brushed_surfaces_lose_nothing() {
 }
 
 #[test]
-fn a_clear_layer_loses_nothing() {
+fn clear_coat_conserves_energy() {
     for roughness in [0.0, 0.3, 1.0] {
         for cos in [0.1, 0.5, 1.0] {
             let (mut has, mut p) = opaque(1.0, 0.0, 0.5);
             has.coat = true;
             (p.coat.weight, p.coat.roughness) = (1.0, roughness);
             let found = albedo(has, p, cos);
-            // Light lost between the layer's own microfacets is left to the base.
+            // Light lost between the coat's own microfacets is left to the base.
             assert!((found - 1.0).abs() < 0.01, "roughness {roughness} cos {cos}: {found}");
         }
     }
 }
 
 #[test]
-fn sheen_adds_no_light() {
+fn sheen_on_a_white_surface_adds_no_light() {
     for roughness in [0.1, 0.5, 1.0] {
         for cos in [0.1, 0.5, 1.0] {
             let (mut has, mut p) = opaque(1.0, 0.0, 0.5);
@@ -184,7 +184,7 @@ fn sheen_adds_no_light() {
 }
 
 #[test]
-fn thin_glass_loses_nothing() {
+fn thin_glass_conserves_energy() {
     for roughness in [0.0, 0.1, 0.25, 0.5, 0.75, 1.0] {
         for (part, cos) in
             [1.0, 0.4].into_iter().flat_map(|part| [0.05, 0.2, 0.5, 1.0].map(|cos| (part, cos)))
@@ -199,7 +199,7 @@ fn thin_glass_loses_nothing() {
 }
 
 #[test]
-fn glass_divides_light_without_loss() {
+fn glass_conserves_energy() {
     for roughness in [0.0, 0.1, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0] {
         for (inside, cosines) in [(false, [0.05, 0.2, 0.5, 1.0]), (true, [0.05, 0.3, 0.75, 1.0])] {
             for (ior, cos) in [1.1, 1.33, 1.5, 1.8, 2.5].into_iter().flat_map(|n| cosines.map(|cos| (n, cos)))
@@ -217,10 +217,10 @@ fn glass_divides_light_without_loss() {
     }
 }
 
-/// A body that lets light through half of its surface: the other half is lit by what is neither reflected nor
-/// transmitted.
+/// A body that transmits light through half of its surface; the other half scatters the light that is neither reflected
+/// nor transmitted.
 #[test]
-fn bodies_that_let_some_light_through_neither_lose_nor_gain() {
+fn partly_transmissive_bodies_conserve_energy() {
     for inside in [false, true] {
         for (roughness, ior) in [(0.0, 1.5), (0.3, 1.5), (0.3, 1.2), (0.6, 1.5), (0.6, 2.2), (1.0, 1.5)] {
             let (mut sum, mut count) = (0.0, 0.0);
@@ -230,7 +230,7 @@ fn bodies_that_let_some_light_through_neither_lose_nor_gain() {
                 (has.diffuse, p.diffuse, p.through) = (true, grey(0.5), grey(0.5));
                 p.eta = if inside { ior } else { 1.0 / ior };
                 let [found, ..] = albedo_towards(has, p, towards(cos, 0.1), 1 << 13);
-                // The table's edge about the critical angle is less sharp than what it tells of.
+                // The table's edge near the critical angle is less sharp than the actual one.
                 let most = if inside && roughness == 0.3 { 0.07 } else { 0.015 };
                 assert!((found - 1.0).abs() < most, "{inside} {roughness} {ior} cos {cos}: {found}");
                 (sum, count) = (sum + cos * found, count + cos);
@@ -241,9 +241,9 @@ fn bodies_that_let_some_light_through_neither_lose_nor_gain() {
     }
 }
 
-/// Films on white things of all kinds, in white surroundings.
+/// Films on white surfaces of all kinds, in a white furnace.
 #[test]
-fn films_neither_lose_nor_add_light() {
+fn thin_films_conserve_energy() {
     let mut all = Vec::new();
     for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
         for metallic in [0.0, 0.5, 1.0] {
@@ -259,7 +259,7 @@ fn films_neither_lose_nor_add_light() {
             for cos in [0.1, 0.3, 0.6, 0.8, 1.0] {
                 let (has, p) = covered(surface, thickness, ior);
                 for found in colored_albedo(has, p, cos, 1 << 12) {
-                    // The mean over rough microfacets is that of the mean one.
+                    // The mean over rough microfacets is approximated by the mean microfacet.
                     let allowed = match roughness {
                         r if r > 0.6 => 0.07,
                         r if r > 0.2 => 0.035,
@@ -275,9 +275,8 @@ fn films_neither_lose_nor_add_light() {
     }
 }
 
-/// A film without thickness does nothing.
 #[test]
-fn a_film_of_no_thickness_changes_nothing() {
+fn film_of_zero_thickness_changes_nothing() {
     for (plain, ior) in [(opaque(0.7, 0.5, 0.4), 1.8), (glass(0.3, false), 1.3), (glass(0.3, true), 1.3)] {
         for (a, b) in [(0.9, 0.5), (0.4, 0.7), (0.6, -0.8)] {
             let (has, p) = covered(plain, 0.0, ior);
@@ -297,7 +296,7 @@ fn a_film_of_no_thickness_changes_nothing() {
 }
 
 #[test]
-fn what_goes_there_comes_back() {
+fn opaque_surfaces_are_reciprocal() {
     for (metallic, roughness) in [(0.0, 0.3), (0.0, 1.0), (0.5, 0.5), (1.0, 0.2), (1.0, 0.9)] {
         for (a, b) in [(0.2, 0.9), (0.5, 0.6), (0.1, 0.3)] {
             let (wo, wi) = (towards(a, 0.0), towards(b, 0.3));
@@ -312,7 +311,7 @@ fn what_goes_there_comes_back() {
     }
 }
 
-/// Cells of equal solid angle over the sphere.
+/// The sphere is divided into cells of equal solid angle.
 const RINGS: usize = 16;
 const SECTORS: usize = 16;
 
@@ -367,7 +366,7 @@ fn integral(bsdf: &Bsdf<f32>, ring: usize, sector: usize) -> f64 {
 }
 
 #[test]
-fn directions_are_drawn_with_the_density_that_is_said() {
+fn sampled_directions_follow_the_reported_density() {
     let mut all: Vec<(String, (LobeFlags, Parameters<f32>))> = Vec::new();
     for roughness in [0.3, 0.6, 1.0] {
         for metallic in [0.0, 1.0] {
@@ -392,7 +391,7 @@ fn directions_are_drawn_with_the_density_that_is_said() {
     for (name, (has, p)) in all {
         for cos in [0.3, 0.95] {
             let (sum, cells) = chi_square(has, p, cos);
-            // Five standard deviations of the χ² distribution, and what the quadrature gets wrong.
+            // Five standard deviations of the χ² distribution, plus a margin for the quadrature's error.
             let freedom = cells.max(2) as f64 - 1.0;
             let most = freedom + 5.0 * (2.0 * freedom).sqrt() + 20.0;
             assert!(sum < most, "{name}, cos {cos}: χ² {sum:.0} of {freedom} degrees of freedom");

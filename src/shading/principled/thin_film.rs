@@ -1,51 +1,48 @@
-//! A thin film on a surface: what it reflects and what the surface below reflects interfere
-//! (KHR_materials_iridescence; Belcour and Barla, "A practical extension to microfacet theory for
-//! the modeling of varying iridescence", 2017). Amplitudes are real and light is unpolarised, as
-//! the extension has it.
+//! A thin film on a surface: light reflected by the film and by the surface below interferes
+//! (KHR_materials_iridescence; Belcour and Barla, "A practical extension to microfacet theory for the modeling of
+//! varying iridescence", 2017). As in the extension, amplitudes are real and light is unpolarised.
 //!
-//! Between reflectances R₁₂ of the film and R₂₃ of what is below, with ρ = r₁₂ r₂₃, a wave whose
-//! phase falls behind by φ on its way through the film and back sees Airy's reflectance
-//! 1 − A (1 + 2 Σ (−ρ)ᵐ cos mφ), A = (1 − R₁₂)(1 − R₂₃)/(1 − ρ²). The mean of cos mφ over the
-//! wavelengths of a colour has a closed form where the eye's sensitivities are bells over the
-//! wave number.
+//! Let R₁₂ be the reflectance of the film, R₂₃ that of the surface below, and ρ = r₁₂ r₂₃. A wave whose phase is
+//! delayed by φ on its way through the film and back has Airy's reflectance 1 − A (1 + 2 Σ (−ρ)ᵐ cos mφ), A = (1 −
+//! R₁₂)(1 − R₂₃)/(1 − ρ²). The mean of cos mφ over the wavelengths of a colour has a closed form if the eye's
+//! sensitivities are Gaussians over the wave number.
 //!
-//! Two things differ from the extension's (non-normative) code. What is below the film is not
-//! inferred from its F₀ but from its reflectance in air at the same angle: r₂₃ is what under a film
-//! of no thickness gives that back. So without thickness nothing changes, whatever model the surface
-//! follows. And colours are those under white light, not under equal energy at all wavelengths,
-//! which made thin films reddish.
+//! Two things differ from the extension's (non-normative) code. First, the surface below the film is not derived from
+//! its F₀ but from its reflectance in air at the same angle: r₂₃ is chosen so that a film of zero thickness gives that
+//! reflectance. So a film of zero thickness changes nothing, whatever model the surface follows. Second, colours are
+//! those under white light, not under equal energy at all wavelengths, which made thin films reddish.
 
 use crate::math::Color;
 use crate::math::elementary::{exp2, sin_cos_turns};
 use crate::shading::fresnel;
 use crate::simd::Float;
 
-/// Orders of interference; higher ones are treated as if they had the waves of the last one.
+/// Orders of interference; higher orders use the waves of the last one.
 const ORDERS: usize = 6;
-/// Bells that the sensitivities x̄ (two of them), ȳ and z̄ are made of: wave numbers of their centres, nm⁻¹.
+/// Gaussians of the sensitivities x̄ (two of them), ȳ and z̄: wave numbers of their centres, nm⁻¹.
 const CENTRE: [f32; 4] = [1.6810e-3, 2.2399e-3, 1.7953e-3, 2.2084e-3];
-/// A path difference of d nm reduces a wave's mean over a bell by a factor of 2^(this · d²).
+/// A path difference of d nm reduces a wave's mean over a Gaussian by a factor of 2^(this · d²).
 const FADING: [f32; 4] = [fading(4.3278e-9), fading(4.5282e-9), fading(9.3046e-9), fading(6.6121e-9)];
-/// The share of x̄'s first bell, 5.4856 √4.3278 to 0.9747 √4.5282.
+/// The weight of x̄'s first Gaussian; it is to that of the second as 5.4856 √4.3278 to 0.9747 √4.5282.
 const FIRST: f32 = 0.846_198;
-/// From XYZ to linear Rec. 709, each row divided by its sum: white stays white.
+/// XYZ to linear Rec. 709, with each row divided by its sum: white stays white.
 const RGB: [[f32; 3]; 3] = [
     [3.2404542 / 1.2047843, -1.5371385 / 1.2047843, -0.4985314 / 1.2047843],
     [-0.969266 / 0.9483008, 1.8760108 / 0.9483008, 0.041556 / 0.9483008],
     [0.0556434 / 0.9088427, -0.2040259 / 0.9088427, 1.0572252 / 0.9088427],
 ];
 
-/// For a bell of variance 2v nm⁻²: −(2π)² v log₂ e.
+/// The exponent for a Gaussian of variance 2v nm⁻²: −(2π)² v log₂ e.
 const fn fading(v: f32) -> f32 {
     -4.0 * std::f32::consts::PI * std::f32::consts::PI * v * std::f32::consts::LOG2_E
 }
 
-/// What is known of a film.
+/// Parameters of a film.
 #[derive(Clone, Copy)]
 pub struct ThinFilm<F: Float> {
     /// Coverage.
     pub weight: F,
-    /// In nm.
+    /// Thickness in nm.
     pub thickness: F,
     /// Index of refraction.
     pub ior: F,
@@ -56,12 +53,12 @@ pub struct ThinFilm<F: Float> {
 pub struct Interference<F: Float> {
     /// r₁₂ of the film in air.
     outer: F,
-    /// For each order m the mean of cos mφ in each colour.
+    /// The mean of cos mφ in each colour, for each order m.
     waves: [Color<F>; ORDERS],
 }
 
 impl<F: Float> Interference<F> {
-    /// The cosine is that in the air.
+    /// The interference at an angle whose cosine in air is `cos`.
     #[inline(always)]
     pub fn new(film: &ThinFilm<F>, cos: F) -> Self {
         let (zero, one, two) = (F::zero(), F::one(), F::splat(2.0));
@@ -101,18 +98,18 @@ impl<F: Float> Interference<F> {
         for (m, wave) in self.waves.iter().enumerate() {
             (power_r, power_g, power_b) = (power_r * -r.product, power_g * -g.product, power_b * -b.product);
             if m + 1 == ORDERS {
-                // The rest of the geometric series: exact for a film of no thickness.
+                // The rest of the geometric series: exact for a film of zero thickness.
                 (power_r, power_g, power_b) = (power_r * r.rest(), power_g * g.rest(), power_b * b.rest());
             }
             sum_r = sum_r + power_r * wave.r;
             sum_g = sum_g + power_g * wave.g;
             sum_b = sum_b + power_b * wave.b;
         }
-        // Colours beyond Rec. 709 are cut off.
+        // Colours beyond Rec. 709 are clipped.
         Color::new(one - r.passed * sum_r, one - g.passed * sum_g, one - b.passed * sum_b).clamp(0.0, 1.0)
     }
 
-    /// r₂₃ from r₁₃ = (r₁₂ + r₂₃)/(1 + r₁₂ r₂₃); what is denser turns the wave over.
+    /// r₂₃ from r₁₃ = (r₁₂ + r₂₃)/(1 + r₁₂ r₂₃). Amplitudes are negative because a denser medium inverts the wave.
     #[inline(always)]
     fn channel(&self, plain: F) -> InterferenceChannel<F> {
         let (one, least) = (F::one(), F::splat(1e-6));
@@ -124,16 +121,16 @@ impl<F: Float> Interference<F> {
     }
 }
 
-/// Between film and surface, for one colour.
+/// The coefficients of Airy's reflectance for one colour.
 struct InterferenceChannel<F: Float> {
-    /// ρ.
+    /// The coefficient ρ.
     product: F,
-    /// A.
+    /// The coefficient A.
     passed: F,
 }
 
 impl<F: Float> InterferenceChannel<F> {
-    /// 1 − ρ + ρ² − …
+    /// The sum 1 − ρ + ρ² − …
     #[inline(always)]
     fn rest(&self) -> F {
         F::one() / (F::one() + self.product).max(F::splat(1e-3))
@@ -163,7 +160,7 @@ mod tests {
         Color::splat(Rgb::splat(value))
     }
 
-    /// Fresnel's amplitudes across and along the plane of incidence.
+    /// Fresnel's amplitudes perpendicular and parallel to the plane of incidence.
     fn amplitudes(n1: f64, n2: f64, cos1: f64, cos2: f64) -> [f64; 2] {
         [(n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2), (n1 * cos2 - n2 * cos1) / (n1 * cos2 + n2 * cos1)]
     }
@@ -190,14 +187,14 @@ mod tests {
     }
 
     #[test]
-    fn one_wavelength_is_reflected_as_airy_says() {
+    fn reflectance_at_one_wavelength_matches_airys_sum() {
         for (n, base) in [(1.33, 1.5), (1.8, 1.5), (1.3, 2.4), (2.4, 1.5)] {
             for k in 0..16 {
                 let phase = k as f64 / 16.0 * std::f64::consts::TAU;
                 for (cos, allowed) in [(1.0, 2e-4), (0.8, 0.01), (0.5, 0.05), (0.25, 0.1)] {
                     let found = at_phase(n as f32, base as f32, cos as f32, phase) as f64;
                     let expected = airy(n, base, cos, phase);
-                    // Off the normal the two polarisations are treated as one.
+                    // Off the normal, the two polarisations are treated as one.
                     assert!(
                         (found - expected).abs() < allowed,
                         "{n} on {base}, cos {cos}, phase {phase}: {found}, not {expected}"
@@ -207,7 +204,7 @@ mod tests {
         }
     }
 
-    /// The same over all wavelengths, by quadrature over wave numbers.
+    /// The film's colour over all wavelengths, by quadrature over wave numbers.
     fn spectrum(thickness: f64, ior: f64, base: f64) -> [f64; 3] {
         let bells = [(1.6810, 4.3278), (2.2399, 4.5282), (1.7953, 9.3046), (2.2084, 6.6121)];
         let steps = 4000;
@@ -232,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_the_mean_over_wavelengths() {
+    fn colours_match_the_mean_over_wavelengths() {
         for (ior, base) in [(1.33, 1.5), (1.8, 1.5), (1.3, 2.4)] {
             for thickness in [0.0, 100.0, 250.0, 400.0, 700.0, 1200.0, 5000.0] {
                 let plain = fresnel::reflectance(1.0, 1.0 / base as f32);
@@ -249,12 +246,12 @@ mod tests {
     }
 
     #[test]
-    fn without_thickness_nothing_changes() {
+    fn film_without_thickness_keeps_the_reflectance() {
         for ior in [1.0, 1.3, 1.8, 2.5] {
             for plain in [0.0, 0.04, 0.3, 0.9, 1.0] {
                 for cos in [0.0, 0.01, 0.1, 0.5, 1.0] {
                     let found = Interference::new(&film(0.0, ior), cos).over(grey(plain)).g;
-                    // If the film alone reflects everything, nothing below is seen.
+                    // If the film reflects everything, the surface below is invisible.
                     let expected = if cos == 0.0 { 1.0 } else { plain };
                     assert!((found - expected).abs() < 2e-3, "{ior} {plain} {cos}: {found}");
                 }
@@ -263,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn what_reflects_all_does_so_under_any_film() {
+    fn perfect_reflector_stays_perfect_under_any_film() {
         for thickness in [0.0, 120.0, 400.0, 3000.0, 1e5] {
             for cos in [0.0, 0.2, 1.0] {
                 let found = Interference::new(&film(thickness, 1.3), cos).over(grey(1.0));

@@ -5,16 +5,16 @@ use std::arch::x86_64::*;
 use super::{I32x8, M32x8};
 use crate::simd::Int;
 
-/// Three consecutive entries for each lane, as columns; zero outside the mask. Eight loads and some shuffles take
+/// Loads three consecutive entries for each lane, as columns; zero outside the mask. Eight loads and some shuffles take
 /// less time than three gathers.
 ///
 /// # Safety
 ///
-/// As for [`super::run`]. In each lane of the mask three entries must be there, and the mask must have a lane.
+/// As for [`super::run`]. In each lane of the mask three entries must exist, and the mask must have a lane.
 #[inline(always)]
 pub unsafe fn three_entries(table: *const f32, first: I32x8, mask: M32x8) -> [__m256; 3] {
     let mut places = [0; 8];
-    // Lanes outside the mask read the table's front: as some lane has three entries, so has that.
+    // Lanes outside the mask read the table's front, which has three entries because those of some lane exist.
     I32x8::select(mask, first, I32x8::splat(0)).store(&mut places);
     // SAFETY: by the caller; the fourth entries are not read.
     unsafe {
@@ -30,7 +30,7 @@ pub unsafe fn three_entries(table: *const f32, first: I32x8, mask: M32x8) -> [__
     }
 }
 
-/// Four by four, in each half of the registers.
+/// Transposes four by four, in each half of the registers.
 ///
 /// # Safety
 ///

@@ -1,5 +1,5 @@
-//! The sixteen children of a node in one register. (Safety is as for the operators beside it: the type is known only
-//! to kernels under [`super::run`].)
+//! The sixteen children of a node in one register. (Safety as for the operators beside it: only kernels under
+//! [`super::run`] use the type.)
 
 use std::arch::x86_64::*;
 
@@ -40,7 +40,7 @@ impl Sixteen for F32x16 {
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32) {
-        // SAFETY: 16 words are there; there is room for 16 numbers each; as for the operators.
+        // SAFETY: the arrays have 16 words and room for 16 numbers each; as for the operators.
         unsafe {
             let places = places(back_to_front);
             let near = _mm512_permutexvar_ps(places, near.0);
@@ -58,7 +58,7 @@ impl Sixteen for F32x16 {
                 _mm512_storeu_ps(nears.as_mut_ptr(), near);
                 _mm512_storeu_si512(out.as_mut_ptr().cast(), packed);
             }
-            // The word of the foremost one by its lane: what was just written is not read again, which would take longer.
+            // The word of the first one to visit, by its lane: reading back what was just written would take longer.
             let lane = _mm_cvtsi32_si128(31 - entered.leading_zeros() as i32);
             let first = _mm512_permutexvar_epi32(_mm512_castsi128_si512(lane), words);
             (_mm_cvtsi128_si32(_mm512_castsi512_si128(first)) as u32, count)
@@ -66,7 +66,7 @@ impl Sixteen for F32x16 {
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
-        // SAFETY: 16 words are there, and room for 16; as for the operators.
+        // SAFETY: the arrays have 16 words and room for 16; as for the operators.
         let entered = unsafe {
             let entered = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(near.0, far.0);
             let packed = _mm512_maskz_compress_epi32(entered, _mm512_loadu_si512(words.as_ptr().cast()));
@@ -87,7 +87,7 @@ impl Sixteen for F32x16 {
     }
 }
 
-/// Place i of an order in the four lowest bits of lane i; above them is what comes after it.
+/// Place i of an order in the four lowest bits of lane i, with later places in the bits above.
 #[inline(always)]
 fn places(order: u64) -> __m512i {
     // SAFETY: as for the operators.

@@ -5,16 +5,16 @@ use std::arch::x86_64::*;
 use super::{I32x16, M32x16};
 use crate::simd::Int;
 
-/// Three consecutive entries for each lane, as columns; zero outside the mask. Sixteen loads and some shuffles take
-/// less time than three gathers.
+/// Loads three consecutive entries for each lane, as columns; zero outside the mask. Sixteen loads and some shuffles
+/// take less time than three gathers.
 ///
 /// # Safety
 ///
-/// As for [`super::run`]. In each lane of the mask three entries must be there, and the mask must have a lane.
+/// As for [`super::run`]. In each lane of the mask three entries must exist, and the mask must have a lane.
 #[inline(always)]
 pub unsafe fn three_entries(table: *const f32, first: I32x16, mask: M32x16) -> [__m512; 3] {
     let mut places = [0; 16];
-    // Lanes outside the mask read the table's front: as some lane has three entries, so has that.
+    // Lanes outside the mask read the table's front, which has three entries because those of some lane exist.
     I32x16::select(mask, first, I32x16::splat(0)).store(&mut places);
     // SAFETY: by the caller.
     unsafe {
@@ -29,11 +29,11 @@ pub unsafe fn three_entries(table: *const f32, first: I32x16, mask: M32x16) -> [
     }
 }
 
-/// Three entries from places i, i + 4, i + 8 and i + 12 on, side by side.
+/// Loads three entries from places i, i + 4, i + 8 and i + 12 on, side by side.
 ///
 /// # Safety
 ///
-/// As for [`super::run`], and three entries must be there.
+/// As for [`super::run`], and from each of these places on three entries must exist.
 #[inline(always)]
 unsafe fn four_times_three(table: *const f32, places: &[u32; 16], i: usize) -> __m512 {
     const THREE: __mmask8 = 0b111;
@@ -48,7 +48,7 @@ unsafe fn four_times_three(table: *const f32, places: &[u32; 16], i: usize) -> _
     }
 }
 
-/// The rows at places i, i + 4, i + 8 and i + 12, side by side.
+/// Loads the rows at places i, i + 4, i + 8 and i + 12, side by side.
 ///
 /// # Safety
 ///
@@ -65,7 +65,7 @@ pub unsafe fn four_rows(table: &[[f32; 4]], places: &[u32; 16], i: usize) -> __m
     }
 }
 
-/// Four by four, in each quarter of the registers.
+/// Transposes four by four, in each quarter of the registers.
 ///
 /// # Safety
 ///

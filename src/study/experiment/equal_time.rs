@@ -1,19 +1,19 @@
-//! Which errors the series have reached after the same time. Equal numbers of samples flatter whatever makes a sample
-//! expensive.
+//! Errors of the series after equal time. Comparing equal numbers of samples would favour expensive samples.
 
 use super::plot::{Curve, Figure};
 
 /// Errors by time.
 #[derive(Debug, PartialEq)]
 pub struct EqualTime {
-    /// Labels of the columns.
+    /// The labels of the columns.
     pub labels: Vec<String>,
-    /// Seconds, and each column's error then; none before its first measurement and behind its last.
+    /// Seconds, and each column's error at that time; none before its first and after its last measurement.
     pub rows: Vec<(f64, Vec<Option<f64>>)>,
 }
 
 impl EqualTime {
-    /// From errors and times over the same x: at times that are powers of √2, as far as two series or more reach.
+    /// Resamples errors and times over the same x at times that are powers of √2, where at least two series have
+    /// values.
     pub fn of(errors: &Figure, times: &Figure) -> Self {
         let reached: Vec<(String, Vec<(f64, f64)>)> = errors
             .curves
@@ -40,7 +40,7 @@ impl EqualTime {
     }
 }
 
-/// Times with errors, in the order of the times; logarithms need both above 0.
+/// Pairs of time and error, sorted by time; both must be above 0, since their logarithms are taken.
 fn by_time(errors: &Curve, times: &Curve) -> Vec<(f64, f64)> {
     let pairs = errors.points.iter().filter_map(|(x, error)| {
         let (_, time) = times.points.iter().find(|(other, _)| other == x)?;
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_compared_at_the_same_time() {
+    fn errors_are_interpolated_at_equal_times() {
         let figure = |curves: [(&str, &[(f64, f64)]); 3]| Figure {
             title: String::new(),
             x_label: String::new(),
@@ -81,8 +81,8 @@ mod tests {
                 })
                 .collect(),
         };
-        // The second has half the error for the same samples, and takes four times as long for them. Nobody
-        // knows how long the third one takes.
+        // The second has half the error for the same samples, but takes four times as long. The third one's times are
+        // missing.
         let errors = figure([
             ("plain", &[(1.0, 1.0), (4.0, 0.25), (16.0, 0.0625)]),
             ("shared", &[(1.0, 0.5), (4.0, 0.125)]),

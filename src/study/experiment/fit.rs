@@ -1,16 +1,16 @@
-//! Means with their confidence, and the growth of y with x.
+//! Means with confidence intervals, and the order of growth of y with x.
 
-/// A mean and how far the truth may be from it with 95 % confidence, by Student's t.
+/// A mean with its 95 % confidence interval by Student's t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Mean of the measurements.
+    /// The mean of the measurements.
     pub mean: f64,
-    /// On both sides of it; none for a single measurement.
+    /// Half the width of the interval; none for a single measurement.
     pub margin: Option<f64>,
 }
 
 impl Estimate {
-    /// Of at least one measurement.
+    /// Computes the estimate; none without measurements.
     pub fn of(values: &[f64]) -> Option<Estimate> {
         let n = values.len() as f64;
         if values.is_empty() {
@@ -26,14 +26,14 @@ impl Estimate {
 /// y = factor · x^order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// The exponent; its margin is of 95 % confidence.
+    /// The exponent, with a 95 % confidence interval.
     pub order: Estimate,
     /// y at x = 1.
     pub factor: f64,
 }
 
 impl Fit {
-    /// By least squares of logarithms. None without two different x above 0.
+    /// Fits a power by least squares in logarithms; none without two different x among points with positive x and y.
     pub fn of(points: &[(f64, f64)]) -> Option<Fit> {
         let logs: Vec<(f64, f64)> = points
             .iter()
@@ -44,7 +44,7 @@ impl Fit {
         let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / n;
         let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
         let xx: f64 = logs.iter().map(|(x, _)| (x - mx) * (x - mx)).sum();
-        // NaN where there is no point at all.
+        // NaN if no points are left.
         if xx.is_nan() || xx <= 0.0 {
             return None;
         }
@@ -56,13 +56,13 @@ impl Fit {
         Some(Fit { order: Estimate { mean: order, margin }, factor: libm::exp(offset) })
     }
 
-    /// At some x.
+    /// Returns y at some x.
     pub fn at(&self, x: f64) -> f64 {
         self.factor * libm::pow(x, self.order.mean)
     }
 }
 
-/// The 97.5 % quantile of Student's t: a table, then the expansion about the normal one's
+/// The 97.5 % quantile of Student's t distribution: from a table, then by the expansion about the normal quantile
 /// (Abramowitz and Stegun 26.7.5).
 fn student(freedom: usize) -> f64 {
     const TABLE: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn means_and_margins() {
+    fn estimates_have_means_and_margins_by_student_t() {
         assert_eq!(Estimate::of(&[]), None);
         assert_eq!(Estimate::of(&[2.0]), Some(Estimate { mean: 2.0, margin: None }));
         let two = Estimate::of(&[1.0, 3.0]).unwrap();
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn powers_are_found() {
+    fn fit_recovers_order_and_factor_of_powers() {
         let exact: Vec<_> = (1..20).map(|x| (f64::from(x), 3.0 * f64::from(x).powf(-1.5))).collect();
         let fit = Fit::of(&exact).unwrap();
         assert!((fit.order.mean + 1.5).abs() < 1e-12 && (fit.factor - 3.0).abs() < 1e-9);

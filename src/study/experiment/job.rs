@@ -1,4 +1,4 @@
-//! One job: a scene with some settings, rendered or traced, and what was measured.
+//! A job: renders or traces a scene with some settings and measures it.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -23,26 +23,26 @@ use crate::scene::CompiledScene;
 use crate::simd::{Isa, Kernel, Lanes, dispatch};
 use crate::world::{Camera, Caustics, Falloff, Light, Shape, Sharing, Transform, World};
 
-/// An image.
+/// An image in linear radiance.
 #[derive(Clone, Debug)]
 pub struct StudyImage {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
-    /// Row by row.
+    /// The pixels, row by row.
     pub pixels: Vec<Rgb>,
 }
 
-/// What was measured, and the image if there is one.
+/// The measurements of a job, and its image if it rendered one.
 pub struct Done {
-    /// Numbers.
+    /// The measured values.
     pub row: ResultRow,
-    /// What was rendered.
+    /// The rendered image.
     pub image: Option<StudyImage>,
 }
 
-/// Puts the value of an axis where it belongs. Triangles belong to the scene.
+/// Sets the field that an axis varies. Triangles are not a setting: the scene is built with their number.
 pub(super) fn at(change: &SettingsOverride, axis: &Axis, x: u32) -> SettingsOverride {
     let mut change = change.clone();
     match axis {
@@ -58,12 +58,12 @@ pub(super) fn at(change: &SettingsOverride, axis: &Axis, x: u32) -> SettingsOver
     change
 }
 
-/// Where a scene's file is, as seen from the study's.
+/// The path of a scene's file, which is relative to the study's folder.
 pub(super) fn path(folder: &Path, file: &Path) -> PathBuf {
     folder.join(file)
 }
 
-/// The world of a job: the scene with other settings.
+/// Builds the world of a job: the scene with changed settings.
 fn world(
     scene: &StudyScene,
     folder: &Path,
@@ -121,7 +121,7 @@ fn world(
     Ok(world)
 }
 
-/// A mesh with a lamp, and a camera that looks at it.
+/// A mesh, a light, and a camera that faces the mesh.
 fn made_up(mesh: crate::world::Mesh) -> World {
     let mut world = World::default();
     let mesh = world.assets.add_mesh(mesh);
@@ -137,14 +137,14 @@ fn made_up(mesh: crate::world::Mesh) -> World {
     world
 }
 
-/// A clock of the process's CPU time, where the system has one.
+/// A clock of the process's CPU time; none if the system does not report it.
 pub type CpuSeconds = fn() -> Option<f64>;
 
-/// The distance between the seeds of two images of a job, larger than the number of repetitions.
+/// The distance between the seeds of a job's two images; larger than the number of repetitions.
 const SECOND: u32 = 500_009;
 
-/// Does a job, unless it is stopped, which is an error. `change` has the value of x in it; `reference` is what an image
-/// is compared with; `in_pairs` renders a second image, to tell bias from variance.
+/// Runs a job; being stopped is an error. `change` includes the value of x; `reference` is the image to compare with;
+/// `in_pairs` renders a second image to separate bias from variance.
 pub(super) fn run(
     scene: &StudyScene,
     folder: &Path,
@@ -174,7 +174,7 @@ pub(super) fn run(
         row.set(Measurement::Flip, errors.flip);
     }
     if in_pairs {
-        // Its time does not matter.
+        // The second image's time is not measured.
         let change = SettingsOverride { threads: Some(0), ..change.clone() };
         let seed = seed.wrapping_add(SECOND);
         let second = run(scene, folder, [triangles, seed], &change, (None, false), (cpu, stop))?;
@@ -185,8 +185,8 @@ pub(super) fn run(
     Ok(Done { row, image: Some(image) })
 }
 
-/// Tells bias from variance: what two independent images have in common is bias, what they differ by is variance. Both
-/// estimates are unbiased, so that of a small bias may be below 0.
+/// Separates bias from variance: the error that two independent images have in common is bias, their difference is
+/// variance. Both estimates are unbiased, so the estimate of a small squared bias may be negative.
 fn add_pair(first: &StudyImage, second: &StudyImage, reference: Option<&StudyImage>, row: &mut ResultRow) {
     let components = |image: &StudyImage| {
         image.pixels.iter().flat_map(|p| [p.r, p.g, p.b].map(f64::from)).collect::<Vec<_>>()
@@ -213,14 +213,14 @@ fn render(
         Some(StudySchedule::Wavefront) | None => crate::integrator::Schedule::Wavefront,
     };
     let wave = change.wave.map_or(DEFAULT_WAVE, |wave| wave as usize);
-    // Small tiles, or small images would leave most threads without work.
+    // Small tiles, since otherwise small images would leave most threads idle.
     let sorting = match change.sorting {
         Some(StudySorting::Unsorted) => crate::integrator::Sorting::Unsorted,
         Some(StudySorting::ByMaterial) | None => crate::integrator::Sorting::ByMaterial,
     };
     let options = Options { schedule, wave, sorting, tile: 32, ..Options::default() };
     let [width, height] = world.settings.size;
-    // Its sums, and the picture that is made of them.
+    // The sums of the film, and the final image.
     let bytes = u64::from(width) * u64::from(height) * (size_of::<PixelSum>() + size_of::<Rgb>()) as u64;
     memory::reserve(format_args!("an image of {width}x{height}"), bytes)
         .map_err(|shortage| shortage.to_string())?;
@@ -253,10 +253,10 @@ fn render(
     Ok(StudyImage { width, height, pixels })
 }
 
-/// Triangle tests of brute force in one job at most: about a second.
+/// The most triangle tests of a brute-force job: about a second.
 const MOST_TESTS: u64 = 300_000_000;
 
-/// One ray after another, by the kernel that the recursive schedule has.
+/// Traces one ray after another with the recursive schedule's kernel.
 struct Singly<'a> {
     bvh: &'a Bvh,
     rays: Rays<'a>,
@@ -275,7 +275,7 @@ impl Kernel for Singly<'_> {
     }
 }
 
-/// Traces scattered rays on this thread.
+/// Traces scattered rays on this thread and measures it.
 fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuSeconds, row: &mut ResultRow) {
     let (isa, bvh) = (Isa::detect(), &compiled.bvh);
     let triangles = compiled.geometry.triangles.len().max(1) as u64;
@@ -332,7 +332,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bias_and_variance_of_a_pair_add_up_to_the_mean_of_both_squared_errors() {
+    fn pair_bias_and_variance_add_up_to_the_mean_squared_error() {
         let image =
             |values: [f32; 2]| StudyImage { width: 2, height: 1, pixels: values.map(Rgb::splat).to_vec() };
         let (first, second, reference) = (image([1.5, 3.0]), image([2.5, 1.0]), image([1.0, 1.0]));

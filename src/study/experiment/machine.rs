@@ -1,8 +1,8 @@
-//! What a study ran on.
+//! The machine that a study ran on.
 
 use crate::simd::Isa;
 
-/// Names and values, for a table.
+/// Returns names and values for a table.
 pub fn describe() -> Vec<(&'static str, String)> {
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
     let levels: Vec<&str> = Isa::available().into_iter().map(Isa::name).collect();
@@ -21,7 +21,7 @@ pub fn describe() -> Vec<(&'static str, String)> {
     facts
 }
 
-/// What follows the name and its colon in the first such line of a file.
+/// Returns the text after `name` and its colon in the first line of a file that starts with `name`.
 fn value_of(file: &str, name: &str) -> Option<String> {
     let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find(|line| line.starts_with(name))?;

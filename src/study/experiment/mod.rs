@@ -1,4 +1,4 @@
-//! Studies: jobs from scenes, settings and seeds; what they measured as CSV, plots and a page.
+//! Studies: jobs from scenes, settings and seeds, and their results as CSV, plots and an HTML page.
 
 mod equal_time;
 pub mod fit;
@@ -26,10 +26,10 @@ pub use job::{CpuSeconds, StudyImage};
 use plot::{Curve, Figure};
 use results::{Label, Results};
 
-/// Why a study ends early.
+/// The reason why a study fails.
 #[derive(Debug)]
 pub enum StudyError {
-    /// A job cannot be done, or a file is at fault.
+    /// A job failed, or a file is invalid.
     Job(String),
     /// Results could not be written.
     Save(SaveError),
@@ -58,17 +58,17 @@ impl From<SaveError> for StudyError {
     }
 }
 
-/// A study, where it is and where its results go.
+/// A study with its input and output folders.
 pub struct Run<'a> {
-    /// What to do.
+    /// The study.
     pub study: &'a StudyFile,
-    /// Scenes are relative to it.
+    /// The folder that paths of scenes are relative to.
     pub folder: &'a Path,
-    /// Where everything goes; made if it is not there.
+    /// The folder for all output; created if it does not exist.
     pub out: &'a Path,
     /// A clock of the process's CPU time.
     pub cpu: CpuSeconds,
-    /// Ends a job within. What it has done until then does not count.
+    /// Stops the current job; its partial result is discarded.
     pub stop: Stop<'a>,
 }
 
@@ -84,19 +84,19 @@ pub struct StudyJob<'a> {
 }
 
 impl StudyJob<'_> {
-    /// For people.
+    /// A human-readable name.
     pub fn name(&self) -> String {
         let Label { experiment, scene, series, x, seed, .. } = &self.label;
         format!("{experiment}: {scene}, {series}, {x}, seed {seed}")
     }
 }
 
-/// A curve's place: which scene and which series of an experiment.
+/// A curve: indices of the scene and of the series within an experiment.
 type CurveId = (usize, usize);
 
 impl<'a> Run<'a> {
-    /// All jobs. Repetitions are outermost and series innermost, so that whatever else the
-    /// machine does meets all series alike.
+    /// Returns all jobs. Repetitions are outermost and series innermost, so that other load on the machine affects all
+    /// series alike.
     pub fn jobs(&self) -> Result<Vec<StudyJob<'a>>, StudyError> {
         let mut jobs = Vec::new();
         let mut hashes = HashMap::new();
@@ -115,14 +115,14 @@ impl<'a> Run<'a> {
         Ok(jobs)
     }
 
-    /// A hash of a scene's file: a scene that was changed is rendered again.
+    /// A hash of a scene's file, so that a changed scene is rendered again.
     fn content(&self, scene: &StudyScene, known: &mut HashMap<PathBuf, u128>) -> Result<u128, String> {
         let StudyScene::File(file) = scene else { return Ok(0) };
         let path = job::path(self.folder, file);
         if let Some(hash) = known.get(&path) {
             return Ok(*hash);
         }
-        // As scenes do, a study refers to what is in its folder or its project.
+        // Like a scene, a study may read files in its own folder or its project only.
         let sources = SourceFiles::default();
         sources.confine(&self.folder.join("study"));
         let bytes =
@@ -132,8 +132,8 @@ impl<'a> Run<'a> {
         Ok(hash)
     }
 
-    /// Does what has not been done yet. Before each job `progress` gets the number of finished jobs and the job's
-    /// name; it returns whether to continue.
+    /// Runs the jobs without a result. Before each job `progress` gets the number of finished jobs and the job's name;
+    /// it returns true to continue.
     pub fn run(
         &self,
         jobs: &[StudyJob],
@@ -171,7 +171,7 @@ impl<'a> Run<'a> {
                 Err(_) if self.stop.is_set() => return Ok(()),
                 done => done?,
             };
-            // Images of the first repetition are shown.
+            // The page shows images of the first repetition.
             if let Some(image) = done.image.filter(|_| job.seed == 0 && reference.is_some()) {
                 self.save(&self.image_path(job), &image)?;
             }
@@ -191,7 +191,7 @@ impl<'a> Run<'a> {
             .map_err(|reason| format!("{}: {reason}", job.name()))
     }
 
-    /// The reference from its file, or rendered.
+    /// Loads the reference from its file, or renders it.
     fn reference(
         &self,
         job: &StudyJob,
@@ -201,11 +201,11 @@ impl<'a> Run<'a> {
         if let Ok((width, height, pixels)) = load_linear(path) {
             return Ok(StudyImage { width, height, pixels });
         }
-        // Of the job's scene, with all its changes. Its time does not matter, so it uses all threads.
+        // Edits of the job's scene apply to the reference, too. Its time is not measured, so it uses all threads.
         let SettingsOverride { set, only, hide, .. } = job.change.and(change);
         let change =
             SettingsOverride { set, only, hide, threads: Some(0), ..job.experiment.with.and(change) };
-        // A seed of its own, so that no job shares its numbers.
+        // A seed of its own, so that it shares random numbers with no job.
         let done = self.perform(job, &change, 1_000_003, (None, false))?;
         let image = done
             .image
@@ -234,7 +234,7 @@ impl<'a> Run<'a> {
         save(path, &output)
     }
 
-    /// Plots and the page from all that has been measured. Returns the page's path.
+    /// Writes the plots and the page from all results. Returns the path of the page.
     pub fn report(&self, jobs: &[StudyJob]) -> Result<PathBuf, StudyError> {
         let results = Results::open(&self.out.join("results.csv"))?;
         let mut sections = Vec::new();
@@ -262,7 +262,7 @@ impl<'a> Run<'a> {
         Ok(path)
     }
 
-    /// The images of the first repetition, with their references.
+    /// Images of the first repetition, with their references.
     fn images(&self, experiment: &Experiment, jobs: &[&StudyJob]) -> Result<Vec<page::Pictures>, StudyError> {
         let mut all = Vec::new();
         for (scene_number, scene) in experiment.scenes.iter().enumerate() {
@@ -302,7 +302,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// A job, unless its series ends before x.
+/// Returns a job, or none if its series ends before x.
 fn job<'a>(
     experiment: &'a Experiment,
     scene: &'a StudyScene,
@@ -321,7 +321,7 @@ fn job<'a>(
         StudyScene::Ball => "ball".into(),
         StudyScene::Cloud => "cloud".into(),
     };
-    // Threads and the like do not change images, but what is measured.
+    // Threads and the like leave the image unchanged, but not what is measured.
     let text = format!(
         "{} {:?} {content:x} {change:?} {x} {seed} {:?} {:?} {}",
         env!("CARGO_PKG_VERSION"),
@@ -341,13 +341,13 @@ fn job<'a>(
     Some(StudyJob { experiment, scene, series, x, seed, change, label })
 }
 
-/// Whether a plot shows what more samples, and so more time, bring.
+/// True if a plot shows an error over numbers of samples.
 fn is_error_by_samples(experiment: &Experiment, plot: &Plot) -> bool {
     matches!(plot.y, Measurement::Mse | Measurement::RelativeMse | Measurement::Flip)
         && matches!(experiment.x, Axis::Samples(_) | Axis::LightSamples(_) | Axis::LensSamples(_))
 }
 
-/// A curve for each scene and series.
+/// Returns a curve for each scene and series.
 fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&StudyJob], results: &Results) -> Figure {
     let mut curves = Vec::new();
     let several = experiment.scenes.len() > 1;

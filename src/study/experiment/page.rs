@@ -1,27 +1,27 @@
-//! One HTML page that holds everything: images, plots, tables, the machine.
+//! One self-contained HTML page: images, plots, tables, and the machine.
 
 use super::equal_time::EqualTime;
 use super::machine;
 use super::plot::{Figure, legend};
 use crate::formats::study::{Experiment, StudyFile};
 
-/// A plot as it was drawn.
+/// A plot that has been drawn.
 pub(super) struct DrawnPlot {
     pub figure: Figure,
     pub svg: String,
-    /// The same by time, where it is an error by samples.
+    /// Errors at equal time, if the plot shows an error by samples.
     pub equal_time: Option<EqualTime>,
 }
 
-/// Images of a scene as PNG files.
+/// Images of a scene, as PNG files.
 pub(super) struct Pictures {
     pub scene: String,
     pub reference: Vec<u8>,
-    /// Series, x and image.
+    /// Series, x, and image.
     pub shown: Vec<(String, u32, Vec<u8>)>,
 }
 
-/// An experiment's part of the page.
+/// The page's section about an experiment.
 pub(super) struct Section<'a> {
     pub experiment: &'a Experiment,
     pub plots: Vec<DrawnPlot>,
@@ -34,13 +34,13 @@ td:first-child,th:first-child{text-align:left}.wipe{position:relative;display:in
 .wipe img{display:block;max-width:100%;image-rendering:pixelated}.wipe .over{position:absolute;inset:0;clip-path:inset(0 50% 0 0)}\
 .wipe i{position:absolute;top:0;bottom:0;left:50%;width:1px;background:#fff;mix-blend-mode:difference}input[type=range]{width:100%;max-width:640px}";
 
-/// The range moves the edge between both images; the list chooses the one on the left.
+/// The slider moves the border between the two images; the list selects the left one.
 const SCRIPT: &str = "for(const f of document.querySelectorAll('figure.images')){\
 const o=f.querySelector('.over'),l=f.querySelector('i'),r=f.querySelector('input'),s=f.querySelector('select');\
 const w=()=>{o.style.clipPath='inset(0 '+(100-r.value)+'% 0 0)';l.style.left=r.value+'%'};\
 r.oninput=w;s.onchange=()=>{o.src=s.value};w();s.onchange()}";
 
-/// The whole page.
+/// Returns the whole page.
 pub(super) fn html(study: &StudyFile, sections: &[Section]) -> String {
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\n<body>\n<h1>{0}</h1>\n{1}",
@@ -73,7 +73,7 @@ fn section_html(section: &Section) -> String {
     out
 }
 
-/// The numbers of a plot: a row for each x, a column for each curve.
+/// The values of a plot: a row per x, a column per curve.
 fn table(figure: &Figure) -> String {
     let heads: String =
         figure.curves.iter().map(|curve| format!("<th>{}</th>", escaped(&legend(curve)))).collect();
@@ -101,7 +101,7 @@ fn table(figure: &Figure) -> String {
     )
 }
 
-/// Errors at equal time: a row for each time, a column for each curve.
+/// Errors at equal time: a row per time, a column per curve.
 fn time_table(error: &str, table: &EqualTime) -> String {
     let heads: String = table.labels.iter().map(|label| format!("<th>{}</th>", escaped(label))).collect();
     let cell = |error: &Option<f64>| format!("<td>{}</td>", error.map_or(String::new(), number));
@@ -115,7 +115,7 @@ fn time_table(error: &str, table: &EqualTime) -> String {
     )
 }
 
-/// Three digits.
+/// Formats with three decimals, or in scientific notation with two.
 fn number(value: f64) -> String {
     if value == 0.0 || (1e-2..1e5).contains(&value.abs()) {
         format!("{value:.3}")
@@ -149,7 +149,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// RFC 4648.
+/// Base64 (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_is_that_of_the_standard() {
+    fn base64_matches_the_test_vectors_of_rfc_4648() {
         for (plain, wanted) in
             [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
         {

@@ -5,9 +5,9 @@ use plotters::prelude::*;
 
 use super::fit::{Estimate, Fit};
 
-/// Width and height in pixels of what is above the legend.
+/// Width and height of the area above the legend, in pixels.
 const SIZE: (u32, u32) = (900, 520);
-/// Height of a row of the legend, of two curves.
+/// Height of a row of the legend, which holds two curves.
 const ROW: u32 = 24;
 /// Colours of the curves, which most eyes can tell apart (Okabe and Ito, 2008).
 const COLORS: [RGBColor; 7] = [
@@ -21,29 +21,29 @@ const COLORS: [RGBColor; 7] = [
 ];
 const FONT: &str = "sans-serif";
 
-/// What is compared.
+/// A curve.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// For people.
+    /// The human-readable label.
     pub label: String,
-    /// From left to right.
+    /// The points, from left to right.
     pub points: Vec<(f64, Estimate)>,
-    /// How y grows, if that was asked for.
+    /// The power fitted to the points, if requested.
     pub fit: Option<Fit>,
 }
 
 /// Curves over common axes.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Above.
+    /// The title above the plot.
     pub title: String,
-    /// With its unit.
+    /// The label of the x axis, with its unit.
     pub x_label: String,
-    /// With its unit.
+    /// The label of the y axis, with its unit.
     pub y_label: String,
-    /// Whether each axis is logarithmic.
+    /// True for each axis that is logarithmic.
     pub log: [bool; 2],
-    /// At least one.
+    /// The curves, at least one.
     pub curves: Vec<Curve>,
 }
 
@@ -55,7 +55,7 @@ impl Figure {
     }
 }
 
-/// The figure as SVG.
+/// Draws the figure as SVG.
 pub fn svg(figure: &Figure) -> Result<String, String> {
     register_font()?;
     let mut text = String::new();
@@ -63,7 +63,7 @@ pub fn svg(figure: &Figure) -> Result<String, String> {
     Ok(text)
 }
 
-/// The figure in sRGB, three bytes a pixel, row by row.
+/// Draws the figure in sRGB, three bytes per pixel, row by row.
 pub fn pixels(figure: &Figure) -> Result<Vec<u8>, String> {
     register_font()?;
     let (width, height) = figure.size();
@@ -72,13 +72,13 @@ pub fn pixels(figure: &Figure) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// The program brings its own font: the machine may have none.
+/// Registers the program's own font, since the machine may have none.
 fn register_font() -> Result<(), String> {
     plotters::style::register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
         .map_err(|_| "the font of plots cannot be read".into())
 }
 
-/// An axis in the numbers that are drawn: a value itself or its logarithm.
+/// An axis, in plotted coordinates: the values or their logarithms.
 #[derive(Clone)]
 struct Scale {
     log: bool,
@@ -100,7 +100,7 @@ impl Scale {
         Scale { log, from: if log { from - margin } else { from }, to: to + margin }
     }
 
-    /// Where a value lies; what is not above 0 lies at the end of a logarithmic axis.
+    /// The plotted coordinate of a value; a logarithmic axis puts values of 0 or less at its lower end.
     fn place(&self, value: f64) -> f64 {
         match self.log {
             true if value > 0.0 => libm::log10(value).clamp(self.from, self.to),
@@ -109,11 +109,11 @@ impl Scale {
         }
     }
 
-    /// Where lines with numbers are.
+    /// The coordinates of labelled grid lines.
     fn marks(&self) -> Vec<f64> {
         let span = self.to - self.from;
         let steps: &[f64] = match self.log {
-            // If there are few powers of ten, several within each.
+            // Several marks per power of ten if the axis spans few of them.
             true if span < 1.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
             true if span < 2.5 => &[1.0, 2.0, 5.0],
             true => &[1.0],
@@ -136,7 +136,7 @@ impl Scale {
         (first..=last).map(|i| i as f64 * step).collect()
     }
 
-    /// A mark's number.
+    /// The label of a mark.
     fn text(&self, place: f64) -> String {
         let value = if self.log { libm::pow(10.0, place) } else { place };
         if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
@@ -223,7 +223,7 @@ fn color(number: usize) -> RGBColor {
     COLORS[number % COLORS.len()]
 }
 
-/// A curve's mark: a dot for as many as there are colours, then wider and wider rings.
+/// The marker of a curve's points: a dot for the first curves, as many as there are colours, then ever wider rings.
 fn marker<C>(place: C, number: usize) -> Circle<C, i32> {
     match number / COLORS.len() {
         0 => Circle::new(place, 3, color(number).filled()),
@@ -231,19 +231,19 @@ fn marker<C>(place: C, number: usize) -> Circle<C, i32> {
     }
 }
 
-/// The mean with its margin.
+/// The lower end of the margin, the mean, and the upper end.
 fn ends(estimate: &Estimate) -> [f64; 3] {
     let margin = estimate.margin.unwrap_or(0.0);
     [estimate.mean - margin, estimate.mean, estimate.mean + margin]
 }
 
-/// Around the margins: along the upper ends and back along the lower ones.
+/// The outline of the confidence band: along the upper ends and back along the lower ones.
 fn band(curve: &Curve, x: &Scale, y: &Scale) -> Vec<(f64, f64)> {
     let end = |which: usize| curve.points.iter().map(move |(at, e)| (x.place(*at), y.place(ends(e)[which])));
     end(2).chain(end(0).collect::<Vec<_>>().into_iter().rev()).collect()
 }
 
-/// The curve's name, and how it grows.
+/// The curve's label, with the fitted order.
 pub fn legend(curve: &Curve) -> String {
     match &curve.fit {
         None => curve.label.clone(),
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn plots_hold_what_they_should() {
+    fn plots_contain_titles_labels_legend_and_ink() {
         let figure = figure(true, &[1.0, 0.5, 0.25, 0.125]);
         let svg = svg(&figure).unwrap();
         for wanted in ["<svg", "A plot", "samples", "error", "uniform: order -1.00"] {
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_numbers_are_plotted_too() {
+    fn plots_accept_zeros_nan_and_infinities() {
         for values in [&[0.0][..], &[1.0], &[0.0, 1.0, -1.0], &[f64::NAN, f64::INFINITY], &[1e-300, 1e300]] {
             for log in [true, false] {
                 svg(&figure(log, values)).unwrap();
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_are_round() {
+    fn marks_are_at_round_numbers() {
         let powers = Scale::new(true, [1.0, 1e6].into_iter());
         assert_eq!(
             powers.marks().iter().map(|m| powers.text(*m)).collect::<Vec<_>>()[..3],

@@ -1,5 +1,4 @@
-//! What jobs have measured: a CSV file that grows by a line a job, so that a study which was
-//! interrupted goes on where it was.
+//! The results of jobs: a CSV file that grows by a line per job, so that an interrupted study can resume.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -10,7 +9,7 @@ use crate::error::SaveError;
 use crate::files::links;
 use crate::formats::study::Measurement;
 
-/// The last columns, which hold what was measured.
+/// The last columns, which hold the measured values.
 const MEASURES: [(&str, Measurement); 11] = [
     ("mse", Measurement::Mse),
     ("relmse", Measurement::RelativeMse),
@@ -25,22 +24,22 @@ const MEASURES: [(&str, Measurement); 11] = [
     ("tree_bytes", Measurement::TreeBytes),
 ];
 
-/// What a job has measured.
+/// The results of a job.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResultRow {
-    /// In the order of `MEASURES`; none where it does not apply.
+    /// The values in the order of `MEASURES`; none if not applicable.
     values: [Option<f64>; MEASURES.len()],
-    /// Of the film, if one was rendered.
+    /// The hash of the film, if one was rendered.
     pub film: Option<u128>,
 }
 
 impl ResultRow {
-    /// One of them.
+    /// Returns a measured value.
     pub fn get(&self, measure: Measurement) -> Option<f64> {
         MEASURES.iter().position(|(_, m)| *m == measure).and_then(|at| self.values[at])
     }
 
-    /// Records one of them.
+    /// Sets a measured value.
     pub fn set(&mut self, measure: Measurement, value: f64) {
         if let Some(at) = MEASURES.iter().position(|(_, m)| *m == measure) {
             self.values[at] = Some(value);
@@ -48,31 +47,31 @@ impl ResultRow {
     }
 }
 
-/// A job in words.
+/// The identification of a job.
 #[derive(Clone, Debug)]
 pub struct Label {
-    /// A hash of everything that decides its result.
+    /// A hash of everything that determines the result.
     pub key: u128,
-    /// Name of the experiment.
+    /// The name of the experiment.
     pub experiment: String,
-    /// Name of the scene.
+    /// The name of the scene.
     pub scene: String,
-    /// Name of the series.
+    /// The name of the series.
     pub series: String,
-    /// On the axis.
+    /// The value on the axis.
     pub x: u32,
-    /// Which repetition.
+    /// The number of the repetition.
     pub seed: u32,
 }
 
-/// The file.
+/// The file of results.
 pub struct Results {
     path: PathBuf,
     rows: HashMap<u128, ResultRow>,
 }
 
 impl Results {
-    /// Reads what there is already. A last line that was cut off is dropped.
+    /// Reads existing results. Drops an incomplete last line.
     pub fn open(path: &Path) -> Result<Results, StudyError> {
         let text = match crate::files::read(path) {
             Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
@@ -80,7 +79,7 @@ impl Results {
             Err(error) => return Err(format!("{}: cannot read: {error}", path.display()).into()),
         };
         let results = Results { path: path.to_owned(), rows: HashMap::new() };
-        // A line that was cut off would run into the next.
+        // The next line would be appended to an incomplete one.
         let whole = text.rfind('\n').map_or(0, |newline| newline + 1);
         if whole < text.len() {
             let file = links::open_to_append(path)?;
@@ -97,12 +96,12 @@ impl Results {
         Ok(Results { rows, ..results })
     }
 
-    /// What a job has measured, if it is done.
+    /// Returns the results of a job if it is finished.
     pub fn get(&self, key: u128) -> Option<&ResultRow> {
         self.rows.get(&key)
     }
 
-    /// Records a finished job.
+    /// Appends the results of a finished job.
     pub fn add(&mut self, label: &Label, row: ResultRow) -> Result<(), SaveError> {
         let values = row.values.iter().map(|value| value.map_or(String::new(), |v| v.to_string()));
         let mut fields = vec![
@@ -131,13 +130,13 @@ fn header() -> String {
     format!("job,experiment,scene,series,x,seed,film_hash,{names}")
 }
 
-/// As CSV wants it.
+/// Quotes a field of CSV if necessary.
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
-/// A line's job and values; none where it makes no sense. Names may hold commas, numbers not, so
-/// the values are counted from the end.
+/// Parses a line into the job's key and its values; none if it is malformed. Names may contain commas, numbers cannot,
+/// so the values are counted from the end.
 fn parse(line: &str) -> Option<(u128, ResultRow)> {
     let fields: Vec<&str> = line.trim_end().split(',').collect();
     let key = u128::from_str_radix(fields.first()?, 16).ok()?;
@@ -156,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_outlive_the_program() {
+    fn results_resume_after_a_truncated_line() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("results.csv");
         let label = |key| Label {
@@ -175,7 +174,7 @@ mod tests {
         results.add(&label(7), row.clone()).unwrap();
         results.add(&label(8), ResultRow::default()).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        // Killed while writing the second line.
+        // As if the program had been killed while writing the second line.
         std::fs::write(&path, &text[..text.len() - 4]).unwrap();
         let mut again = Results::open(&path).unwrap();
         assert_eq!((again.get(7), again.get(8)), (Some(&row), None));

@@ -1,4 +1,4 @@
-//! Made-up meshes of any size, and rays to trace through them.
+//! Synthetic meshes of any size, and rays to trace through them.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use crate::query::RayBatch;
 use crate::sampling::Stream;
 use crate::world::Mesh;
 
-/// A unit ball with bumps, of about as many triangles.
+/// A unit ball with bumps, of about this many triangles.
 pub(super) fn ball(triangles: u32) -> Mesh {
     let rows = ((f64::from(triangles) / 4.0).sqrt().round() as u32).max(3);
     let columns = 2 * rows;
@@ -34,8 +34,7 @@ pub(super) fn ball(triangles: u32) -> Mesh {
     mesh
 }
 
-/// As many triangles in a cube from −1 to 1, so small that a ray meets a few of them however
-/// many there are.
+/// Exactly this many triangles in a cube from −1 to 1, sized so that a ray hits only a few, however many there are.
 pub(super) fn cloud(triangles: u32) -> Mesh {
     let mut mesh = Mesh { name: "cloud".into(), ..Mesh::default() };
     let mut random = Stream::new(0);
@@ -54,7 +53,7 @@ pub(super) fn cloud(triangles: u32) -> Mesh {
     mesh
 }
 
-/// Rays from a sphere around the unit ball to places in it, in no order.
+/// Rays in random order from a sphere around the unit ball to points inside it.
 pub(super) fn rays(count: u32, seed: u32) -> RayBatch {
     let mut rays = RayBatch::with_capacity(count as usize);
     let mut random = Stream::new(seed.into());
@@ -75,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn meshes_have_about_as_many_triangles() {
+    fn meshes_have_the_requested_number_of_triangles() {
         for wanted in [100, 1000, 30_000] {
             assert_eq!(cloud(wanted).triangles.len(), wanted as usize);
             let got = ball(wanted).triangles.len() as f64;
@@ -89,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn clouds_fill_their_cube_and_rays_come_from_all_sides() {
+    fn clouds_fill_their_cube_and_rays_come_from_all_octants() {
         let (mesh, batch) = (cloud(8000), rays(8000, 1));
         let mut octants = [[0; 8]; 2];
         let octant = |p: Vec3| (0..3).map(|axis| usize::from(p[axis] > 0.0) << axis).sum::<usize>();

@@ -1,16 +1,16 @@
-//! A short version of a study: the same questions, answered in a sixteenth of the work or less.
+//! A short version of a study: the same experiments with at most a sixteenth of the work.
 
 use crate::formats::study::{Axis, SettingsOverride, StudyFile};
 
-/// The divisor of everything that makes work.
+/// The divisor of everything that costs time.
 const PART: u32 = 16;
-/// Repetitions: as many as margins need.
+/// Repetitions: the fewest that give confidence intervals.
 const SEEDS: u32 = 2;
-/// So many values of x are left, or a line could not be told from a curve.
+/// At least this many values of x are left, to distinguish a line from a curve.
 const VALUES: usize = 3;
 
-/// Takes the dear part out of a study. Where x counts samples, photons or triangles what is left ends at a sixteenth;
-/// references have a sixteenth of their samples, so that they are as good beside what is measured as before.
+/// Removes the expensive part of a study. Values of x that count samples, photons or triangles end at a sixteenth of
+/// the largest. References get a sixteenth of their samples, which keeps their accuracy relative to the measurements.
 pub fn shorten(study: &mut StudyFile) {
     for experiment in &mut study.experiments {
         experiment.seeds = experiment.seeds.min(SEEDS);
@@ -49,7 +49,7 @@ mod tests {
     use crate::formats::study::parse;
 
     #[test]
-    fn the_dear_part_is_taken_out() {
+    fn shorten_keeps_a_sixteenth_of_the_work_and_three_values() {
         let text = "(title: \"t\", experiments: [
             (name: \"a\", scenes: [File(\"s.ron\")], x: Samples([1, 4, 16, 64, 256]), series: [(label: \"l\")],
              seeds: 8, reference: (samples: 4096)),

@@ -1,4 +1,4 @@
-//! Lives for other programs.
+//! Records of samples as JSON, for other programs.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,7 @@ use super::{ExplainedLightRay, Life, Shares, Step};
 use crate::integrator::path_event::PathEvent;
 use crate::math::NONE;
 
-/// A sample with all its paths.
+/// Returns a sample with all its paths.
 pub fn life(life: &Life) -> Value {
     let paths: Vec<Value> = life
         .paths
@@ -26,7 +26,7 @@ pub fn life(life: &Life) -> Value {
     json!({"sample": life.sample, "radiance": life.radiance(), "photons": drawn(life), "paths": paths})
 }
 
-/// The photons that a sample sees directly.
+/// Returns the photons that a sample sees directly.
 pub fn drawn(life: &Life) -> Value {
     let (light, count) = life.drawn;
     json!({"count": count, "radiance": light})
@@ -65,7 +65,7 @@ fn step(step: &Step) -> Value {
     })
 }
 
-/// The lobe that a direction was drawn from.
+/// Returns the lobe that a direction was sampled from.
 fn lobe(fate: PathEvent) -> Option<Value> {
     match fate {
         PathEvent::Drawn { kind, through, exact } => {

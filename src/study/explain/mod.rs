@@ -1,4 +1,4 @@
-//! The life of a pixel's samples: every vertex of every path, told by the recursive schedule.
+//! A record of a pixel's samples with every vertex of every path, rendered by the recursive schedule.
 
 pub mod json;
 mod recipe;
@@ -18,19 +18,19 @@ use crate::scene::emitters::EmitterSource;
 use crate::world::{Transport, World};
 pub use recipe::Recipe;
 
-/// A sample from the camera to the ends of all its paths.
+/// A sample, from the camera to the ends of all its paths.
 #[derive(Clone, Debug)]
 pub struct Life {
-    /// Which.
+    /// The number of the sample.
     pub sample: u32,
-    /// Its paths: first the camera's, each fork behind the path that it comes from.
+    /// The camera's path, followed by the forks, each after the path that it split off from.
     pub paths: Vec<Followed>,
-    /// What photons bring that have ended where the sample sees them directly, and how many.
+    /// The radiance of photons that the sample sees directly, and their number.
     pub drawn: (Components, u32),
 }
 
 impl Life {
-    /// What it adds to the film.
+    /// Returns the radiance that the sample adds to the film.
     pub fn radiance(&self) -> Components {
         let mut sum = self.drawn.0;
         for path in &self.paths {
@@ -40,129 +40,129 @@ impl Life {
     }
 }
 
-/// A path to its end.
+/// A path, up to its end.
 #[derive(Clone, Debug)]
 pub struct Followed {
-    /// 0 for the camera's path; for forks a hash, or under the path transport their bounces by kind.
+    /// 0 for the camera's path; for forks a hash, or under the path transport their numbers of bounces by kind.
     pub branch: u32,
-    /// The path from which it was forked, and at which bounce.
+    /// The index of the path that it split off from, and the bounce.
     pub from: Option<(usize, u32)>,
-    /// Its rays and what they met.
+    /// Its rays and the vertices that they hit.
     pub steps: Vec<Step>,
-    /// What it adds to the film.
+    /// The radiance that it adds to the film.
     pub radiance: Components,
-    /// If its group shares paths, what happens to the light found beyond the first vertex.
+    /// The light found beyond the first vertex, if the path's group reuses paths.
     pub shares: Option<Shares>,
-    /// Why it went no further.
+    /// The reason why the path ended.
     pub why: Why,
-    /// True once that is known.
+    /// True once the path has ended.
     has_ended: bool,
 }
 
-/// What a sample has from its group of paths, and from its own.
+/// The light of a sample under path reuse: from its own path, and from its group.
 #[derive(Clone, Copy, Debug)]
 pub struct Shares {
-    /// What the path has found up to the first vertex.
+    /// The radiance found up to the first vertex.
     pub before: Components,
-    /// What its own path has found beyond that for it alone.
+    /// The radiance that its own path found beyond the first vertex and that is not given to others.
     pub own: Components,
-    /// What the second vertices of the group send, its own among them.
+    /// The radiance given by the group's second vertices, its own included.
     pub shared: Components,
-    /// How many of them send anything.
+    /// The number of second vertices that give any radiance.
     pub vertices: u32,
 }
 
-/// A ray and what it met.
+/// A ray and its hit.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// Bounces so far.
+    /// The number of bounces before this ray.
     pub depth: u32,
-    /// The queue in which the ray waited: that of the camera's, of reflected or of refracted rays.
+    /// The kind of ray, which is also the queue that held it: camera, reflect, refract or scatter.
     pub queue: &'static str,
-    /// Where from.
+    /// The ray's origin.
     pub origin: Components,
-    /// Where to.
+    /// The ray's direction.
     pub direction: Components,
-    /// The part of what it finds that reaches the film.
+    /// The fraction of the radiance found along the ray that reaches the film.
     pub throughput: Components,
-    /// What it met, if anything.
+    /// The vertex at the hit; none for a miss.
     pub vertex: Option<Vertex>,
 }
 
-/// A place on a surface.
+/// A vertex on a surface.
 #[derive(Clone, Debug)]
 pub struct Vertex {
-    /// Name of the entity.
+    /// The name of the entity.
     pub entity: String,
-    /// Name of the material.
+    /// The name of the material.
     pub material: String,
-    /// Where on it.
+    /// The hit.
     pub hit: Hit,
-    /// In world space.
+    /// The position in world space.
     pub position: Components,
-    /// Of the surface itself, on the viewer's side.
+    /// The normal of the geometry, on the viewer's side.
     pub geometric_normal: Components,
-    /// For shading.
+    /// The shading normal.
     pub normal: Components,
-    /// What the surface itself emits, as it reaches the film.
+    /// The radiance that the surface itself emits, attenuated as it reaches the film.
     pub own: Components,
-    /// Under the path transport, the weight of the drawn direction that led here in finding that light: the rest is
-    /// found by rays to lights.
+    /// Under the path transport, the MIS weight of the sampled direction that hit the emitter here; rays to lights have
+    /// the rest.
     pub own_share: f32,
-    /// What photons bring that have ended around it, under the path transport.
+    /// The radiance of photons gathered around the vertex, under the path transport.
     pub gathered: Components,
-    /// Rays to lights.
+    /// The rays to lights.
     pub lights: Vec<ExplainedLightRay>,
-    /// What becomes of the path there, under the path transport.
+    /// The path's event at the vertex, under the path transport.
     pub fate: Option<PathEvent>,
 }
 
 /// A ray to a light.
 #[derive(Clone, Debug)]
 pub struct ExplainedLightRay {
-    /// Name of the light's entity.
+    /// The name of the light's entity.
     pub light: String,
-    /// Which of its samples.
+    /// The number of the light's sample.
     pub which: u32,
-    /// Where to.
+    /// The direction to the light.
     pub direction: Components,
-    /// How far.
+    /// The distance to the light.
     pub distance: f32,
-    /// What reaches the film if nothing is between.
+    /// The radiance that reaches the film if the light is visible.
     pub contribution: Components,
-    /// What did reach it.
+    /// The radiance that did reach it.
     pub arrived: Components,
-    /// Under the path transport, the weight of finding the light this way; otherwise 1.
+    /// The MIS weight of the ray under the path transport; otherwise 1.
     pub share: f32,
-    /// Whether something is.
+    /// True if the light is blocked.
     pub blocked: bool,
 }
 
-/// Why a path went no further.
+/// The reason why a path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {
-    /// It met nothing.
+    /// The ray missed the scene.
     Escaped,
-    /// The surface neither mirrors nor lets light through.
+    /// The surface neither reflects specularly nor transmits.
     Surface,
-    /// It had all the bounces that it may have.
+    /// The path has had all allowed bounces.
     Bounces,
-    /// Too little would have been left of it.
+    /// Its throughput would have fallen below `min_throughput`.
     Weak,
-    /// It had all the bounces of a kind that it may have.
+    /// The path has had all allowed bounces of a kind.
     Limit(LobeKind),
     /// The surface is unlit: it shows its colour and ignores all light.
     Unlit,
-    /// No direction could be drawn.
+    /// No direction could be sampled.
     Absorbed,
-    /// Nothing would have been left of it.
+    /// The throughput would have been 0.
     Black,
-    /// It has lost at Russian roulette.
+    /// Russian roulette ended it.
     Roulette,
 }
 
 impl Why {
-    /// For programs.
+    /// The machine-readable name.
     pub fn name(self) -> String {
         match self {
             Why::Limit(kind) => format!("{} limit", kind.name()),
@@ -170,7 +170,7 @@ impl Why {
         }
     }
 
-    /// For people.
+    /// The human-readable text.
     pub fn text(self) -> &'static str {
         match self {
             Why::Escaped => "it met nothing and sees the background",
@@ -188,19 +188,19 @@ impl Why {
     }
 }
 
-/// What names people gave.
+/// Names of entities and lights as given in the scene.
 pub struct GivenNames {
     entities: HashMap<u32, String>,
     lights: Vec<String>,
 }
 
 impl GivenNames {
-    /// Those of a world.
+    /// Returns the names of a world.
     pub fn new(world: &World) -> GivenNames {
         GivenNames { entities: world.names(), lights: crate::compile::light_names(world) }
     }
 
-    /// No names: things are called by their numbers.
+    /// Returns no names: entities and lights are called by their numbers.
     pub fn none() -> GivenNames {
         GivenNames { entities: HashMap::new(), lights: Vec::new() }
     }
@@ -213,7 +213,7 @@ impl GivenNames {
         self.lights.get(index as usize).cloned().unwrap_or_else(|| format!("light {index}"))
     }
 
-    /// The name of an emitter under the path transport.
+    /// Returns the name of an emitter under the path transport.
     fn emitter(&self, scene: &CompiledScene, emitter: u32) -> String {
         match scene.emitters.source(emitter) {
             EmitterSource::Light(light) => self.light(light),
@@ -225,7 +225,7 @@ impl GivenNames {
     }
 }
 
-/// Follows samples of a pixel. Returns them and the pixel's film.
+/// Traces samples of a pixel again. Returns their records and the pixel's film.
 pub fn explain(
     setup: Arc<RenderSetup>,
     names: &GivenNames,
@@ -238,7 +238,7 @@ pub fn explain(
     let mut story =
         Story { setup: &setup, names, lives: Vec::new(), begun: HashMap::new(), waiting: Vec::new() };
     let film = session.observe(Some([x, y]), &mut |event| {
-        // Those that share with it are rendered, too.
+        // The pixels that reuse paths together with this one are rendered, too.
         if let Event::Sample(place, what) = event
             && place.pixel == (x, y)
         {
@@ -248,14 +248,14 @@ pub fn explain(
     (story.lives, film)
 }
 
-/// Turns events into lives.
+/// Collects events into records of samples.
 struct Story<'a> {
     setup: &'a RenderSetup,
     names: &'a GivenNames,
     lives: Vec<Life>,
-    /// For each path that continues from a vertex, how, and from which path.
+    /// The kind of continuation and the index of the path, for each path that continues from a vertex.
     begun: HashMap<PathKey, (Continuation, usize)>,
-    /// Forks of the path transport: at how many bounces, and from which path.
+    /// Pending forks of the path transport: the depth and the index of the path.
     waiting: Vec<(u32, usize)>,
 }
 
@@ -289,7 +289,7 @@ impl Story<'_> {
             EventKind::Gathered { light } => {
                 if let Some(vertex) = self.last_vertex() {
                     vertex.gathered = *light;
-                    // By rounding, a little may be left of nothing.
+                    // The difference of two nearly equal values may be a rounding error.
                     let all = near(vertex.own, *light);
                     vertex.own = [0, 1, 2].map(|i| if all { 0.0 } else { vertex.own[i] - light[i] });
                 }
@@ -322,7 +322,7 @@ impl Story<'_> {
             EventKind::Onward { way, .. } => {
                 let from = self.lives.last().map_or(0, |life| life.paths.len().saturating_sub(1));
                 self.begun.insert(place, (*way, from));
-                // Forks wait on a stack while their path is followed to its end.
+                // Forks are on a stack until their path has ended.
                 if self.setup.transport == Transport::Path && *way == Continuation::Refract {
                     self.waiting.push((place.depth, from));
                 }
@@ -347,7 +347,7 @@ impl Story<'_> {
         }
     }
 
-    /// Adds up what a path and its group have found for a sample.
+    /// Sums what the path itself and its group found for a sample.
     fn received(&mut self, place: PathKey, own: Components, shared: Components, vertices: u32) {
         let life = self.lives.iter_mut().find(|life| life.sample == place.sample);
         let Some(path) = life.and_then(|life| life.paths.first_mut()) else { return };
@@ -356,8 +356,8 @@ impl Story<'_> {
         path.radiance = add(add(before, own), shared);
     }
 
-    /// What a ray to a light has brought; under the path transport, whose surfaces may let a part of
-    /// it through, this is told by what the path has gathered with it.
+    /// Stores the result of a ray to a light. Under the path transport, surfaces may transmit a fraction of the light:
+    /// it is the difference in the radiance gathered by the path.
     fn shadow(&mut self, blocked: bool, after: Option<Components>) {
         let before = self.path().map_or([0.0; 3], |path| path.radiance);
         let Some(lit) = self.last_vertex().and_then(|vertex| vertex.lights.last_mut()) else { return };
@@ -373,7 +373,7 @@ impl Story<'_> {
         self.path().into_iter().for_each(|path| path.radiance = after);
     }
 
-    /// Begins a new sample or path, if the ray does not belong to the current one. Returns the queue in which it waited.
+    /// Starts a new sample or path, unless the ray continues the current one. Returns the name of the ray's queue.
     fn begin(&mut self, place: PathKey) -> &'static str {
         if self.lives.last().is_none_or(|life| life.sample != place.sample) {
             self.lives.push(Life { sample: place.sample, paths: Vec::new(), drawn: ([0.0; 3], 0) });
@@ -423,7 +423,7 @@ impl Story<'_> {
         self.path()?.steps.last_mut()?.vertex.as_mut()
     }
 
-    /// What is known of a hit before it has been looked up.
+    /// Returns the vertex of a hit; the surface's attributes follow with the next event.
     fn vertex(&self, hit: Hit) -> Vertex {
         let scene = &self.setup.scene;
         let material = scene.geometry.material_of(hit.primitive, hit.instance);
@@ -443,7 +443,7 @@ impl Story<'_> {
         }
     }
 
-    /// Why the path ends here.
+    /// Returns the reason why the path ends here.
     fn why(&mut self, place: PathKey) -> Why {
         let Some(vertex) = self.last_vertex() else { return Why::Escaped };
         let hit = vertex.hit;
@@ -462,7 +462,7 @@ impl Story<'_> {
         }
     }
 
-    /// The same under the path transport.
+    /// Returns the reason why a path ends, under the path transport.
     fn why_of(&self, fate: PathEvent, place: PathKey) -> Why {
         match fate {
             PathEvent::Last => {
@@ -481,7 +481,7 @@ fn add(a: Components, b: Components) -> Components {
     [0, 1, 2].map(|channel| a[channel] + b[channel])
 }
 
-/// Equal but for the rounding of a sum.
+/// True if both are equal up to rounding.
 fn near(a: Components, b: Components) -> bool {
     (0..3).all(|channel| (a[channel] - b[channel]).abs() <= 1e-6 * a[channel].abs())
 }

@@ -1,23 +1,23 @@
-//! The recipe of a rendering: all that must be asked for to have it again.
+//! The recipe of a rendering: everything needed to repeat it.
 
 use std::path::PathBuf;
 
 use crate::formats::LoadOptions;
 use crate::world::Settings;
 
-/// A scene's file, how it is read, and how it is rendered.
+/// A scene's file, how to read it, and the settings to render it with.
 #[derive(Clone, Debug)]
 pub struct Recipe {
     /// The scene's file.
     pub path: PathBuf,
-    /// How the file is read.
+    /// The options to read the file with.
     pub options: LoadOptions,
-    /// The camera's name, if not the first.
+    /// The name of the camera; none for the first one.
     pub camera: Option<String>,
-    /// The settings of the file, as the options change them.
+    /// The settings of the file with the options applied.
     pub authored: Settings,
-    /// The settings in force.
+    /// The settings in use.
     pub settings: Settings,
-    /// True if a hand has moved the camera to where no option can put it.
+    /// True if the camera was moved interactively to where no option can place it.
     pub is_moved: bool,
 }

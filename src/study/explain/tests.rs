@@ -3,7 +3,7 @@ use crate::film::sums::QUANTUM;
 use crate::math::{Quat, Rgb, Vec3};
 use crate::world::{BlinnPhong, Camera, ColorInput, Falloff, Light, Material, Name, Shape, Transform};
 
-/// A ball of glass before a wall that mirrors a little.
+/// A glass ball in front of a wall with the default material.
 fn world() -> World {
     let mut world = World::default();
     world.settings.size = [9, 9];
@@ -37,7 +37,7 @@ fn explained_of(world: &World, pixel: [u32; 2]) -> (Vec<Life>, Film) {
 }
 
 #[test]
-fn a_wall_is_lit_and_ends_the_path() {
+fn wall_is_lit_by_the_light_and_ends_the_path() {
     let (lives, _) = explained([0, 4]);
     assert_eq!(lives.iter().map(|life| life.sample).collect::<Vec<_>>(), [0, 1, 2]);
     for life in &lives {
@@ -52,7 +52,7 @@ fn a_wall_is_lit_and_ends_the_path() {
 }
 
 #[test]
-fn glass_forks_and_all_paths_add_up_to_the_pixel() {
+fn paths_forked_at_glass_add_up_to_the_pixel() {
     let (lives, film) = explained([4, 4]);
     let life = &lives[0];
     assert!(life.paths.len() >= 3, "{life:?}");
@@ -71,7 +71,7 @@ fn glass_forks_and_all_paths_add_up_to_the_pixel() {
 fn path_traced(change: impl Fn(&mut World)) -> World {
     let mut world = world();
     world.settings.transport = Transport::Path;
-    // Both of the lamps are instances.
+    // Both emissive triangles become instances.
     world.settings.copied_triangles = 0;
     let emission = ColorInput::Constant(Rgb::splat(5.0));
     let glow = Material::BlinnPhong(BlinnPhong { emission, ..BlinnPhong::default() });
@@ -97,9 +97,9 @@ fn sums(lives: &[Life], film: &Film) -> (f64, f64) {
     (sum, (pixel.sum[0][1] + pixel.sum[1][1]) as f64 * QUANTUM)
 }
 
-/// Every emitter has the name of its entity, and whatever has a weight below 1 can be found in another way.
+/// Each emitter has its entity's name; emitters with a weight below 1 can also be hit by sampled directions.
 #[test]
-fn a_path_tells_its_normals_lobes_and_lights() {
+fn path_transport_records_normals_lobes_and_lights() {
     let mut seen = std::collections::BTreeSet::new();
     for pixel in (0..9).flat_map(|x| [[x, 0], [x, 8]]) {
         let (lives, film) = explained_of(&path_traced(|_| ()), pixel);
@@ -125,10 +125,10 @@ fn a_path_tells_its_normals_lobes_and_lights() {
 }
 
 #[test]
-fn a_path_ends_for_its_own_reasons() {
+fn path_transport_records_why_paths_end() {
     let why = |pixel, change: fn(&mut World)| {
         let (lives, _) = explained_of(&path_traced(change), pixel);
-        // At glass a path may fork, and its mirror image escape.
+        // At glass a path may fork, and its reflection escape.
         let why = |life: &Life| {
             let all = life.paths.iter().map(|path| path.why);
             all.reduce(|first, other| if first == Why::Escaped { other } else { first })

@@ -1,4 +1,4 @@
-//! The processor's own counters, stage by stage, where the kernel lets a program read them.
+//! Hardware performance counters by stage, where the kernel permits reading them.
 
 use std::sync::Arc;
 
@@ -7,16 +7,16 @@ use crate::integrator::RenderSetup;
 use crate::integrator::Stage;
 use crate::render::ThreadError;
 
-/// What the processor counted.
+/// Values of the processor's counters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Cycles.
     pub cycles: u64,
-    /// Instructions that were completed.
+    /// Completed instructions.
     pub instructions: u64,
-    /// Reads that the last cache could not answer.
+    /// Reads that missed the last-level cache.
     pub cache_misses: u64,
-    /// Branches that were guessed wrongly.
+    /// Mispredicted branches.
     pub branch_misses: u64,
 }
 
@@ -40,18 +40,18 @@ impl Counts {
     }
 }
 
-/// What was counted in a rendering with each schedule on one thread.
+/// Counts of one rendering with each schedule on one thread.
 #[derive(Clone, Copy, Debug)]
 pub struct Counted {
-    /// For each stage of the wavefront.
+    /// Counts of each stage of the wavefront.
     pub stages: [Counts; Stage::ALL.len()],
-    /// For all of the recursive schedule.
+    /// Counts of the whole recursive schedule.
     pub recursive: Counts,
 }
 
-/// Counts, or says in a few words why that is not possible.
+/// Counts both schedules, or returns a short reason why that is not possible.
 pub fn count(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<Result<Counted, String>, ThreadError> {
-    // The counters are those of the thread that asks for them.
+    // Counters count the thread that opens them.
     crate::render::on_threads(1, || here::count(setup, plan))
 }
 
@@ -103,7 +103,7 @@ mod here {
         Ok(Counted { stages, recursive })
     }
 
-    /// Four counters that run together.
+    /// Four counters that run as a group.
     struct Counters {
         group: Group,
         cycles: Counter,

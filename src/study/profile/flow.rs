@@ -1,4 +1,4 @@
-//! What flows through the wavefront: rays by bounce, items by stage, and what rays cost.
+//! Flow through the wavefront: rays by bounce, items by stage, and the cost of rays.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -19,70 +19,70 @@ use crate::render::{Options, Session};
 use crate::simd::Isa;
 use crate::world::Transport;
 
-/// Rays that have had the same number of bounces.
+/// Rays with the same number of preceding bounces.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bounce {
-    /// From the camera.
+    /// Rays from the camera.
     pub camera: u64,
-    /// Mirror images.
+    /// Mirror reflections.
     pub reflect: u64,
-    /// Through surfaces.
+    /// Rays transmitted through surfaces.
     pub refract: u64,
-    /// Wherever the path transport drew.
+    /// Rays in directions sampled by the path transport.
     pub scatter: u64,
-    /// How many of them met something.
+    /// The number of rays that hit something.
     pub hits: u64,
-    /// Rays to lights from there.
+    /// Rays to lights from the hits.
     pub shadow: u64,
-    /// How many of those were blocked.
+    /// The number of rays to lights that were blocked.
     pub blocked: u64,
-    /// Paths that ended.
+    /// The number of paths that ended.
     pub ends: u64,
-    /// What finding the nearest hits cost, each by itself.
+    /// The traversal cost of the closest hits, each ray traced by itself.
     pub visits: Visits,
-    /// The same for the rays to lights.
+    /// The traversal cost of the rays to lights.
     pub shadow_visits: Visits,
 }
 
 impl Bounce {
-    /// All but those to lights.
+    /// Returns the number of rays without those to lights.
     pub fn rays(&self) -> u64 {
         self.camera + self.reflect + self.refract + self.scatter
     }
 }
 
-/// What went through a stage.
+/// Items that went through a stage.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StageFlow {
-    /// How often it ran.
+    /// The number of times it ran.
     pub calls: u64,
-    /// Items that came to it.
+    /// The number of items that entered.
     pub entering: u64,
-    /// Items that went on.
+    /// The number of items that left.
     pub leaving: u64,
-    /// Items for which there was room.
+    /// The capacity of the queue, summed over the runs.
     pub room: u64,
-    /// Lanes that work together.
+    /// The number of lanes in a group.
     pub width: usize,
-    /// How often a group had this many lanes that went on.
+    /// The number of groups by their number of lanes that went on.
     pub lanes: [u64; 17],
-    /// Bytes of queues that it read and wrote, by their sizes.
+    /// Bytes of queues read and written, by the sizes of their items.
     pub bytes: u64,
 }
 
 impl StageFlow {
-    /// How full the queue was, 0 to 1; none if it has no end.
+    /// Returns how full the queue was, from 0 to 1; none for a queue without a limit.
     pub fn fill(&self) -> Option<f64> {
         ratio(self.entering, self.room)
     }
 
-    /// The fraction of lanes in a group that hold an item: only in the last group some do not. None if its items are
-    /// not looked at in groups of lanes.
+    /// Returns the fraction of lanes that hold an item: below 1 only because of each run's last group. None if the
+    /// stage does not process items in groups.
     pub fn occupied(&self) -> Option<f64> {
         ratio(self.entering, self.all_lanes())
     }
 
-    /// The fraction of lanes in a group whose item goes on; none as above.
+    /// Returns the fraction of lanes whose item goes on; none as for [`StageFlow::occupied`].
     pub fn active(&self) -> Option<f64> {
         ratio(self.leaving, self.all_lanes())
     }
@@ -103,17 +103,17 @@ impl StageFlow {
     }
 }
 
-/// A part of a whole, if there is one.
+/// Returns `part / whole`; none if the whole is 0.
 fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
-/// All that flowed.
+/// The flow through all stages.
 #[derive(Clone, Debug, Default)]
 pub struct Flows {
-    /// By bounces.
+    /// Rays by their number of bounces.
     pub bounces: Vec<Bounce>,
-    /// By stage, in order.
+    /// Items by stage, in order.
     pub stages: [StageFlow; Stage::ALL.len()],
 }
 
@@ -122,7 +122,7 @@ pub fn count(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Flows {
     of_region(setup, plan.options(Schedule::Wavefront), plan.samples)
 }
 
-/// The same of a part of the image.
+/// Renders a region of the image again, on one thread, and counts.
 pub fn of_region(setup: &Arc<RenderSetup>, options: Options, samples: u32) -> Flows {
     let session = Session::of(setup.clone(), samples, options);
     let mut counter = FlowCounter {
@@ -142,7 +142,7 @@ struct FlowCounter<'a> {
     setup: &'a RenderSetup,
     isa: Isa,
     stack: Stack,
-    /// How each waiting path came to be.
+    /// The continuations that led to pending paths.
     ways: HashMap<PathKey, SmallVec<[Continuation; 1]>>,
     flows: Flows,
 }
@@ -189,7 +189,7 @@ impl FlowCounter<'_> {
         }
     }
 
-    /// How a path came to be; paths of several forks may have a key in common.
+    /// Returns the continuation that led to a path; paths of several forks may share a key.
     fn way(&mut self, place: PathKey) -> Option<Continuation> {
         let ways = self.ways.get_mut(&place)?;
         let way = ways.pop();
@@ -206,12 +206,12 @@ impl FlowCounter<'_> {
     }
 }
 
-/// Bytes of a ray's columns, of a colour's, and of one number's.
+/// Bytes of a ray's columns, of a colour's, and of a number's.
 const RAY: usize = 32;
 const COLOR: usize = 12;
 const NUMBER: usize = 4;
 
-/// The stages that report nothing by themselves, and bytes by the sizes of the queues.
+/// Adds the stages that report nothing themselves, and bytes by the sizes of queue items.
 fn complete(flows: &mut Flows, transport: Transport) {
     let sum = |what: fn(&Bounce) -> u64| flows.bounces.iter().map(what).sum::<u64>();
     let (camera, onward) = (sum(|b| b.camera), sum(|b| b.reflect + b.refract + b.scatter));
@@ -220,7 +220,7 @@ fn complete(flows: &mut Flows, transport: Transport) {
     (generate.calls, generate.entering, generate.leaving) = (shade.calls, camera, camera);
     let advance = &mut flows.stages[Stage::Advance as usize];
     (advance.calls, advance.entering, advance.leaving) = (shade.calls, shade.entering, onward);
-    // What an item costs when it comes, and when it goes on.
+    // Bytes per item that enters, and per item that leaves.
     let costs = |stage: Stage| match stage {
         Stage::Generate => (2 * NUMBER, PATH_BYTES),
         Stage::Intersect => (RAY + HIT_BYTES, 0),
@@ -238,8 +238,8 @@ fn complete(flows: &mut Flows, transport: Transport) {
         let flow = &mut flows.stages[stage as usize];
         flow.bytes = flow.entering * come as u64 + flow.leaving * go as u64;
     }
-    // Shading writes a path for each way that goes on, which may be two for an item; under the path
-    // transport it writes the rays to lights, too.
+    // Shading writes a path for each continuation, of which an item may have two; under the path transport it also
+    // writes the rays to lights.
     let lit = if transport == Transport::Path { sum(|b| b.shadow) } else { 0 };
     let written = onward * PATH_BYTES as u64 + lit * SHADOW_BYTES as u64;
     flows.stages[Stage::Shade as usize].bytes += written;

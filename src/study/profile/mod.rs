@@ -1,5 +1,4 @@
-//! Where the time goes: both schedules under equal conditions, and what flows through the
-//! stages of the wavefront.
+//! Profiles: both schedules under equal conditions, and the flow through the stages of the wavefront.
 
 pub mod counters;
 pub mod flow;
@@ -11,43 +10,43 @@ use crate::integrator::{RayCounts, RenderSetup, Schedule, Sorting, Stage, Stop};
 use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Isa;
 
-/// How to measure.
+/// The parameters of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct ProfilePlan {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
     /// Measured runs of each schedule, at least 1.
     pub runs: u32,
-    /// Threads; 0 is one for each core.
+    /// The number of threads; 0 for one per core.
     pub threads: usize,
-    /// Paths of a wave.
+    /// The number of paths in a wave.
     pub wave: usize,
-    /// Instruction set.
+    /// The instruction set.
     pub isa: Isa,
-    /// CPU seconds of the process so far, where the system tells.
+    /// Returns the process's CPU seconds so far; none if the system does not report them.
     pub cpu_seconds: fn() -> Option<f64>,
 }
 
 impl ProfilePlan {
-    /// To render in a schedule.
+    /// Returns the options to render with a schedule.
     pub fn options(&self, schedule: Schedule) -> Options {
         Options { schedule, wave: self.wave, isa: self.isa, ..Options::default() }
     }
 }
 
-/// The middle of several measurements, the least and the most.
+/// The median, minimum and maximum of several measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Half of them are below.
+    /// The median.
     pub median: f64,
-    /// The least.
+    /// The minimum.
     pub least: f64,
-    /// The most.
+    /// The maximum.
     pub most: f64,
 }
 
 impl Spread {
-    /// Of at least one measurement.
+    /// Computes the spread; none without measurements.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
@@ -59,37 +58,37 @@ impl Spread {
     }
 }
 
-/// One schedule's times.
+/// The times of a schedule.
 #[derive(Clone, Debug)]
 pub struct Timed {
-    /// Which.
+    /// The schedule.
     pub schedule: Schedule,
     /// Wall-clock seconds.
     pub wall: Spread,
-    /// Seconds of all threads, where the system tells.
+    /// CPU seconds of all threads, if the system reports them.
     pub cpu: Option<Spread>,
-    /// Rays of a run.
+    /// Rays per run.
     pub rays: RayCounts,
-    /// Forks that found no place in the wave.
+    /// Paths that left the wave because forks outgrew it.
     pub spilled: u64,
-    /// Of the film.
+    /// The hash of the film.
     pub hash: u128,
 }
 
 impl Timed {
-    /// Million rays a second of the clock, in the median.
+    /// Returns millions of rays per second of wall-clock time, by the median.
     pub fn mrays_per_s(&self) -> f64 {
         self.rays.total() as f64 / self.wall.median.max(1e-9) / 1e6
     }
 
-    /// Million rays a second of CPU time.
+    /// Returns millions of rays per second of CPU time, by the median.
     pub fn mrays_per_cpu_s(&self) -> Option<f64> {
         self.cpu.map(|cpu| self.rays.total() as f64 / cpu.median.max(1e-9) / 1e6)
     }
 }
 
-/// Renders with both schedules in turn, after one run of each that does not count, so that
-/// whatever else the machine does meets both alike.
+/// Renders with both schedules in turn, after one warm-up run of each, so that other load on the machine affects both
+/// alike.
 pub fn time(
     setup: &Arc<RenderSetup>,
     plan: &ProfilePlan,
@@ -99,7 +98,7 @@ pub fn time(
     on_threads(plan.threads, || {
         let mut runs: [Vec<Measured>; 2] = [Vec::new(), Vec::new()];
         for round in 0..=plan.runs.max(1) {
-            // Whichever was second goes first the next time.
+            // The schedules alternate in going first.
             for turn in 0..2 {
                 let which = (turn + round as usize) % 2;
                 let run = run(setup, plan, SCHEDULES[which]);
@@ -144,17 +143,17 @@ fn summary(schedule: Schedule, runs: &[Measured]) -> Timed {
     }
 }
 
-/// How long the stages of the wavefront take on one thread.
+/// Times of the wavefront's stages on one thread.
 #[derive(Clone, Copy, Debug)]
 pub struct StageTimes {
-    /// Seconds of each.
+    /// Seconds of each stage.
     pub seconds: [f64; Stage::ALL.len()],
-    /// True if these are seconds of the processor; if the system does not tell them, they are those of the clock.
+    /// True for CPU seconds; false for wall-clock seconds, which are used if the system does not report CPU time.
     pub are_cpu: bool,
 }
 
-/// Renders with the wavefront on one thread and charges its time to the stages: the least of several runs, since what
-/// else the machine does can only add to it.
+/// Renders with the wavefront on one thread and charges its time to the stages. Returns each stage's minimum over
+/// several runs, since other load on the machine can only add time.
 pub fn stage_times(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<StageTimes, ThreadError> {
     on_threads(1, || {
         let (start, are_cpu) = (Instant::now(), (plan.cpu_seconds)().is_some());
@@ -162,7 +161,7 @@ pub fn stage_times(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<Stage
         let mut least = [f64::INFINITY; Stage::ALL.len()];
         for _ in 0..plan.runs.max(1) {
             let mut session = Session::of(setup.clone(), plan.samples, plan.options(Schedule::Wavefront));
-            // What is known before samples is no stage.
+            // Preparation before the samples belongs to no stage.
             session.prepare(&Stop::NEVER);
             let (mut seconds, mut last) = ([0.0; Stage::ALL.len()], now());
             session.time_stages(&mut |stage: Stage| {
@@ -176,7 +175,7 @@ pub fn stage_times(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<Stage
     })
 }
 
-/// Bytes of a worker's queues.
+/// Returns the bytes of a worker's queues.
 pub fn wave_bytes(setup: &RenderSetup, plan: &ProfilePlan) -> usize {
     crate::integrator::wavefront::Wave::new(setup, plan.wave, Sorting::default()).bytes()
 }
@@ -186,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn medians() {
+    fn spread_has_the_median_of_odd_and_even_counts() {
         assert_eq!(Spread::of([]), None);
         assert_eq!(Spread::of([3.0, 1.0, 2.0]), Some(Spread { median: 2.0, least: 1.0, most: 3.0 }));
         assert_eq!(Spread::of([4.0, 1.0]).map(|s| s.median), Some(2.5));

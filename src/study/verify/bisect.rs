@@ -1,4 +1,4 @@
-//! From two films that differ to the first thing that happened otherwise.
+//! Narrows down two differing films to the first event that differs.
 
 use super::Way;
 use crate::film::{Film, PixelSum};
@@ -7,41 +7,41 @@ use crate::integrator::observe::{Event, EventKind, PathKey};
 use crate::render::Session;
 use crate::world::Transport;
 
-/// Where two ways of rendering diverge.
+/// A difference between two ways of rendering.
 #[derive(Clone, Debug)]
 pub struct Difference {
-    /// Column and row of the first pixel that differs, row by row.
+    /// Column and row of the first differing pixel, in row order.
     pub pixel: [u32; 2],
-    /// How many pixels differ.
+    /// The number of differing pixels.
     pub pixels: usize,
     /// The two ways and their sums in that pixel.
     pub sides: [Side; 2],
-    /// The first event that differs in that pixel. None if everything observed is equal when its tile is rendered
-    /// again on its own: then threads or memory are at fault.
+    /// The first differing event in that pixel. None if all observed events are equal when its tile is rendered again
+    /// by itself: then threads or memory are at fault.
     pub first: Option<First>,
 }
 
 /// One of two ways.
 #[derive(Clone, Copy, Debug)]
 pub struct Side {
-    /// Which.
+    /// The way to render.
     pub way: Way,
-    /// What the pixel has gathered.
+    /// The sum in the pixel.
     pub sum: PixelSum,
 }
 
-/// The first event that differs.
+/// The first differing event.
 #[derive(Clone, Debug)]
 pub struct First {
-    /// Which sample, which bounce, which fork.
+    /// The sample, the fork, and the bounce.
     pub place: PathKey,
-    /// The stage of the wave in which it shows.
+    /// The stage of the wave that is responsible.
     pub stage: Stage,
-    /// What happened on both sides; nothing where one of them did not get there.
+    /// The events on both sides; none for a side that did not get this far.
     pub happened: [Option<EventKind>; 2],
 }
 
-/// The first pixel, and what happens to its samples on either side.
+/// Finds the first differing pixel, and the first differing event of its samples.
 pub(super) fn narrow(sides: [(Way, Session, &Film); 2]) -> Option<Difference> {
     let [(_, _, a), (_, _, b)] = &sides;
     let differing = || (0..a.pixels().len()).filter(|i| a.pixels()[*i] != b.pixels()[*i]);
@@ -53,10 +53,10 @@ pub(super) fn narrow(sides: [(Way, Session, &Film); 2]) -> Option<Difference> {
     Some(Difference { pixel, pixels: differing().count(), sides, first })
 }
 
-/// Something that happened, in an order that does not depend on the schedule.
+/// An event, in an order that does not depend on the schedule.
 struct Occurrence {
     place: PathKey,
-    /// Which of several of its kind at one place.
+    /// Distinguishes events of the same kind with the same key.
     ordinal: usize,
     what: EventKind,
 }
@@ -67,7 +67,7 @@ impl Occurrence {
     }
 }
 
-/// The order of what happens at one depth.
+/// The order of events at one depth.
 fn rank(what: &EventKind) -> usize {
     match what {
         EventKind::Onward { .. } => 0,
@@ -84,7 +84,7 @@ fn rank(what: &EventKind) -> usize {
     }
 }
 
-/// All that happens to the samples of a pixel.
+/// Returns all events of a pixel's samples.
 fn history(session: &Session, pixel: [u32; 2]) -> Vec<Occurrence> {
     let mut entries: Vec<Occurrence> = Vec::new();
     let mut counts = std::collections::HashMap::new();
@@ -99,7 +99,7 @@ fn history(session: &Session, pixel: [u32; 2]) -> Vec<Occurrence> {
     });
     entries.sort_by_key(Occurrence::key);
     if session.setup().transport == Transport::Path {
-        // Only forks that went through the same kinds of bounces share a place: their order is the schedule's.
+        // Only forks with the same numbers of bounces by kind share a key: the schedule decides their order.
         for same in entries.chunk_by_mut(|a, b| a.ordinal < b.ordinal) {
             same.sort_by_cached_key(|entry| format!("{:?}", entry.what));
             same.iter_mut().enumerate().for_each(|(at, entry)| entry.ordinal = at);
@@ -115,7 +115,7 @@ fn first([a, b]: [Vec<Occurrence>; 2]) -> Option<First> {
             (None, None) => return None,
             (left, right) => {
                 let key = |entry: &Option<&&Occurrence>| entry.map(|entry| entry.key());
-                // Where one side has nothing at a place, the other's comes first.
+                // If one side has no event with a key, the other side's event comes first.
                 let before = |x: &Option<&&Occurrence>, y: &Option<&&Occurrence>| {
                     y.is_none() || (x.is_some() && key(x) <= key(y))
                 };
@@ -138,12 +138,12 @@ fn first([a, b]: [Vec<Occurrence>; 2]) -> Option<First> {
     }
 }
 
-/// To the bit: −0 is not 0, and NaN is itself.
+/// True if both are equal to the bit: −0 differs from 0, and NaN equals itself.
 fn same(a: &EventKind, b: &EventKind) -> bool {
     format!("{a:?}") == format!("{b:?}")
 }
 
-/// Which stage does what differs.
+/// Returns the stage that produced the difference.
 fn stage(place: PathKey, happened: &[Option<EventKind>; 2]) -> Stage {
     match happened {
         [
@@ -156,7 +156,7 @@ fn stage(place: PathKey, happened: &[Option<EventKind>; 2]) -> Stage {
                 Stage::Shade
             }
         }
-        // Shading decided that one goes on and the other does not.
+        // Shading continued one path and not the other.
         [None, Some(EventKind::End { .. })] | [Some(EventKind::End { .. }), None] => Stage::Shade,
         [Some(one), _] | [None, Some(one)] => match one {
             EventKind::Ray { .. } => Stage::Intersect,

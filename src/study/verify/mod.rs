@@ -1,4 +1,4 @@
-//! Whether all ways to render give the same film, and where they part if not.
+//! Checks that all ways to render give the same film, and locates the first difference if not.
 
 mod bisect;
 #[cfg(test)]
@@ -12,25 +12,25 @@ use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Isa;
 pub use bisect::{Difference, First};
 
-/// Sizes of waves that are tried.
+/// The tested wave sizes.
 const WAVES: [usize; 4] = [1, 7, 64, 4096];
 
 /// One way to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Way {
-    /// In which order.
+    /// The schedule.
     pub schedule: Schedule,
-    /// Paths of a wave; 0 for the recursive schedule, which has none.
+    /// The number of paths in a wave; 0 for the recursive schedule, which has none.
     pub wave: usize,
-    /// Instruction set.
+    /// The instruction set.
     pub isa: Isa,
-    /// How many threads.
+    /// The number of threads.
     pub threads: usize,
 }
 
 impl Way {
     fn options(&self) -> Options {
-        // Several tiles even for small images, or the other threads would have no work.
+        // Several tiles even for small images, since otherwise the other threads would be idle.
         let tile = if self.threads == 1 { 64 } else { 16 };
         let (schedule, wave, isa) = (self.schedule, self.wave.max(1), self.isa);
         Options { schedule, wave, isa, tile, ..Options::default() }
@@ -40,40 +40,40 @@ impl Way {
 /// The result of one way.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
-    /// Which.
+    /// The way to render.
     pub way: Way,
-    /// Hash of its film.
+    /// The hash of its film.
     pub hash: u128,
-    /// Hash of its depths, normals and the like.
+    /// The hash of its depths, normals and other features.
     pub features: u128,
-    /// Hash of the denoised image; none if there is only one sample.
+    /// The hash of the denoised image; none if there is only one sample.
     pub denoised: Option<u128>,
 }
 
 impl Outcome {
-    /// Whether both are the same in every respect.
+    /// True if both have equal hashes.
     pub fn equals(&self, other: &Outcome) -> bool {
         (self.hash, self.features, self.denoised) == (other.hash, other.features, other.denoised)
     }
 }
 
-/// What came out of all of them.
+/// The results of all ways.
 pub struct Verification {
-    /// Every way, the one that all others are compared with first.
+    /// The outcome of every way; the first is the reference.
     pub outcomes: Vec<Outcome>,
     /// The first difference, if the films differ.
     pub difference: Option<Difference>,
 }
 
 impl Verification {
-    /// How many differ from the first.
+    /// Returns the number of outcomes that differ from the first.
     pub fn mismatches(&self) -> usize {
         self.outcomes.iter().filter(|outcome| !outcome.equals(&self.outcomes[0])).count()
     }
 }
 
-/// Both schedules, all wave sizes, every available instruction set, and one, two and `cores` threads. The simplest
-/// comes first.
+/// Returns all combinations of schedules, wave sizes and available instruction sets with one, two and `cores` threads,
+/// the simplest first.
 pub fn ways(cores: usize) -> Vec<Way> {
     let mut threads = vec![1, 2, cores.max(1)];
     threads.sort_unstable();
@@ -89,7 +89,7 @@ pub fn ways(cores: usize) -> Vec<Way> {
     ways
 }
 
-/// Renders all samples of a frame in all ways. After each, `progress` gets the number of those done.
+/// Renders all samples in all ways. After each way, `progress` gets the number of finished ways.
 pub fn verify(
     setup: Arc<RenderSetup>,
     samples: u32,
@@ -99,15 +99,15 @@ pub fn verify(
     Bench { setup, samples, fault: None }.run(ways, progress)
 }
 
-/// What is rendered.
+/// The input of a verification.
 struct Bench {
     setup: Arc<RenderSetup>,
     samples: u32,
-    /// For tests: another frame that some ways are given.
+    /// For tests: another render setup that some ways use instead.
     fault: Option<PlantedFault>,
 }
 
-/// Another frame, and which ways are given it.
+/// Another render setup, and a predicate for the ways that use it.
 type PlantedFault = (Arc<RenderSetup>, fn(&Way) -> bool);
 
 impl Bench {

@@ -1,4 +1,4 @@
-//! Planted faults are found, each where it is.
+//! Planted faults are found and located.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::integrator::observe::EventKind;
 use crate::math::{Quat, Rgb, Vec3};
 use crate::world::{BlinnPhong, Camera, ColorInput, Falloff, Light, Material, Shape, Transform, World};
 
-/// A mirroring ball on a floor.
+/// A mirror ball on a floor.
 fn world() -> World {
     let mut world = World::default();
     world.settings.size = [20, 20];
@@ -45,7 +45,7 @@ fn run(change: impl Fn(&mut RenderSetup), hits: fn(&Way) -> bool) -> Verificatio
 }
 
 #[test]
-fn all_ways_agree() {
+fn verify_finds_equal_films_in_all_ways() {
     let mut done = Vec::new();
     let found = verify(setup(|_| ()), 2, &ways(3), &mut |n| done.push(n)).unwrap();
     assert_eq!(found.outcomes.len(), 3 * 5 * Isa::available().len());
@@ -53,9 +53,9 @@ fn all_ways_agree() {
     assert!(found.difference.is_none());
 }
 
-/// What each fault changes, the stage and the bounce where it shows first.
+/// The change of each fault, and the stage and the bounce that show it first.
 #[test]
-fn a_planted_fault_is_found_where_it_is() {
+fn verify_locates_planted_faults_by_stage_and_bounce() {
     type Change = fn(&mut RenderSetup);
     let faults: [(Change, Stage, u32); 6] = [
         (|setup| scene(setup).camera.origin.x += 1e-6, Stage::Generate, 0),
@@ -94,13 +94,13 @@ fn a_planted_fault_is_found_where_it_is() {
 }
 
 #[test]
-fn a_missing_bounce_has_one_side() {
+fn verify_reports_a_missing_bounce_with_one_event() {
     let found = run(|setup| setup.max_depth = 0, |way| way.wave == 64);
     let first = found.difference.and_then(|difference| difference.first).expect("something");
     assert!(matches!(first.happened, [None, Some(EventKind::End { .. })]), "{first:?}");
 }
 
-/// To plant faults in.
+/// Returns the setup's scene, to plant faults in.
 fn scene(setup: &mut RenderSetup) -> &mut crate::scene::CompiledScene {
     Arc::get_mut(&mut setup.scene).expect("nobody else has it")
 }

@@ -1,16 +1,16 @@
-// The page of `rayfront view`. It shows what the server tells and sends what is asked for; all state
-// of the render lives in the server. Names of scenes may hold anything: they only ever become text.
+// The page of `rayfront view`. It displays the server's state and sends requests; all state of the
+// rendering lives in the server. Names in scenes may contain anything: insert them as text only.
 
 const TOKEN = new URLSearchParams(location.search).get("token") ?? "";
-const CLICK_PX = 4; // less movement than that between press and release is a click
-const REST_MS = 80; // the pointer rests so long before its pixel is asked for
-const HOLD_MS = 700; // so long a control keeps what was chosen, until the server's answer is here
-const BRANCHES = 6; // colours for paths that were forked off; see page.css
+const CLICK_PX = 4; // a press and release with less movement is a click
+const REST_MS = 80; // the pointer must rest this long before its pixel is requested
+const HOLD_MS = 700; // a control keeps its value this long, until the server responds
+const BRANCHES = 6; // the number of colours for forked paths; see page.css
 
-/** The newest STATE of the server. */
+/** The latest STATE of the server. */
 let state = null;
 
-/** How the image is shown. That is the page's own affair and needs no new render. */
+/** The display options, which belong to the page only and need no new rendering. */
 const view = { layer: "light", exposure: 0, isAuto: false, tonemap: "Clamp" };
 
 // ---- Small helpers ----
@@ -34,7 +34,7 @@ function shape(tag, className, attributes = {}) {
   return made;
 }
 
-/** Four significant digits. */
+/** Formats a number with four significant digits. */
 function digits(value) {
   if (!Number.isFinite(value)) return "–";
   return value === 0 ? "0" : value.toPrecision(4);
@@ -45,12 +45,12 @@ const percent = (share) => `${(100 * share).toFixed(1)} %`;
 const count = (value) => Math.round(value).toLocaleString("en");
 const isBlack = (values) => values.every((value) => value === 0);
 
-/** A number that fits where there is little room: 4.1k, 12M. */
+/** Formats a number for little space: 4.1k, 12M. */
 function shortCount(value) {
   return new Intl.NumberFormat("en", { notation: "compact", maximumSignificantDigits: 3 }).format(value);
 }
 
-/** 44.4 µW. */
+/** Formats a power, such as 44.4 µW. */
 function watts(value) {
   const units = ["W", "mW", "µW", "nW", "pW"];
   const unit = value > 0 ? Math.max(0, Math.min(units.length - 1, Math.ceil(-Math.log10(value) / 3))) : 0;
@@ -66,7 +66,7 @@ function duration(seconds) {
 
 let messageTimer = 0;
 
-/** Shows a sentence for a while. */
+/** Shows a message for a while. */
 function tell(sentence, isBad = false) {
   const message = byId("message");
   message.textContent = sentence;
@@ -85,9 +85,9 @@ async function copy(text, what) {
   }
 }
 
-// ---- Talking to the server ----
+// ---- Requests to the server ----
 
-/** Nothing answers. The box about the connection says so already. */
+/** The server does not respond, which the connection box already reports. */
 class Unreachable extends Error {}
 
 function address(path, parameters = {}) {
@@ -110,8 +110,8 @@ function fail(error) {
 }
 
 /**
- * Makes `work` run at most once at a time. Of what is asked for meanwhile only the newest counts:
- * so a slow server is never asked for what nobody wants to see any more.
+ * Runs `work` at most once at a time. Of the calls made meanwhile only the last one counts, so that
+ * a slow server gets no outdated requests.
  */
 function newestOnly(work) {
   let isBusy = false;
@@ -129,10 +129,10 @@ function newestOnly(work) {
   };
 }
 
-const commands = []; // that wait for the one in flight
+const commands = []; // queued behind the one being sent
 let isSending = false;
 
-/** Sends a COMMAND after those before it, one at a time. */
+/** Sends a COMMAND after all earlier ones, one at a time. */
 async function send(command) {
   const both = commands.length > 0 ? merged(commands.at(-1), command) : null;
   if (both) commands[commands.length - 1] = both;
@@ -153,10 +153,10 @@ async function sendOne(command) {
   }
 }
 
-/** Movements come many a second: what they say is not shown. */
+/** True for movements, whose messages are not shown: there are many per second. */
 const isMovement = (command) => "orbit" in command || "pan" in command || "zoom" in command;
 
-/** One command in place of two of a kind, or null. A long drag costs no more requests than fit. */
+/** Merges two commands of the same kind; null if they differ. So a long drag does not flood the server. */
 function merged(earlier, later) {
   const [kind] = Object.keys(earlier);
   if (!(kind in later)) return null;
@@ -167,12 +167,12 @@ function merged(earlier, later) {
   return later;
 }
 
-/** Listens to the server, and begins again should the browser give up. */
+/** Listens to the server's events, and reconnects if the browser gives up. */
 function listen() {
   const events = new EventSource(address("/events"));
   events.onopen = () => {
     byId("connection").hidden = true;
-    shown.serial = -1; // another server may count anew
+    shown.serial = -1; // a restarted server counts from 0 again
   };
   events.onmessage = (event) => takeState(JSON.parse(event.data));
   events.onerror = () => {
@@ -202,7 +202,7 @@ function takeState(next) {
 
 // ---- The image ----
 
-/** Which image the canvas holds. */
+/** The image on the canvas. */
 const shown = { serial: -1, look: "" };
 
 const askForImage = newestOnly(async () => {
@@ -214,7 +214,7 @@ const askForImage = newestOnly(async () => {
   const response = await request("/image", look);
   const header = (name) => Number(response.headers.get(name));
   draw(new Uint8ClampedArray(await response.arrayBuffer()), header("X-Width"), header("X-Height"));
-  // The server may have gone on since it told its serial.
+  // The image may be newer than the serial in the state.
   shown.serial = Math.max(asked, header("X-Serial"));
   shown.look = JSON.stringify(look);
   if (view.isAuto) showExposure(header("X-Exposure"));
@@ -227,7 +227,7 @@ function draw(pixels, width, height) {
   chooseScaling();
 }
 
-/** Pixels stay sharp squares where they are large; an image scaled down must not lose rows. */
+/** Magnified pixels stay sharp squares; an image that is scaled down must not lose rows. */
 function chooseScaling() {
   const canvas = byId("image");
   const factor = (canvas.clientWidth * devicePixelRatio) / canvas.width;
@@ -236,7 +236,7 @@ function chooseScaling() {
 
 // Layer, exposure, tone curve.
 
-/** Begins with the scene's exposure and tone curve, and follows them when the scene is edited. */
+/** Adopts the scene's exposure and tone curve at first, and whenever an edit changes them. */
 function adoptLook(previous) {
   const changed = (name) => state[name] !== previous?.[name];
   if (changed("exposure_ev") || changed("auto_exposure")) {
@@ -253,7 +253,7 @@ function showExposure(stops) {
   if (document.activeElement !== byId("exposure-number")) byId("exposure-number").value = Number(stops.toFixed(2));
 }
 
-/** What a hand has set is no longer automatic. */
+/** An exposure set by hand turns off the automatic one. */
 function setExposure(stops) {
   if (!Number.isFinite(stops)) return;
   view.exposure = stops;
@@ -262,7 +262,7 @@ function setExposure(stops) {
   askForImage();
 }
 
-/** Without auto it stays as bright as auto made it. */
+/** Turning off the automatic exposure keeps its last value. */
 function setAutoExposure(isAuto) {
   view.isAuto = isAuto;
   if (!isAuto) view.exposure = Number(byId("exposure-number").value);
@@ -285,7 +285,7 @@ function connectLook() {
   on("auto-exposure", "change", (event) => setAutoExposure(event.target.checked));
 }
 
-// ---- What the server tells: name, status, error, findings ----
+// ---- The server's state: name, status, error, findings ----
 
 function showName() {
   byId("name").textContent = byId("name").title = state.name;
@@ -295,7 +295,7 @@ function showName() {
 
 function showStatus(previous) {
   const { samples, wanted, noise, rays, seconds, size } = state;
-  const speed = state.rays_per_second || (seconds > 0 ? rays / seconds : 0); // now, or of all when it rests
+  const speed = state.rays_per_second || (seconds > 0 ? rays / seconds : 0); // the current speed, or the average when idle
   byId("progress").value = wanted > 0 ? samples / wanted : 0;
   byId("samples").textContent = `${count(samples)} of ${count(wanted)} samples`;
   byId("noise").textContent = noise === null ? "" : `${(100 * noise).toPrecision(3)} % noise`;
@@ -315,7 +315,7 @@ function timeLeft() {
   return state.seconds_left === null ? "" : `${duration(state.seconds_left)} left`;
 }
 
-/** For those who listen: the status changes ten times a second, so only quarters are read out. */
+/** For screen readers: the status changes ten times a second, so only quarters are announced. */
 function announce(previous) {
   const quarter = (of) => (of ? Math.floor((4 * of.samples) / of.wanted) : 0);
   if (quarter(state) === quarter(previous) || quarter(state) === 0) return;
@@ -348,12 +348,12 @@ function copyable(text, what) {
   return element("div", "copyable", element("code", "", text), button);
 }
 
-// ---- Controls that show what the server has ----
+// ---- Controls that show the server's settings ----
 
-/** Controls that are being used, and the timers that end that. */
+/** The controls in use, and the timers that release them. */
 const held = new Map();
 
-/** What the server tells must not overwrite what is being typed or dragged. */
+/** Protects a control from updates by the server while the user types or drags. */
 function hold(control) {
   clearTimeout(held.get(control));
   held.set(control, 0);
@@ -383,11 +383,11 @@ function showCamera() {
   const { camera, cameras } = state;
   showCameraNames(cameras, camera.name);
   for (const id of ["fov", "fov-number"]) {
-    byId(id).disabled = camera.fov_deg === null; // such as of a parallel projection
+    byId(id).disabled = camera.fov_deg === null; // as for a parallel projection
     show(id, camera.fov_deg === null ? "" : rounded(camera.fov_deg));
   }
-  const lens = camera.lens_radius_m ?? 0; // a pinhole has none, but may get one
-  // Scenes are of all sizes: the slider ends where it suits how far away things are.
+  const lens = camera.lens_radius_m ?? 0; // a pinhole camera has no lens, but may get one
+  // Scenes have all sizes, so the slider's range depends on the distance.
   byId("lens").max = Math.max(lens, rounded((camera.focus_m ?? 1) / 20, 1));
   for (const id of ["lens", "lens-number"]) show(id, rounded(lens));
   byId("focus-distance").textContent = camera.focus_m === null ? "all distances" : `${digits(camera.focus_m)} m`;
@@ -397,7 +397,7 @@ function showCamera() {
   byId("reset").disabled = !camera.is_moved;
 }
 
-/** The server's numbers have 32 bits: 0.1 is none of them. */
+/** Rounds the server's 32-bit floats, which cannot represent numbers such as 0.1. */
 const rounded = (value, to = 6) => Number(value.toPrecision(to));
 
 function showCameraNames(names, chosen) {
@@ -429,7 +429,7 @@ function connectControls() {
   on("restart", "click", () => send({ restart: true }));
 }
 
-/** A slider acts while it is dragged, the number beside it when it is complete. */
+/** A slider acts while it is dragged, the number beside it when the input is complete. */
 function connectPair(sliderId, numberId, command) {
   const [slider, number] = [byId(sliderId), byId(numberId)];
   slider.addEventListener("input", () => {
@@ -458,9 +458,9 @@ function copyLine() {
 
 let drag = null; // {kind, button, start, last, hasMoved} while a button is down
 let pointed = null; // the pixel under the pointer
-let isFocusing = false; // the next click chooses what is sharp
+let isFocusing = false; // the next click sets the focus
 
-/** The pixel of the full image that an event is at, or null outside. */
+/** The pixel of the full image under an event, or null outside. */
 function pixelAt(event) {
   if (!state) return null;
   const area = byId("image").getBoundingClientRect();
@@ -532,7 +532,7 @@ function zoomByWheel(event) {
 // The readout.
 
 let restTimer = 0;
-let readAt = 0; // when the pixel was asked for
+let readAt = 0; // the time of the last request
 
 function point(pixel) {
   pointed = pixel;
@@ -543,7 +543,7 @@ function point(pixel) {
   else showReadout(null);
 }
 
-/** Numbers converge, too. */
+/** Repeats the request, because the values change while the image converges. */
 function refreshReadout() {
   if (pointed && performance.now() - readAt > 500) askForPixel();
 }
@@ -564,7 +564,7 @@ function showReadout(known) {
   set("material", known?.material);
 }
 
-// ---- Queues: the picture of a wavefront ----
+// ---- Queues of the wavefront ----
 
 function showQueues() {
   const { queues } = state;
@@ -578,14 +578,14 @@ function showQueues() {
   queues.bounces.forEach((bounce, index) => showBounce(bounceRows[index], bounce, most));
 }
 
-/** As many rows as wanted. Those that are there stay, so that a hovering title does not vanish. */
+/** Sets the number of rows. Existing rows stay, so that a hovering title does not vanish. */
 function barRows(container, wanted, bars) {
   while (container.children.length > wanted) container.lastChild.remove();
   while (container.children.length < wanted) container.append(barRow(bars));
   return container.children;
 }
 
-/** A label, bars made of parts with these classes, and a number. */
+/** A row of a label, bars made of parts with these classes, and a number. */
 function barRow(bars) {
   const drawn = bars.map((parts) => element("span", "bar", ...parts.map((part) => element("span", part))));
   return element("div", "bar-row", element("span"), element("span", "bars", ...drawn), element("span", "number"));
@@ -620,14 +620,14 @@ function showBounce(row, { bounce, rays, hits, shadow, blocked, ends }, most) {
   fillRow(row, `bounce ${bounce}`, shortCount(rays), title, shares);
 }
 
-// ---- Photons: where those of a sample end ----
+// ---- The end points of a sample's photons ----
 
 const POINT = 1.8; // radius of a point, in CSS pixels
 
 let landings = null; // the LANDINGS that are shown
 let photonSample = 0;
 
-/** What is known of them without asking: how many there are, or why there are none. */
+/** Shows what the state contains: the number of photons, or why there are none. */
 function showPhotons() {
   const { photons } = state;
   const there = photons && photons.none === null;
@@ -637,7 +637,7 @@ function showPhotons() {
   byId("photons-sample").textContent = `sample ${photonSample}`;
   byId("previous-photons").disabled = photonSample === 0;
   byId("next-photons").disabled = photonSample + 1 >= state.wanted;
-  // Those of another picture must not lie over this one.
+  // Photons of another image must not lie over this one.
   byId("landings").hidden = landings === null || landings.generation !== state.generation;
 }
 
@@ -662,7 +662,7 @@ const askForPhotons = newestOnly(async () => {
   showLandings();
 });
 
-/** They are the same for as long as the picture is, however many samples it has. */
+/** Requests the photons again after a restart; more samples do not change them. */
 function followPhotons() {
   if (landings && landings.generation !== state.generation) askForPhotons();
 }
@@ -690,7 +690,7 @@ function drawLandings() {
   if (!landings) return;
   const context = canvas.getContext("2d");
   const scale = canvas.width / state.size[0];
-  // Dots lie above rings.
+  // Rings first: dots lie above them.
   for (const kind of [0, 1]) {
     for (const [x, y, r, g, b, isSeen] of landings.points) {
       if (isSeen === kind) drawLanding(context, [x * scale, y * scale], `rgb(${r} ${g} ${b})`, isSeen);
@@ -698,7 +698,7 @@ function drawLandings() {
   }
 }
 
-/** A dark seam keeps them visible on bright ground. */
+/** Draws a point with a dark outline, so that it is visible on a bright background. */
 function drawLanding(context, [x, y], color, isSeen) {
   context.beginPath();
   context.arc(x, y, POINT * devicePixelRatio, 0, 2 * Math.PI);
@@ -723,7 +723,7 @@ function connectPhotons() {
 
 // ---- The explanation of a pixel ----
 
-let wanted = null; // {pixel, sample}: what was asked for last; null: nothing is explained
+let wanted = null; // {pixel, sample} of the last request; null: no explanation is shown
 let told = null; // the EXPLANATION that is shown
 
 function explain(pixel, sample) {
@@ -754,12 +754,12 @@ function closeExplanation() {
   drawOverlay();
 }
 
-/** How many samples there are to choose from: the render has gone on since. */
+/** The number of samples to choose from; it grows while the rendering continues. */
 const samplesToExplain = () => Math.max(told.samples, state.samples);
 
 function stepSample(by) {
   if (!told) return;
-  const sample = wanted.sample + by; // more than one step while an answer is awaited
+  const sample = wanted.sample + by; // relative to the request, so that several steps add up before its response
   if (sample >= 0 && sample < samplesToExplain()) explain(wanted.pixel, sample);
 }
 
@@ -779,7 +779,7 @@ function showExplanation(explanation) {
   drawOverlay();
 }
 
-/** What lies in no path: photons that end where the camera sees them. */
+/** Shows photons that belong to no path: those that end where the camera sees them. */
 function showDrawnPhotons() {
   const { count: number, radiance } = told.photons;
   const line = byId("explanation-photons");
@@ -788,14 +788,14 @@ function showDrawnPhotons() {
   line.replaceChildren(photons, element("span", "number", triple(radiance)));
 }
 
-/** Samples count from 0, as in the command below. */
+/** Shows the sample's number, counted from 0 as in the command below. */
 function showStepper() {
   byId("explanation-sample").textContent = `sample ${told.sample} of 0–${samplesToExplain() - 1}`;
   byId("previous-sample").disabled = told.sample === 0;
   byId("next-sample").disabled = told.sample + 1 >= samplesToExplain();
 }
 
-/** Nine digits tell any two numbers of 32 bits apart. */
+/** Nine digits distinguish any two 32-bit floats. */
 const exact = (values) => values.map((value) => rounded(value, 9)).join(", ");
 
 function showAgreement() {
@@ -807,7 +807,7 @@ function showAgreement() {
     : `THE SCHEDULES DIFFER. That is an error in rayfront.\nwavefront: ${exact(wavefront)}\nrecursive: ${exact(recursive)}`;
 }
 
-/** A path that was followed through another picture must not be drawn over this one. */
+/** Marks the explanation as outdated if the image has restarted since. */
 function noticeNewPicture() {
   if (!told) return;
   showStepper();
@@ -830,7 +830,7 @@ function pathItems(path, number, isAlone) {
   return [element("h3", "", `Path ${number}, ${from}`), list, end, ...shared, brings];
 }
 
-/** What it has of others of its group, and they of it. */
+/** Describes the path reuse: the light from the path itself and from others of its group. */
 function sharesText({ before, own, shared, vertices }) {
   const group = vertices === 1 ? "1 second vertex" : `${vertices} second vertices`;
   return (
@@ -839,7 +839,7 @@ function sharesText({ before, own, shared, vertices }) {
   );
 }
 
-/** A vertex in the list. Pointing at it marks it in the image. */
+/** A vertex in the list. Hovering over it marks it in the image. */
 function stepItem(step, pathNumber, key) {
   const badge = element("span", `badge branch-${pathNumber % BRANCHES}`, step.vertex ? String(step.bounce) : "–");
   const item = element("li", "step", badge, stepFacts(step));
@@ -893,9 +893,9 @@ function connectExplanation() {
   on("copy-command", "click", () => told && copy(told.command, "the command"));
 }
 
-// Its path over the image.
+// The paths over the image.
 
-/** The overlay's units are CSS pixels, so that dots and lines have one size on every screen. */
+/** The overlay's units are CSS pixels, so that dots and lines have the same size on all screens. */
 function drawOverlay() {
   const overlay = byId("overlay");
   overlay.replaceChildren();
@@ -911,7 +911,7 @@ function drawOverlay() {
   overlay.append(pixelFrame(place));
 }
 
-/** The ray that led here, and those from here to the lights. A place behind the camera is null. */
+/** The ray to a vertex, and those from it to the lights. Points behind the camera are null. */
 function stepLines(step, pathNumber, key, place) {
   const group = shape("g", `step-lines branch-${pathNumber % BRANCHES}`);
   group.dataset.key = key;
@@ -935,7 +935,7 @@ function stepDot(step, pathNumber, key, [x, y]) {
   return dot;
 }
 
-/** The pixel that is explained, or a frame around it where it is too small to be seen. */
+/** A frame around the explained pixel, large enough to be visible. */
 function pixelFrame(place) {
   const [x, y] = place([told.pixel[0] + 0.5, told.pixel[1] + 0.5]);
   const side = Math.max(place([1])[0], 24);
@@ -953,9 +953,9 @@ function mark(key) {
 
 // ---- The keyboard ----
 
-const STEP = 0.05; // of the image's height, by an arrow key
+const STEP = 0.05; // the step of an arrow key, relative to the image's height
 
-/** The four arrows; they only count where nothing else scrolls or slides by them. */
+/** The four arrow keys; they act only where they do not scroll or move a slider. */
 const ARROWS = { ArrowLeft: [-STEP, 0], ArrowRight: [STEP, 0], ArrowUp: [0, -STEP], ArrowDown: [0, STEP] };
 
 const KEYS = {
@@ -977,7 +977,7 @@ const KEYS = {
 };
 
 function escape() {
-  if (byId("help").matches(":popover-open")) return; // it is what closes
+  if (byId("help").matches(":popover-open")) return; // the key closes the help only
   if (isFocusing) setFocusing(false);
   else closeExplanation();
 }
@@ -989,11 +989,11 @@ function pressKey(event) {
   if (isField && key !== "Escape") return;
   const action = KEYS[key.length === 1 ? key.toLowerCase() : key] ?? keyInImage(event);
   if (!action) return;
-  if (key !== "Escape") event.preventDefault(); // by Escape the browser closes the help
+  if (key !== "Escape") event.preventDefault(); // the browser closes the help on Escape
   action();
 }
 
-/** Keys that mean something else on a button or a slider. */
+/** Keys with another function on a button or a slider. */
 function keyInImage({ target, key, shiftKey }) {
   const canvas = byId("image");
   if (key >= "1" && key <= "9") return () => setLayer(byId("layer").options[key - 1].value);
@@ -1004,7 +1004,7 @@ function keyInImage({ target, key, shiftKey }) {
   return null;
 }
 
-// ---- Beginning ----
+// ---- Start ----
 
 connectLook();
 connectControls();

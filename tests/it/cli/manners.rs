@@ -1,4 +1,4 @@
-//! What other tools have taught: other names, hints, pipes, exit codes, help.
+//! Conventions of command lines: aliases, hints, pipes, exit codes, help.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use super::{SCENE, folder, json, run, stdout, text};
 
 #[test]
-fn render_is_a_word_and_options_have_other_names() {
+fn render_command_and_aliases_of_options_are_accepted() {
     let folder = folder();
     let here = folder.path();
     let bytes = |words: &[&str]| {
@@ -35,8 +35,7 @@ fn render_is_a_word_and_options_have_other_names() {
     }
 }
 
-/// What a shell reports about the program's end, and what the program prints on standard error; `line` is what
-/// follows the program's name.
+/// Runs a command line in a shell. Returns the exit code and standard error; `line` follows the program's name.
 #[cfg(unix)]
 fn shell(folder: &Path, line: &str, input: Stdio) -> (Option<i32>, String) {
     let mut shell = Command::new("sh");
@@ -46,7 +45,7 @@ fn shell(folder: &Path, line: &str, input: Stdio) -> (Option<i32>, String) {
     (output.status.code(), text(&output.stderr).to_owned())
 }
 
-/// Standard output that nobody reads.
+/// Standard output without a reader.
 #[cfg(unix)]
 fn closed_pipe() -> Stdio {
     let (reader, writer) = std::io::pipe().expect("a pipe");
@@ -79,7 +78,7 @@ fn folder_with_files() -> TempDir {
 
 #[cfg(unix)]
 #[test]
-fn a_closed_pipe_ends_it_quietly() {
+fn closed_pipe_ends_the_program_quietly() {
     let folder = folder_with_files();
     for line in PRINTING {
         let (code, error) = shell(folder.path(), line, closed_pipe());
@@ -87,7 +86,7 @@ fn a_closed_pipe_ends_it_quietly() {
         assert!(!error.contains("panicked") && !error.contains("error"), "{line}: {error}");
     }
     assert!(folder.path().join("a.png").is_file(), "what was rendered is there");
-    // Nothing is said to someone who cannot hear it.
+    // A failed write of an error message does not change the exit code.
     let (code, _) = shell(folder.path(), "nowhere.ron 2>&1", closed_pipe());
     assert_eq!(code, Some(1));
     let (code, _) = shell(folder.path(), "scene.ron -o - | head -c 1", Stdio::null());
@@ -96,7 +95,7 @@ fn a_closed_pipe_ends_it_quietly() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_a_line_and_a_code() {
+fn full_disk_gives_an_error_line_and_exit_code_3() {
     let folder = folder_with_files();
     for line in PRINTING.into_iter().chain(["scene.ron -o -", "scene.ron --frames 0-1 -o -", "--version"]) {
         let (code, error) = shell(folder.path(), &format!("{line} > /dev/full"), Stdio::null());
@@ -104,13 +103,13 @@ fn a_full_disk_is_a_line_and_a_code() {
         assert!(error.lines().any(tells), "{line}: {error}");
         assert_eq!(code, Some(3), "{line}: {error}");
     }
-    // Nobody hears it.
+    // Standard error is full, too.
     let (code, _) = shell(folder.path(), "nowhere.ron 2> /dev/full", Stdio::null());
     assert_eq!(code, Some(1));
 }
 
 #[test]
-fn exit_codes_tell_what_is_at_fault() {
+fn exit_codes_distinguish_input_usage_output_and_comparison() {
     let folder = folder();
     let here = folder.path();
     stdout(here, &["scene.ron", "-q", "-o", "a.exr"]);
@@ -138,7 +137,7 @@ fn exit_codes_tell_what_is_at_fault() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn an_image_that_memory_cannot_hold_is_a_limit() {
+fn image_larger_than_memory_exits_with_4() {
     let folder = folder();
     let output = run(folder.path(), &["scene.ron", "--size", "65536x65536"]);
     let error = text(&output.stderr);
@@ -147,7 +146,7 @@ fn an_image_that_memory_cannot_hold_is_a_limit() {
 }
 
 #[test]
-fn misspelt_commands_and_files_are_recognized() {
+fn misspelt_commands_and_files_get_suggestions() {
     let folder = folder();
     let here = folder.path();
     std::fs::write(here.join("scene.png"), "").expect("a file");
@@ -168,10 +167,10 @@ fn misspelt_commands_and_files_are_recognized() {
         assert!(error.contains(wanted) && error.lines().count() == 1, "{arguments:?}: {error}");
         assert_eq!(error.contains("did you mean"), !wanted.is_empty(), "{arguments:?}: {error}");
     }
-    // A file of that name is a file.
+    // An existing file of that name is a file.
     std::fs::write(here.join("chek"), SCENE).expect("a file");
     assert!(text(&run(here, &["chek"]).stderr).contains("scenes are .ron"));
-    // Files of other programs, and what is no model in spite of its name.
+    // Files of other programs, and a model in name only.
     for (name, content, wanted) in [
         ("part.stl", "solid part", "Blender imports it and exports .glb"),
         ("page.glb", "<!DOCTYPE html>", "this is no GLB file"),
@@ -182,7 +181,7 @@ fn misspelt_commands_and_files_are_recognized() {
     }
 }
 
-/// A triangle that emits light, with things to choose from.
+/// An emissive triangle, with scenes, variants and an animation.
 const MODEL: &str = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_materials_variants"],
     "extensions": {"KHR_materials_variants": {"variants": [{"name": "red"}, {"name": "blue"}]}},
     "scenes": [{"name": "day", "nodes": [0]}, {"nodes": [0]}], "nodes": [{"name": "sign", "mesh": 0}],
@@ -199,7 +198,7 @@ const MODEL: &str = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_mat
     "buffers": [{"byteLength": 68, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAIEAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAA="}]}"#;
 
 #[test]
-fn info_names_what_there_is_to_choose_and_what_shines() {
+fn info_lists_variants_animations_and_emitters() {
     let folder = folder();
     let here = folder.path();
     std::fs::write(here.join("sign.gltf"), MODEL).expect("a file");
@@ -232,7 +231,7 @@ fn info_names_what_there_is_to_choose_and_what_shines() {
 }
 
 #[test]
-fn help_is_in_groups_and_for_shells_and_man() {
+fn help_has_groups_completions_and_man_pages() {
     let folder = folder();
     let here = folder.path();
     let help = stdout(here, &["--help"]);
@@ -264,7 +263,7 @@ fn help_is_in_groups_and_for_shells_and_man() {
 }
 
 #[test]
-fn progress_is_not_for_the_quiet_nor_for_what_is_quick() {
+fn progress_is_hidden_when_quiet_or_quick() {
     let folder = folder();
     for arguments in [&["scene.ron", "--quiet"][..], &["scene.ron"]] {
         let output = run(folder.path(), arguments);
@@ -274,9 +273,9 @@ fn progress_is_not_for_the_quiet_nor_for_what_is_quick() {
     }
 }
 
-/// Surroundings light the surfaces of a scene that names no transport.
+/// An environment lights the surfaces of a scene that sets no transport.
 #[test]
-fn surroundings_from_the_command_line_choose_the_transport() {
+fn environment_option_selects_the_path_transport() {
     let folder = folder();
     let transport = |arguments: &[&str]| {
         let all = [&["scene.ron", "--json", "--spp", "1", "-o", "a.png"], arguments].concat();
@@ -290,9 +289,9 @@ fn surroundings_from_the_command_line_choose_the_transport() {
     assert!(!text(&output.stderr).contains("was chosen"), "{}", text(&output.stderr));
 }
 
-/// Black is no exception, although a scene that says nothing of it has it, too.
+/// This includes black, although that is also the default.
 #[test]
-fn a_background_that_nothing_shows_is_told_of() {
+fn backgrounds_hidden_by_an_environment_are_reported() {
     let folder = folder();
     let told = |words: &str| {
         let words = ["scene.ron", "--spp", "1", "-o", "a.png"].into_iter().chain(words.split(' '));
@@ -314,7 +313,7 @@ fn a_background_that_nothing_shows_is_told_of() {
 }
 
 #[test]
-fn programs_are_told_what_people_are() {
+fn json_output_includes_findings() {
     let folder = folder();
     let report =
         json(folder.path(), &["scene.ron", "--hide", "Light", "--spp", "1", "--json", "-o", "a.png"]);
@@ -323,7 +322,7 @@ fn programs_are_told_what_people_are() {
 }
 
 #[test]
-fn mistakes_in_options_are_the_command_lines() {
+fn invalid_values_of_options_exit_with_2() {
     let folder = folder();
     for (option, value) in [
         ("--set", "\"ball\".shape = Cone"),
@@ -345,13 +344,13 @@ fn mistakes_in_options_are_the_command_lines() {
         let output = run(folder.path(), &["scene.ron", "--spp", "1", option, value, "-o", "a.png"]);
         assert_eq!(output.status.code(), Some(0), "{option} {value}: {}", text(&output.stderr));
     }
-    // Straight down there is an up as well.
+    // A view straight down has an up direction, too.
     stdout(folder.path(), &["scene.ron", "--spp", "1", "--look-at", "0,5,0", "0,0,0", "-o", "a.png"]);
 }
 
-/// A mistake in a statement is marked below it, and no more is typed than is needed.
+/// An error in a statement is marked below it; two points may be one word.
 #[test]
-fn statements_and_places_are_understood_or_marked() {
+fn invalid_statements_are_marked_and_points_may_be_one_word() {
     let folder = folder();
     let here = folder.path();
     let output = run(here, &["scene.ron", "--set", "\"ball\".shape = Cone", "-o", "a.png"]);
@@ -379,7 +378,7 @@ fn statements_and_places_are_understood_or_marked() {
 }
 
 #[test]
-fn noise_that_is_left_is_told() {
+fn noise_above_the_requested_limit_is_reported() {
     let folder = folder();
     let told = |words: &[&str]| {
         let words = [&["scene.ron", "--spp", "4", "-o", "a.png"], words].concat();
@@ -391,9 +390,9 @@ fn noise_that_is_left_is_told() {
     assert!(!told(&["--until", "noise=0.01%", "--quiet"]).contains("--until"));
 }
 
-/// Frames that choose their exposure all have one, whichever process renders them.
+/// Frames with automatic exposure share one, whichever process renders them.
 #[test]
-fn frames_do_not_flicker() {
+fn frames_share_their_exposure_and_are_kept() {
     let folder = folder();
     let here = folder.path();
     let scene = SCENE
@@ -419,26 +418,26 @@ fn frames_do_not_flicker() {
     assert!((alone[0] - all[0]).abs() < 0.3, "that of the first frame: {alone:?} {all:?}");
     assert!(alone[0] - alone[1] > 2.0, "the last frame by itself is ten times as bright: {alone:?}");
     assert_eq!(exposures(&["--frames", "auto/0-2", "-o", "c.#.png"], Some("2")), [all[0]]);
-    // A frame that was interrupted is no frame yet.
+    // An interrupted frame is unfinished.
     let words = ["fade.ron", "--fps", "2", "--time", "1", "--samples", "0..2", "-o", "a.2.png"];
     stdout(here, &words);
     let told =
         text(&run(here, &["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "a.#.png"]).stderr).to_owned();
     let told_of = |what: &str| told.matches(what).count();
     assert_eq!((told_of(" is there"), told_of("frame 2 is unfinished")), (2, 1), "{told}");
-    // One that has as little noise as was asked for is.
+    // A frame that reached the requested noise is finished.
     let words =
         ["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "d.#.png", "--spp", "64", "--until", "noise=60%"];
     stdout(here, &words);
     let told = text(&run(here, &words).stderr).to_owned();
     assert_eq!(told.matches(" is there, with 4 of 64 samples (--overwrite").count(), 3, "{told}");
-    // Of frames that are there, those of another command are told.
+    // Existing frames of another command are reported.
     let again = |words: &[&str]| {
         let words = [&["fade.ron", "--fps", "2", "--frames", "0-2", "-o", "a.#.png"], words].concat();
         text(&run(here, &words).stderr).matches("by another command").count()
     };
     assert_eq!((again(&[]), again(&["--json"]), again(&["--size", "8x6"])), (0, 0, 3));
-    // So are those of other samples, another time, and files that have changed since.
+    // So are those with other samples, another time, or files that have changed since.
     let told = |words: &[&str]| {
         let words = [&["fade.ron", "--frames", "0-2", "-o", "a.#.png"], words].concat();
         text(&run(here, &words).stderr).to_owned()

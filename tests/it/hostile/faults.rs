@@ -1,4 +1,4 @@
-//! Every call that can fail does, one by one: never a panic, never a damaged file, and the exit code says it.
+//! Every call that can fail fails, one by one: never a panic, never a damaged file, and a matching exit code.
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
 use std::collections::BTreeMap;
@@ -26,16 +26,16 @@ const EAGAIN: i32 = 11;
 const ENOMEM: i32 = 12;
 const ENOSPC: i32 = 28;
 
-/// The results of all runs.
+/// The number of runs by function and exit code.
 #[derive(Default)]
 struct Outcomes(BTreeMap<String, BTreeMap<i32, u32>>);
 
-/// hecs 0.11 writes to memory without looking whether it got it: in four of 3,000 allocations, so at most in one of
+/// hecs 0.11 writes to allocated memory without checking for null: in four of 3,000 allocations, so at most in one of
 /// those that fail here.
 const SIGSEGV: i32 = 11;
 const UNCHECKED: i32 = 128 + SIGSEGV;
 
-/// Has the calls of a function fail one by one until there are no more, or some at a distance.
+/// Makes the calls of a function fail one by one, with a given step.
 fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcomes: &mut Outcomes) {
     let name = name_of_call;
     let Some(shim) = &*SHIM else { return };
@@ -53,7 +53,7 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
     let outputs: Vec<&str> = line.windows(2).filter(|pair| pair[0] == "-o").map(|pair| pair[1]).collect();
     let whole = render(None);
     assert_eq!(whole.status.code(), Some(0), "{}", String::from_utf8_lossy(&whole.stderr));
-    // Films say how long they took.
+    // Films record their render time.
     let hash = |file: &str| match file.ends_with(".film") {
         true => rayfront::internals::formats::film_file::load(&here.join(file))
             .ok()
@@ -95,8 +95,7 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
         for path in left {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if name.ends_with(".part") {
-                // A program that cannot remove anything, or ends at once, leaves it behind; it is removed the next
-                // time.
+                // A program that cannot remove files, or is killed, leaves it behind; the next run removes it.
                 assert!(code != 0 || name_of_call == "unlink", "{what}: left {name}");
                 std::fs::remove_file(path).expect("removed");
             } else if name.contains(".saved") {
@@ -109,7 +108,7 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
     println!("{name} ({errno}): {calls} calls");
 }
 
-/// How many calls there are.
+/// Returns the number of calls.
 fn calls(here: &Path, name: &str, line: &[&str], shim: &Path) -> usize {
     const MANY: usize = 1_000_000;
     let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
@@ -121,9 +120,9 @@ fn calls(here: &Path, name: &str, line: &[&str], shim: &Path) -> usize {
     MANY - left.unwrap_or_else(|| panic!("no count: {text}"))
 }
 
-/// The folder of the outputs is listed for what was left behind there, and not again: it may hold all frames of a film.
+/// The folder of the outputs is listed once, for leftover files, since it may hold all frames of a film.
 #[test]
-fn a_folder_is_listed_once() {
+fn output_folder_is_listed_once() {
     let Some(shim) = &*SHIM else { return };
     let folder = folder(&ball(""));
     for line in [&LINE[..], &["scene.ron", "-q", "-o", "a.png", "--denoise", "-o", "b.exr"]] {
@@ -134,7 +133,7 @@ fn a_folder_is_listed_once() {
 const LINE: [&str; 8] = ["scene.ron", "-t", "2", "-q", "-o", "a.png", "-o", "a.film"];
 
 #[test]
-fn files_that_fail_are_told_of() {
+fn failing_file_operations_are_reported() {
     let mut outcomes = Outcomes::default();
     for (name, errno) in [
         ("open64", EIO),
@@ -153,16 +152,16 @@ fn files_that_fail_are_told_of() {
 }
 
 #[test]
-fn threads_that_do_not_start_are_told_of() {
+fn failing_threads_are_reported() {
     let mut outcomes = Outcomes::default();
     all_calls("pthread_create", EAGAIN, 1, &LINE, &mut outcomes);
     println!("{:#?}", outcomes.0);
 }
 
 #[test]
-fn memory_that_is_not_had_is_told_of() {
+fn failing_allocations_are_reported() {
     let mut outcomes = Outcomes::default();
-    // All calls together are some thousands.
+    // There are several thousand calls in total.
     for (name, step) in [("malloc", 83), ("calloc", 11), ("realloc", 17), ("posix_memalign", 1)] {
         all_calls(name, ENOMEM, step, &LINE, &mut outcomes);
     }

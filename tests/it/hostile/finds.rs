@@ -1,12 +1,12 @@
-//! What fuzzing has found, and the inputs that it begins with, are read, compiled and rendered or refused:
-//! tests/fuzz/finds and tests/fuzz/seeds, by target. `.ci/fuzz` looks for more.
+//! Inputs found by fuzzing and its seeds are read, compiled and rendered, or refused: tests/fuzz/finds and
+//! tests/fuzz/seeds, by target. `.ci/fuzz` searches for more.
 
 use std::path::Path;
 
 use crate::fuzz_targets::ALL;
 
 #[test]
-fn what_was_found_is_mended() {
+fn inputs_found_by_fuzzing_are_handled() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz");
     let mut count = 0;
     for (name, target) in ALL {

@@ -1,10 +1,10 @@
-//! What is too large is refused before it is taken; what is forecast comes true.
+//! Requests above a limit are refused before memory is allocated; memory estimates are accurate.
 
 use std::path::Path;
 
 use super::{ball, expect, folder, run, scene, shell};
 
-/// A sheet of about so many triangles.
+/// A sheet of about this many triangles.
 fn sheet(path: &Path, triangles: usize) {
     let side = ((triangles / 2) as f64).sqrt() as u32 + 1;
     let mut bytes = format!(
@@ -31,7 +31,7 @@ fn sheet(path: &Path, triangles: usize) {
     std::fs::write(path, bytes).expect("a file");
 }
 
-/// A PNG of one colour, of a few bits a pixel.
+/// A PNG of one colour, with a few bits per pixel.
 fn flat(path: &Path, side: u32, color: png::ColorType, depth: png::BitDepth) {
     let mut encoder = png::Encoder::new(std::fs::File::create(path).expect("a file"), side, side);
     encoder.set_color(color);
@@ -69,7 +69,7 @@ fn info_forecasts_the_peak() {
         let [forecast, peak] =
             [forecast, rendered].map(|it| it["memory_bytes"]["peak"].as_f64().expect("bytes"));
         println!("{file}: {:.1} MB forecast, {:.1} MB at the peak", forecast / 1e6, peak / 1e6);
-        // Small ones depend on when threads make their stacks.
+        // Small ones depend on when threads allocate their stacks.
         assert!(
             (forecast - peak).abs() < 0.1 * peak + 4e6,
             "{file}: {forecast} forecast, {peak} at the peak"
@@ -115,7 +115,7 @@ fn what_is_too_large_is_a_line() {
         let error = expect(&output, code, words);
         assert!(code == 2 || error.lines().count() == 1, "{line}: {error}");
     }
-    // With as much as is forecast they render.
+    // They render with as much memory as estimated.
     for file in ["sheet.ply", "large.ron", "many.ron"] {
         let forecast = json(&run(here, &["info", file, "--json"]));
         let bytes = forecast["memory_bytes"]["peak"].as_f64().expect("bytes") * 1.6 + 60e6;
@@ -124,7 +124,7 @@ fn what_is_too_large_is_a_line() {
     }
 }
 
-/// When a limit of the system is reached there is a message, whichever part reaches it first.
+/// Reaching a limit of the system gives a message, whichever part reaches it first.
 #[test]
 #[cfg(target_os = "linux")]
 fn limits_of_the_system_are_no_abort() {
@@ -145,7 +145,7 @@ fn limits_of_the_system_are_no_abort() {
     for kilobytes in [60_000, 100_000, 200_000, 250_000, 300_000] {
         let output = shell(here, &format!("ulimit -v {kilobytes}; rayfront sheet.ply -t 2 -s 1 -q -o a.png"));
         let error = String::from_utf8_lossy(&output.stderr);
-        // Whatever it is that does not fit: the scene, its threads, or the program itself.
+        // The scene, its threads, or the program itself may not fit.
         assert!(
             matches!(output.status.code(), Some(0 | 4 | 127)),
             "{kilobytes}: {:?} {error}",
@@ -155,7 +155,7 @@ fn limits_of_the_system_are_no_abort() {
     }
 }
 
-/// Films are saved while they are rendered: that takes no memory that was not forecast.
+/// Saving films during a rendering takes no memory beyond the estimate.
 #[test]
 #[cfg(target_os = "linux")]
 fn checkpoints_take_no_memory() {
@@ -166,14 +166,14 @@ fn checkpoints_take_no_memory() {
         let found = json(&run(here, &line.split(' ').collect::<Vec<_>>()));
         found["memory_bytes"]["peak"].as_f64().expect("bytes")
     };
-    // The film is 60 MB large.
+    // The film has 60 MB.
     let without = peak("-o a.png --checkpoint off");
     for line in ["-o a.png --checkpoint 5ms", "-o a.png -o a.film --checkpoint 5ms"] {
         let with = peak(line);
         println!("{line}: {:.1} MB, {:.1} MB without", with / 1e6, without / 1e6);
         assert!(with < without + 12e6, "{line}: {with}, {without} without");
     }
-    // Gone on with, there is one film, too.
+    // A resumed rendering also has a single film.
     std::fs::remove_file(here.join("a.film")).expect("a film");
     let line = "scene.ron -q --spp 3 --samples 0..2 --sampler independent --transport path -t 1 -o a.film";
     expect(&run(here, &line.split(' ').collect::<Vec<_>>()), 0, &[]);
@@ -182,8 +182,7 @@ fn checkpoints_take_no_memory() {
     assert!(resumed < without + 12e6, "{resumed}, {without} from the beginning");
 }
 
-/// An image of one tile needs one wave, however many threads there are; and with more memory allowed there is never
-/// less room.
+/// An image of one tile needs one wave, with any number of threads; and raising the limit never makes a rendering fail.
 #[test]
 #[cfg(target_os = "linux")]
 fn what_fits_is_not_refused() {
@@ -204,7 +203,7 @@ fn what_fits_is_not_refused() {
     }
 }
 
-/// A morph has another mesh in each frame: only the last ones are kept.
+/// A morph has a different mesh in each frame: only the most recent ones are cached.
 #[test]
 #[cfg(target_os = "linux")]
 fn frames_take_no_more_memory_than_one() {
@@ -262,7 +261,7 @@ fn frames_take_no_more_memory_than_one() {
     assert!(many < few + 4e6, "{many} after 30 frames, {few} after 3");
 }
 
-/// Profiles and texts in a PNG are packed, a thousand to one. None is unpacked.
+/// Profiles and texts in a PNG are compressed by a factor of a thousand. They are not decompressed.
 #[test]
 #[cfg(target_os = "linux")]
 fn notes_in_pictures_take_no_memory() {
@@ -321,10 +320,10 @@ fn endless_work_is_announced() {
     assert!(!said("max_depth: 8, min_throughput: 0").contains("2^8"));
 }
 
-/// Light that a film cannot count is told of.
+/// Radiance above the film's range is reported.
 #[test]
 fn what_is_cut_is_told() {
-    // Before the camera, and too small to light anything else.
+    // In front of the camera, and too small to light anything else.
     let spark = "(shape: Sphere(radius_m: 0.0004), transform: (translate: (0, 0.9996, 4.998)), \
                   material: (diffuse: 0, emission: 1e9)), \
                  (shape: Sphere(radius_m: 0.8), transform: (translate: (1.6, 0, 0)), material: (diffuse: 0.5)),";
@@ -333,7 +332,7 @@ fn what_is_cut_is_told() {
     expect(&output, 0, &["samples are brighter than", "times): the first is"]);
 }
 
-/// A full disk costs no other output, and not what was rendered.
+/// A full disk affects no other output, and the rendered samples are kept.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_loses_nothing() {
@@ -358,13 +357,13 @@ fn a_full_disk_loses_nothing() {
     );
     let load = |name: &str| rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name);
     let (good, _) = (load("good.exr"), load("good.png"));
-    // What the message says.
+    // The command from the message.
     let command = error.split("rayfront merge ").nth(1).expect("a command");
     let film = command.split(' ').next().expect("a film");
     expect(&run(here, &["merge", film, "-q", "-o", "again.exr"]), 0, &[]);
     assert_eq!(load("again.exr"), good);
     std::fs::remove_file(film).expect("it is there");
-    // A film that was asked for, too, goes elsewhere; one that is there is named.
+    // A requested film is saved elsewhere, too; an existing one is named.
     let error = expect(
         &full(&format!("scene.ron {size} -o full/a.film -o b.png")),
         3,
@@ -372,7 +371,7 @@ fn a_full_disk_loses_nothing() {
     );
     assert!(error.contains("what was rendered is in") && here.join("b.png").is_file(), "{error}");
     expect(&full(&format!("scene.ron {size} -o good.film -o full/a.exr")), 3, &["is in good.film"]);
-    // A file that may not grow is a full disk.
+    // A file that may not grow is like a full disk.
     let error = expect(
         &shell(here, "ulimit -f 4; rayfront scene.ron -q --size 160x120 -o big.exr"),
         3,
@@ -383,7 +382,7 @@ fn a_full_disk_loses_nothing() {
     assert!(left.map(|file| file.file_name()).all(|name| !name.to_string_lossy().ends_with(".part")));
 }
 
-/// Names that the disk does not take are found before an hour of rendering.
+/// Invalid output names are detected before an hour of rendering.
 #[test]
 fn bad_names_are_found_at_once() {
     let folder = folder(&ball(""));

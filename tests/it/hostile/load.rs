@@ -1,4 +1,4 @@
-//! Many at once, and many bad ones.
+//! Many simultaneous runs, and many malicious requests.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -14,7 +14,7 @@ fn start(here: &std::path::Path, arguments: &[&str]) -> Child {
 }
 
 #[test]
-fn sixty_four_at_once_all_get_their_image() {
+fn sixty_four_simultaneous_runs_all_get_their_image() {
     let folder = folder(&ball("kr: 0.2"));
     let names: Vec<String> = (0..64).map(|i| format!("{i}.png")).collect();
     let children: Vec<Child> =
@@ -28,9 +28,9 @@ fn sixty_four_at_once_all_get_their_image() {
     assert!(images.iter().all(|image| *image == images[0]));
 }
 
-/// The last writer wins, and nobody sees half of anything.
+/// The last writer wins, and files are replaced atomically.
 #[test]
-fn two_renderings_to_one_output_leave_one_of_them() {
+fn concurrent_renderings_to_one_output_leave_one_complete_image() {
     let folder = folder(&ball("kr: 0.2"));
     let here = folder.path();
     let seeds = ["1", "2"];
@@ -73,7 +73,7 @@ fn bad_request(number: usize, token: &str) -> Vec<u8> {
 }
 
 #[test]
-fn the_page_survives_a_thousand_bad_requests() {
+fn page_survives_a_thousand_bad_requests() {
     let folder = folder(&ball(""));
     let mut child = start(folder.path(), &["view", "scene.ron", "--no-open", "-t", "1"]);
     let mut line = String::new();
@@ -84,7 +84,7 @@ fn the_page_survives_a_thousand_bad_requests() {
         let mut stream = TcpStream::connect(place).expect("a connection");
         stream.set_read_timeout(Some(patience)).expect("a time");
         let mut answer = Vec::new();
-        // It may close before it has read everything.
+        // The program may close the connection before it has read everything.
         let _ = stream.write_all(request).and_then(|()| stream.read_to_end(&mut answer));
         String::from_utf8_lossy(&answer).into_owned()
     };

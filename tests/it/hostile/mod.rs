@@ -1,5 +1,5 @@
-//! Strangers' files, faulty machines and small limits: no panic, no file that is damaged, no machine out of memory,
-//! nothing told that is nobody's business. The table in `src/cli/SERVICE.md` names these tests.
+//! Hostile files, faulty machines and small limits: no panic, no damaged file, no exhaustion of the machine's memory,
+//! no leak of private data. The table in `src/cli/SERVICE.md` names these tests.
 
 mod faults;
 mod finds;
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-/// A scene with a camera and a lamp, and more entities or settings.
+/// A scene with a camera and a light, and more entities or settings.
 fn scene(settings: &str, entities: &str) -> String {
     format!(
         r#"(settings: (size: (16, 12), samples: 2, {settings}), entities: [
@@ -26,25 +26,25 @@ fn scene(settings: &str, entities: &str) -> String {
     )
 }
 
-/// The same with a ball.
+/// A scene with a ball of some material.
 fn ball(material: &str) -> String {
     scene("", &format!("(shape: Sphere(radius_m: 1), material: ({material})),"))
 }
 
-/// A folder with `scene.ron` in it.
+/// A folder with `scene.ron`.
 fn folder(scene: &str) -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("scene.ron"), scene).expect("a file");
     folder
 }
 
-/// A run that must end soon.
+/// Runs the program, which must end soon.
 fn run<S: AsRef<std::ffi::OsStr>>(folder: &Path, arguments: &[S]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
     ended(command.current_dir(folder).args(arguments))
 }
 
-/// Runs a shell's line, in which `rayfront` is the program.
+/// Runs a line in a shell, in which `rayfront` is the program.
 fn shell(folder: &Path, line: &str) -> Output {
     let mut command = Command::new("bash");
     let program = format!("rayfront() {{ {} \"$@\"; }}\n{line}", env!("CARGO_BIN_EXE_rayfront"));
@@ -59,7 +59,7 @@ fn ended(command: &mut Command) -> Output {
         .spawn()
         .expect("the program runs");
     let start = Instant::now();
-    // What it prints fits into pipes.
+    // Its output fits into the pipes.
     while child.try_wait().expect("a state").is_none() {
         if start.elapsed() > Duration::from_secs(60) {
             child.kill().expect("to kill it");
@@ -80,7 +80,7 @@ fn expect(output: &Output, code: i32, words: &[&str]) -> String {
     error
 }
 
-/// A file name need not be UTF-8.
+/// File names need not be UTF-8.
 #[test]
 fn paths_are_any_bytes() {
     let name = |end: &str| OsString::from_vec([b"b\xff.", end.as_bytes()].concat());
@@ -124,7 +124,7 @@ fn paths_are_any_bytes() {
 
 const SECRET: &str = "root:$6$salt$hash:19000:0:99999:7:::";
 
-/// A folder `inner` with a scene of every kind that refers to things next to the folder.
+/// A folder `inner` with scenes of every kind that refer to files outside it.
 fn prying() -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
@@ -175,7 +175,7 @@ fn scenes_read_no_file_outside_of_their_folder() {
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(said.contains("--allow-outside"), "{file}: {said}");
         assert!(!said.contains("root") && !said.contains("salt"), "{file}: {said}");
-        // (A model without its pictures is still a model.)
+        // (A model without its images is still valid.)
         let code = if file.ends_with(".ron") || file == "up.gltf" { 1 } else { 0 };
         assert_eq!(output.status.code(), Some(code), "{file}: {said}");
         let output = run(&inner, &[file, "--allow-outside", "--size", "8x6", "-s", "1", "-o", "a.png"]);
@@ -185,7 +185,7 @@ fn scenes_read_no_file_outside_of_their_folder() {
             "{file}: {said}"
         );
     }
-    // Files named on the command line may lie anywhere, and a mark makes a larger folder the scene's.
+    // Files named on the command line may lie anywhere, and a marker file makes a larger folder the scene's.
     let output =
         run(&inner, &["library.obj", "--env", "../secret.png", "--size", "8x6", "-s", "1", "-o", "a.png"]);
     expect(&output, 0, &[]);
@@ -196,7 +196,7 @@ fn scenes_read_no_file_outside_of_their_folder() {
     }
 }
 
-/// Whoever made a film does not say which pictures are replaced.
+/// The author of a film does not choose which images are replaced.
 #[test]
 fn a_film_replaces_no_picture_but_its_own() {
     let folder = folder(&ball(""));
@@ -212,7 +212,7 @@ fn a_film_replaces_no_picture_but_its_own() {
     expect(&run(here, &words("resume a.film -q -o mine.png")), 0, &[]);
 }
 
-/// What never ends is never begun.
+/// Files that never end are not opened for reading.
 #[test]
 fn devices_and_pipes_are_no_files() {
     let folder = folder(&ball(""));
@@ -248,7 +248,7 @@ fn devices_and_pipes_are_no_files() {
     }
 }
 
-/// What a terminal would obey is shown, not sent.
+/// Control characters are printed in escaped form.
 #[test]
 fn names_move_no_cursor() {
     let named = |name: &str| {

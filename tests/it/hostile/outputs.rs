@@ -1,4 +1,4 @@
-//! Nothing that a user has is lost to an output.
+//! Outputs never destroy a user's files.
 
 use std::path::Path;
 
@@ -8,9 +8,9 @@ fn words(line: &str) -> Vec<String> {
     line.split(' ').map(str::to_owned).collect()
 }
 
-/// `merge`, `resume` and unrequested checkpoints.
+/// `merge`, `resume` and default checkpoints.
 #[test]
-fn films_replace_no_other_film() {
+fn films_never_replace_other_films() {
     let folder = folder(&ball(""));
     let here = folder.path();
     let read = |name: &str| std::fs::read(here.join(name)).expect("a file");
@@ -19,7 +19,7 @@ fn films_replace_no_other_film() {
         "scene.ron -q --spp 8 --shard 1/2 -o p1.film",
         "scene.ron -q --seed 7 -o other.film",
         "merge p0.film p1.film -o whole.film -q",
-        // The same once more.
+        // Repeated with the same result.
         "merge p1.film p0.film -o whole.film -q",
     ] {
         expect(&run(here, &words(line)), 0, &[]);
@@ -45,7 +45,7 @@ fn films_replace_no_other_film() {
 }
 
 #[test]
-fn outputs_replace_no_input_and_not_each_other() {
+fn outputs_never_replace_inputs_or_each_other() {
     let folder = folder(&ball(r#"diffuse: Image("scene.png")"#));
     let here = folder.path();
     let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/checker.png");
@@ -71,14 +71,14 @@ fn outputs_replace_no_input_and_not_each_other() {
         expect(&run(here, &words(line)), 2, &[what]);
     }
     assert_eq!(read(), before);
-    // A link that came with the scene leads anywhere.
+    // A link that came with the scene may lead anywhere.
     std::os::unix::fs::symlink("env.png", here.join("ball.png")).expect("a link");
     expect(&run(here, &words("ball.ron -q")), 3, &["ball.png: cannot write: this is a link"]);
     assert_eq!(read(), before);
     expect(&run(here, &words("ball.ron -q -o ball.png")), 0, &[]);
 }
 
-/// Links in a stranger's folder, with names that nobody types: they would lead what is written elsewhere.
+/// Links in a downloaded folder, with the names of default outputs, would redirect what is written.
 #[test]
 fn links_that_came_with_a_scene_lead_nowhere() {
     use std::os::unix::fs::symlink;
@@ -92,7 +92,7 @@ fn links_that_came_with_a_scene_lead_nowhere() {
                    plots: [(y: CpuSeconds)])])"#;
     std::fs::write(here.join("s.ron"), study).expect("a file");
     std::fs::write(here.join("y.checkpoint.film"), "junk").expect("a file");
-    // The second name of a checkpoint is known to whoever wrote the scene.
+    // The author of the scene can know the second name of a checkpoint.
     let slow = "scene.ron --spp 100000 --max-time 200ms --checkpoint 1ms";
     let said = expect(&run(here, &words(&format!("{slow} -o y.png"))), 0, &["saved to"]);
     let (_, second) = said.split_once("saved to ").expect("a name");
@@ -130,15 +130,15 @@ fn links_that_came_with_a_scene_lead_nowhere() {
         }
         std::fs::remove_file(place).expect("the link is there");
     }
-    // What somebody types is meant.
+    // An output named explicitly may be a link.
     symlink(home.path().join("new.png"), here.join("mine.png")).expect("a link");
     expect(&run(here, &words("scene.ron -q -o mine.png")), 0, &[]);
     assert!(here.join("mine.png").is_symlink() && home.path().join("new.png").is_file());
 }
 
-/// Write-protected files, pilots, pages on a full disk.
+/// Write-protected files, pilots, and man pages on a full disk.
 #[test]
-fn what_is_not_to_be_written_stays() {
+fn protected_files_and_pilots_are_not_overwritten() {
     use std::os::unix::fs::PermissionsExt;
     let folder = folder(&ball(""));
     let here = folder.path();
@@ -151,7 +151,7 @@ fn what_is_not_to_be_written_stays() {
         expect(&run(here, &words(&format!("{unbiased} -o {output}"))), 2, &["p.film is the pilot"]);
     }
     assert!(!here.join("p.film").exists());
-    // Files that must not grow any further stand for a full disk.
+    // A limit on file sizes simulates a full disk.
     expect(&shell(here, "trap '' XFSZ; ulimit -f 4; rayfront man pages"), 3, &["pages"]);
     for page in std::fs::read_dir(here.join("pages")).expect("a folder").flatten() {
         let text = std::fs::read_to_string(page.path()).expect("a page");
@@ -159,7 +159,7 @@ fn what_is_not_to_be_written_stays() {
     }
 }
 
-/// A film's and an image's record name files; whoever made it may be a stranger.
+/// The records in films and images name files; their authors may be hostile.
 #[test]
 fn a_record_names_no_file_elsewhere() {
     let folder = folder(&ball(""));
@@ -175,7 +175,7 @@ fn a_record_names_no_file_elsewhere() {
         change(&mut file.header);
         save(&here.join("upload/forged.film"), &file.header, &file.film, None).expect("written");
     };
-    // Outputs.
+    // Output files.
     for image in ["new.png", "upload/../new.png", "../new.png"] {
         forged(&|header| header.note.outputs = vec![image.into()]);
         let said = run(here, &words("resume upload/forged.film -q --scene-file upload/scene.ron"));
@@ -184,7 +184,7 @@ fn a_record_names_no_file_elsewhere() {
     forged(&|header| header.note.outputs = vec!["upload/new.png".into()]);
     expect(&run(here, &words("resume upload/forged.film -q --scene-file upload/scene.ron")), 0, &[]);
     assert!(here.join("upload/new.png").is_file() && !here.join("new.png").exists());
-    // The scene, whose text must not be in a message.
+    // The scene, whose text must not appear in a message.
     std::fs::write(here.join("secret.ron"), "password").expect("a file");
     for scene in ["secret.ron", "upload/../secret.ron", "/etc/hostname"] {
         forged(&|header| header.scene.path = scene.into());
@@ -194,7 +194,7 @@ fn a_record_names_no_file_elsewhere() {
             assert!(!error.contains("password"), "{error}");
         }
     }
-    // Surroundings.
+    // Environment images.
     let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/checker.png");
     std::fs::copy(picture, here.join("env.png")).expect("a picture");
     forged(&|header| {
@@ -203,14 +203,14 @@ fn a_record_names_no_file_elsewhere() {
     });
     let line = "reproduce upload/forged.film -q --scene-file upload/scene.ron";
     expect(&run(here, &words(line)), 1, &["env.png", "--allow-outside"]);
-    // What is printed to go on with works wherever the film is.
+    // The printed command to continue works wherever the film is.
     std::fs::create_dir(here.join("films")).expect("a folder");
     let line = "scene.ron --spp 100000 --max-time 100ms --checkpoint 1ms -o films/a.png";
     let said = expect(&run(here, &words(line)), 0, &["to go on: rayfront resume films/a.checkpoint.film"]);
     let (_, typed) = said.split_once("to go on: ").expect("a command");
     let typed = typed.lines().next().expect("a line");
     expect(&shell(here, &format!("{typed} --max-time 1ms -q -o films/a.png")), 0, &[]);
-    // Wherever the images are, too.
+    // And wherever the images are.
     std::fs::create_dir(here.join("images")).expect("a folder");
     let line = "scene.ron --spp 100000 --max-time 100ms --checkpoint 1ms -o films/b.png -o images/b.exr";
     let said = expect(&run(here, &words(line)), 0, &["to go on: rayfront resume films/b.checkpoint.film"]);
@@ -219,9 +219,9 @@ fn a_record_names_no_file_elsewhere() {
     expect(&shell(here, &format!("{typed} --max-time 1ms -q")), 0, &[]);
 }
 
-/// Names that files and commands cannot hold as they are.
+/// Names that job files and metadata cannot store unchanged.
 #[test]
-fn odd_names_are_refused_where_they_would_be_changed() {
+fn names_that_cannot_be_stored_are_refused() {
     let folder = folder(&ball(""));
     let here = folder.path();
     let output = shell(here, r"rayfront scene.ron -q --frames 5 -o $'y\xff.#.png'");
@@ -236,9 +236,9 @@ fn odd_names_are_refused_where_they_would_be_changed() {
     assert_eq!(error.lines().count(), 1, "{error}");
 }
 
-/// What is said behind -- reaches the tasks or the merge, each once.
+/// Options after -- are passed to the tasks or to the merge, each once.
 #[test]
-fn planned_jobs_do_what_was_asked_for() {
+fn planned_jobs_pass_options_to_tasks_or_the_merge() {
     let folder = folder(&ball(""));
     let here = folder.path();
     let plan = "plan scene.ron --shards 2 --for commands --folder jobs -o a.png --";
@@ -252,7 +252,7 @@ fn planned_jobs_do_what_was_asked_for() {
     let output = shell(here, "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt && sh jobs/merge.sh");
     expect(&output, 0, &[]);
     assert!(here.join("a.denoised.png").is_file());
-    // After an edit there is no old picture that passes for a new one.
+    // After an edit, no old image is taken for a new one.
     let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
     std::fs::write(here.join("scene.ron"), scene.replace("radius_m: 1", "radius_m: 0.5")).expect("a scene");
     let output = shell(here, "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt; sh jobs/merge.sh");

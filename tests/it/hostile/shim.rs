@@ -1,5 +1,5 @@
-//! Stands between the program and the system (LD_PRELOAD) and makes one call fail: RAYFRONT_FAULT=NAME:N:ERRNO is the
-//! N-th call of a function, counted from 0. Counting begins where the program has begun to look after itself.
+//! Interposes between the program and libc (LD_PRELOAD) and makes one call fail: RAYFRONT_FAULT=NAME:N:ERRNO is the
+//! N-th call of a function, counted from 0. Counting starts when the program has installed its signal handlers.
 
 use std::ffi::{c_char, c_int, c_long, c_uint, c_void};
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicUsize, Ordering};
@@ -17,7 +17,7 @@ unsafe extern "C" {
 static ARMED: AtomicBool = AtomicBool::new(false);
 static LEFT: AtomicI64 = AtomicI64::new(i64::MAX);
 static ERRNO: AtomicI64 = AtomicI64::new(0);
-/// The function's name, in up to eight bytes each.
+/// A hash of the function's name.
 static NAME: AtomicUsize = AtomicUsize::new(0);
 
 const fn code(name: &[u8]) -> usize {
@@ -56,7 +56,7 @@ fn arm() {
     }
 }
 
-/// Whether this call is the one.
+/// Counts a call; returns true, with errno set, if it is the one to fail.
 fn fails(name: usize) -> bool {
     if !ARMED.load(Ordering::Relaxed) || NAME.load(Ordering::Relaxed) != name {
         return false;
@@ -109,7 +109,7 @@ stand_between! {
         ERRNO.load(Ordering::Relaxed) as c_int;
 }
 
-/// The last handler of the program's guard is where it begins to look after itself.
+/// Arms the shim when the program installs its last signal handler.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sigaction(signal: c_int, new: *const c_void, old: *mut c_void) -> c_int {
     let next = next!(sigaction, unsafe extern "C" fn(c_int, *const c_void, *mut c_void) -> c_int);
@@ -121,7 +121,7 @@ pub unsafe extern "C" fn sigaction(signal: c_int, new: *const c_void, old: *mut 
     answer
 }
 
-/// Where no call has failed, says at the end how many more there may be.
+/// If no call has failed, prints the remaining count at the end.
 extern "C" fn tell() {
     if !ARMED.load(Ordering::Relaxed) || ERRNO.load(Ordering::Relaxed) != 0 {
         return;

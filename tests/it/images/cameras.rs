@@ -1,8 +1,8 @@
-//! Where things land in the image.
+//! Positions of objects in the image.
 
 use super::*;
 
-/// Which pixels of 8 × 8 show a square from (0.25, 0.5) to (0.75, 0.75) in the plane z = −1.
+/// Returns the pixels of 8 × 8 that show a square from (0.25, 0.5) to (0.75, 0.75) in the plane z = −1.
 fn lit(camera: &str) -> Vec<(usize, usize)> {
     let square =
         "(shape: Plane(corners: ((0.25, 0.5, -1), (0.75, 0.5, -1), (0.75, 0.75, -1), (0.25, 0.75, -1))),
@@ -13,25 +13,25 @@ fn lit(camera: &str) -> Vec<(usize, usize)> {
 }
 
 #[test]
-fn x_is_right_and_y_is_up_and_sizes_are_as_said() {
-    // Two metres to eight pixels: columns from x = 0.25 are 5 and 6, the row from y = 0.75 down is 1.
+fn cameras_have_x_right_y_up_and_the_stated_size() {
+    // Two metres are eight pixels: columns from x = 0.25 are 5 and 6, the row from y = 0.75 down is 1.
     let expected = vec![(5, 1), (6, 1)];
     assert_eq!(lit("(camera: Orthographic(height_m: 2))"), expected);
-    // 90° see two metres at a distance of one.
+    // 90° cover two metres at a distance of one.
     assert_eq!(lit("(camera: Pinhole(vertical_fov_degrees: 90))"), expected);
     let lens = "(camera: ThinLens(vertical_fov_degrees: 90, lens_radius_m: 0.5, focus_distance_m: 1))";
     assert_eq!(lit(lens), expected);
-    // A scale means nothing to a camera; a mirrored one sees the mirror image.
+    // A camera ignores its scale; a mirrored one sees the mirror image.
     assert_eq!(lit("(camera: Pinhole(vertical_fov_degrees: 90), transform: (scale: (3, 2, 5)))"), expected);
     let mirrored = lit("(camera: Pinhole(vertical_fov_degrees: 90), transform: (scale: (-1, 1, 1)))");
     assert_eq!(mirrored, vec![(1, 1), (2, 1)]);
-    // Turned half around Y and put behind: left and right change places.
+    // Rotated by half a turn about Y and moved behind: left and right are swapped.
     let behind = "(camera: Pinhole(vertical_fov_degrees: 90), transform: (translate: (0, 0, -2), rotate_degrees: (0, 180, 0)))";
     assert_eq!(lit(behind), vec![(1, 1), (2, 1)]);
 }
 
 #[test]
-fn wide_images_see_more_at_the_sides() {
+fn wide_images_extend_the_view_sideways() {
     let square = "(shape: Plane(corners: ((1.5, -1, -1), (2, -1, -1), (2, 1, -1), (1.5, 1, -1))), material: (kd: 0, emission: 1))";
     let camera = "(camera: Pinhole(vertical_fov_degrees: 90))";
     let image = picture(&scene(&format!("size: (8, 4), {EXACT}"), &[camera, square]));
@@ -44,7 +44,7 @@ const RAMP: &str = "(shape: Plane(corners: ((-2, 2, -2), (2, 2, -2), (2, -2, -2)
                      material: (kd: 0, emission: Image(\"ramp.hdr\")))";
 
 #[test]
-fn the_focal_plane_is_sharp() {
+fn thin_lens_is_sharp_in_the_focal_plane() {
     let through = |camera: &str| picture(&scene("size: (10, 10), samples: 9, filter: Box", &[camera, RAMP]));
     let pinhole = through("(camera: Pinhole(vertical_fov_degrees: 60))");
     let difference = |other: Picture| {
@@ -59,10 +59,10 @@ fn the_focal_plane_is_sharp() {
 }
 
 #[test]
-fn the_circle_of_confusion_has_the_size_of_similar_triangles() {
-    // Rays from a lens of radius R to a point at the distance d meet the focal plane at f in a disk
-    // of radius c = R |d − f| / d. The image there is 2 f tan(fov/2) high: c in pixels follows. A
-    // disk's variance along an axis is c²/4; the lamp's own image adds s²/4 and the pixels 1/12.
+fn circle_of_confusion_follows_from_similar_triangles() {
+    // Rays from a lens of radius R to a point at the distance d meet the focal plane at f in a disc of radius
+    // c = R |d − f| / d. The image there is 2 f tan(fov/2) high, which gives c in pixels. A disc's variance along an
+    // axis is c²/4; the sphere's own image adds s²/4 and the pixels 1/12.
     const SIZE: usize = 32;
     let variance = |distance: f64, focus: f64, pattern: &str| {
         let camera = format!(

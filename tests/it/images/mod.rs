@@ -1,4 +1,4 @@
-//! Pictures whose answers are known by hand.
+//! Images with results known analytically.
 
 mod cameras;
 mod lights;
@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 use crate::support::{Picture, picture};
 
-/// One ray through each pixel's centre.
+/// One ray through the centre of each pixel.
 const EXACT: &str = "samples: 1, filter: Box, pixel_pattern: Regular, min_throughput: 0";
 /// A camera above the origin.
 const ABOVE: &str = "(camera: Orthographic(height_m: 1e-4), transform: LookAt(from: (0, 5, 0), to: (0, 0, 0), up: (0, 0, -1)))";
@@ -24,9 +24,9 @@ fn scene(settings: &str, entities: &[&str]) -> String {
     format!("(settings: ({settings}), entities: [{}])", entities.join(", "))
 }
 
-/// Copies of a mesh take its triangles or its vertices, whatever are more, for each place but the first.
+/// Copying a mesh costs its triangles or its vertices, whichever are more, for each place but the first.
 #[test]
-fn meshes_are_copied_as_far_as_is_allowed() {
+fn meshes_are_copied_up_to_the_limit() {
     let place = |mesh: &str, x: u32| {
         format!(
             "(shape: Mesh(\"{mesh}.ply\"), material: (diffuse: 0.5), transform: (translate: ({x}, 0, 0)))"
@@ -53,7 +53,7 @@ fn meshes_are_copied_as_far_as_is_allowed() {
     }
 }
 
-/// The only pixel of an image of one.
+/// The pixel of a 1 × 1 image.
 fn pixel(settings: &str, entities: &[&str]) -> [f64; 3] {
     let image = picture(&scene(&format!("size: (1, 1), {EXACT}, {settings}"), entities));
     image.at(0, 0).to_array().map(f64::from)
@@ -68,9 +68,9 @@ fn near(found: f64, expected: f64, relative: f64) {
     assert!((found - expected).abs() <= relative * expected.abs() + 1e-7, "{found} instead of {expected}");
 }
 
-/// A mesh is the same whether it lies in the world's tree, is copied to several places or is an instance.
+/// A mesh looks the same in the world's BVH, copied to several places, and as an instance.
 #[test]
-fn an_instance_looks_like_the_mesh_itself() {
+fn instances_look_like_the_mesh_itself() {
     let settings = "size: (40, 30), samples: 4, ambient: 0.1, background: Gradient(bottom: 0, top: 1)";
     for transform in [
         "translate: (0.3, 0, 0), rotate_degrees: (20, 40, 60)",
@@ -90,7 +90,7 @@ fn an_instance_looks_like_the_mesh_itself() {
                 "(light: Point(power_w: 300), transform: (translate: (2, 4, 3)))",
             ];
             let once = picture(&scene(settings, &[common[0], common[1], &shape(transform)]));
-            // The second one stands behind the camera.
+            // The second one is behind the camera.
             let away = shape("translate: (0, 0, 50)");
             let both = [common[0], common[1], &shape(transform), &away];
             let copied = picture(&scene(settings, &both));

@@ -1,4 +1,4 @@
-//! Where panoramas are seen under the path transport, and where their light comes from.
+//! Orientation of panoramas under the path transport, as a background and as a light.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -11,7 +11,7 @@ use crate::support::Picture;
 
 const PANORAMA: [usize; 2] = [8, 4];
 
-/// From a place in a panorama: its centre is at −Z, its top at +Y, its right at +X.
+/// The direction of a point in a panorama: its centre is at −Z, its top at +Y, its right at +X.
 fn direction(u: f64, v: f64) -> Vec3 {
     let (turn, polar) = ((u - 0.5) * std::f64::consts::TAU, v * std::f64::consts::PI);
     let ring = libm::sin(polar);
@@ -34,7 +34,7 @@ fn rotations() -> [Quat; 4] {
 }
 
 #[test]
-fn panoramas_surround_the_scene_as_documented() {
+fn panoramas_have_the_documented_orientation() {
     let [width, height] = PANORAMA;
     let texels: Vec<_> = (0..width * height).map(|i| [(i % width) as f32, (i / width) as f32, 1.0]).collect();
     for rotation in rotations() {
@@ -51,7 +51,7 @@ fn panoramas_surround_the_scene_as_documented() {
 }
 
 #[test]
-fn panoramas_light_from_where_they_are_seen() {
+fn panoramas_emit_from_where_they_are_visible() {
     let [width, height] = PANORAMA;
     let mut texels = vec![[0.02; 3]; width * height];
     texels[width + 5] = [5.0; 3];
@@ -59,7 +59,7 @@ fn panoramas_light_from_where_they_are_seen() {
         let row = row.clamp(0, height as i64 - 1) as usize;
         f64::from(texels[row * width + column.rem_euclid(width as i64) as usize][0])
     };
-    // Between texels they are blended.
+    // Texels are interpolated.
     let radiance = |u: f64, v: f64| {
         let (x, y) = (u * width as f64 - 0.5, v * height as f64 - 0.5);
         let (column, row) = (x.floor(), y.floor());
@@ -76,7 +76,7 @@ fn panoramas_light_from_where_they_are_seen() {
             let cos = f64::from((rotation * direction(u, v)).z).max(0.0);
             expected += radiance(u, v) * cos * libm::sin(v * std::f64::consts::PI);
         }
-        // 2π² sin θ steradians over π, for each of them.
+        // Each texel has 2π² sin θ steradians, divided by π.
         expected *= 2.0 * std::f64::consts::PI / f64::from(columns * rows);
         let mut world = surrounded(1024, rotation, &texels);
         let material = world.assets.add_material(None, Material::Principled(Box::new(matte())));

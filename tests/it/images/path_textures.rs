@@ -1,4 +1,4 @@
-//! What the path transport shows of textures, by hand: one quad, one pixel, one light.
+//! Textures under the path transport, with results known analytically: one quad, one pixel, one light.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -16,10 +16,10 @@ use crate::support::Picture;
 
 /// Texture coordinates of the quad's corners: top left, bottom left, bottom right, top right.
 pub type Corners = [[f32; 2]; 4];
-/// A picture as it is.
+/// An upright texture.
 pub const UPRIGHT: Corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]];
 
-/// From −1 to 1 along X and Y, seen from +Z.
+/// A quad from −1 to 1 along X and Y that faces +Z.
 pub fn quad(uvs: Corners) -> Mesh {
     Mesh {
         positions: [(-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)]
@@ -35,7 +35,7 @@ pub fn placed(translation: Vec3, rotation: Quat, scale: f32) -> Transform {
     Transform::Trs { translation, rotation, scale: Vec3::splat(scale) }
 }
 
-/// Nothing but settings: one pixel, and light that bounces once.
+/// Settings only: one pixel and direct light.
 pub fn stage(samples: u32) -> World {
     let mut world = World::default();
     world.settings.size = [1, 1];
@@ -47,13 +47,13 @@ pub fn stage(samples: u32) -> World {
     world
 }
 
-/// An image of linear floats and a texture of it.
+/// A texture of an image of linear floats.
 pub fn texture(world: &mut World, [width, height]: [u32; 2], texels: Vec<[f32; 3]>) -> Texture {
     let image = Image { source: None, width, height, texels: Texels::Rgb32(texels) };
     Texture::new(world.assets.add_image(image))
 }
 
-/// Black that gives off what a texture says, under every transport.
+/// A black material with a texture as emission, for every transport.
 fn glowing(texture: TextureId) -> Material {
     Material::BlinnPhong(BlinnPhong {
         diffuse: ColorInput::default(),
@@ -62,14 +62,14 @@ fn glowing(texture: TextureId) -> Material {
     })
 }
 
-/// What a camera shows that looks at (x, y, 0) from above, with a pixel so large.
+/// Returns the pixel of a camera above (x, y, 0), with a pixel of this size.
 pub fn seen(mut world: World, [x, y]: [f32; 2], pixel_m: f32) -> [f64; 3] {
     let eye = placed(Vec3::new(x, y, 5.0), Quat::IDENTITY, 1.0);
     world.entities.spawn((Camera::Orthographic { height_m: pixel_m }, eye));
     Picture::of(&world).at(0, 0).to_array().map(f64::from)
 }
 
-/// A world of one quad whose texture is this, under a transport.
+/// A world of one quad with an emissive texture.
 fn glow(mesh: Mesh, size: [u32; 2], texels: &[[f32; 3]], change: &dyn Fn(&mut Texture)) -> World {
     let mut world = stage(1);
     let mut texture = texture(&mut world, size, texels.to_vec());
@@ -95,14 +95,14 @@ fn ramp() -> Vec<[f32; 3]> {
 pub const POINT: f32 = 1e-4;
 
 #[test]
-fn pictures_are_repeated_held_or_mirrored_along_each_side() {
+fn textures_are_repeated_clamped_or_mirrored_along_each_axis() {
     let steps = [0.1, 0.2, 0.3, 0.4].map(|grey| [grey; 3]);
     let modes = [
         (Wrap::Repeat, [1, 2, 3, 4, 1, 2, 3, 4, 1, 2, 3, 4]),
         (Wrap::Clamp, [1, 1, 1, 1, 1, 2, 3, 4, 4, 4, 4, 4]),
         (Wrap::Mirror, [4, 3, 2, 1, 1, 2, 3, 4, 4, 3, 2, 1]),
     ];
-    // Three pictures wide and high.
+    // Three copies of the texture wide and high.
     let uvs = UPRIGHT.map(|uv| uv.map(|c| 3.0 * c - 1.0));
     for (mode, expected) in modes {
         for (place, expected) in expected.into_iter().enumerate() {
@@ -122,7 +122,7 @@ fn pictures_are_repeated_held_or_mirrored_along_each_side() {
     }
 }
 
-/// Each copy's corner texel has a quarter of the light of the one before it.
+/// A texture whose corner texel has a quarter of the value in each next mip level.
 fn corner_of_copies(mesh: Mesh, change: &dyn Fn(&mut Texture)) -> World {
     let mut texels = vec![[0.0; 3]; 64];
     texels[0] = [1.0; 3];
@@ -132,23 +132,23 @@ fn corner_of_copies(mesh: Mesh, change: &dyn Fn(&mut Texture)) -> World {
     })
 }
 
-/// Beyond the picture's top left corner everywhere; 4 texels a metre.
+/// Entirely beyond the texture's top left corner; 4 texels per metre.
 const BEYOND: Corners = [[-9.0, -9.0], [-9.0, -8.0], [-8.0, -8.0], [-8.0, -9.0]];
 
 #[test]
-fn the_copy_is_that_of_the_pixels_width() {
+fn mip_level_follows_the_pixels_width() {
     for (pixel_m, expected) in [
         (0.1, 1.0),
         (0.25, 1.0),
         (0.5, 0.25),
         (1.0, 1.0 / 16.0),
         (2.0, 1.0 / 64.0),
-        // Half way by the logarithm.
+        // Half-way on the logarithmic scale.
         (0.25 * 2f32.sqrt(), (1.0 + 0.25) / 2.0),
         (0.5 * 2f32.sqrt(), (0.25 + 0.0625) / 2.0),
     ] {
         same(seen(corner_of_copies(quad(BEYOND), &|_| ()), [0.0; 2], pixel_m), [expected; 3], 1e-5);
-        // Half as large, seen twice.
+        // Repeated twice at half the size.
         let twice =
             seen(corner_of_copies(quad(BEYOND), &|t| t.scale = Vec2::splat(2.0)), [0.0; 2], pixel_m / 2.0);
         same(twice, [expected; 3], 1e-5);
@@ -156,7 +156,7 @@ fn the_copy_is_that_of_the_pixels_width() {
 }
 
 #[test]
-fn the_copy_is_that_of_the_distance_and_of_the_size_in_the_world() {
+fn mip_level_follows_distance_and_scale() {
     for (scale, pixel_m, expected) in [(1.0, 0.5, 0.25), (2.0, 0.5, 1.0), (4.0, 1.0, 1.0), (0.5, 0.25, 0.25)]
     {
         let mut world = corner_of_copies(quad(BEYOND), &|_| ());
@@ -179,14 +179,14 @@ fn the_copy_is_that_of_the_distance_and_of_the_size_in_the_world() {
     }
 }
 
-/// A second set that is turned by half a turn against the first, and `scale` times as fine.
+/// Adds a second set, rotated by half a turn against the first, and `scale` times as fine.
 fn with_two_sets(uvs: Corners, scale: f32) -> Mesh {
     let other = uvs.map(|[u, v]| Vec2::new(1.0 - u, 1.0 - v) * scale);
     Mesh { uvs1: other.into(), ..quad(uvs) }
 }
 
 #[test]
-fn textures_are_looked_up_by_their_set_of_coordinates() {
+fn textures_use_their_set_of_coordinates() {
     for (uv_set, expected) in [(0, [0.65, 0.3, 0.0]), (1, [0.35, 0.7, 0.0])] {
         let world = glow(with_two_sets(UPRIGHT, 1.0), [64, 64], &ramp(), &|t| t.uv_set = uv_set);
         same(seen(world, [0.3, 0.4], POINT), expected, 1e-4);
@@ -194,8 +194,8 @@ fn textures_are_looked_up_by_their_set_of_coordinates() {
 }
 
 #[test]
-fn the_copy_is_that_of_the_textures_own_set_of_coordinates() {
-    // Clamped at the other corner, where the picture is black but for its last copy.
+fn mip_level_follows_the_textures_set_of_coordinates() {
+    // Clamped at the other corner, where the texture is black except for its last mip level.
     for (scale, expected) in [(1.0, 1.0), (2.0, 0.25), (4.0, 1.0 / 16.0)] {
         let uvs1 = BEYOND.map(|uv| Vec2::from_array(uv) * scale).into();
         let world = corner_of_copies(Mesh { uvs1, ..quad(BEYOND) }, &|t| t.uv_set = 1);
@@ -203,7 +203,7 @@ fn the_copy_is_that_of_the_textures_own_set_of_coordinates() {
     }
 }
 
-/// At (0.3, 0.4) u is 0.65 and v is 0.3: turned, scaled and moved.
+/// At (0.3, 0.4) u is 0.65 and v is 0.3: rotated, scaled and moved.
 fn transformed(transport: Transport) {
     for (degrees, scale, offset, [u, v]) in [
         (0.0, [1.0, 1.0], [0.2, -0.1], [0.85, 0.2]),
@@ -224,41 +224,41 @@ fn transformed(transport: Transport) {
 }
 
 #[test]
-fn textures_are_scaled_then_turned_then_moved() {
+fn textures_are_scaled_then_rotated_then_moved() {
     transformed(Transport::Path);
 }
 
 #[test]
-fn whitted_turns_textures_as_the_path_transport_does() {
+fn whitted_transforms_textures_like_the_path_transport() {
     transformed(Transport::Whitted);
 }
 
 #[test]
-fn whitted_knows_the_second_set_of_coordinates() {
+fn whitted_supports_the_second_set_of_coordinates() {
     let mut world = glow(with_two_sets(UPRIGHT, 1.0), [64, 64], &ramp(), &|t| t.uv_set = 1);
     world.settings.transport = Transport::Whitted;
     same(seen(world, [0.3, 0.4], POINT), [0.35, 0.7, 0.0], 1e-3);
 }
 
-/// Reflects all light evenly.
+/// Reflects all light diffusely.
 pub fn matte() -> Principled {
     let none = ScalarInput::constant(0.0);
     Principled { metallic: none, specular: none, ..Principled::default() }
 }
 
-/// A texture that is the same everywhere.
+/// A constant texture.
 fn plain(world: &mut World, texel: [f32; 3]) -> TextureId {
     let texture = texture(world, [1, 1], vec![texel]);
     world.assets.add_texture(texture)
 }
 
-/// A map that says this normal everywhere.
+/// A normal map with a constant normal.
 fn normals(world: &mut World, normal: Vec3) -> Option<NormalMap> {
     let texture = plain(world, (normal.normalize() * 0.5 + 0.5).to_array());
     Some(NormalMap { texture, scale: 1.0 })
 }
 
-/// The quad, turned, in light of irradiance 1 from a direction.
+/// The quad, rotated, in light of irradiance 1 from a direction.
 fn lit(uvs: Corners, turned: Quat, from: Vec3, material: &dyn Fn(&mut World) -> Principled) -> f64 {
     let mut world = stage(1);
     let material = material(&mut world);
@@ -275,10 +275,10 @@ const RIGHT: Vec3 = Vec3::new(0.6, 0.0, 0.8);
 const TOP: Vec3 = Vec3::new(0.0, 0.6, 0.8);
 
 #[test]
-fn red_tilts_to_growing_u_and_green_to_the_pictures_top() {
+fn normal_maps_tilt_red_towards_u_and_green_towards_the_top() {
     let upside_down = UPRIGHT.map(|[u, v]| [u, 1.0 - v]);
     let mirrored = UPRIGHT.map(|[u, v]| [1.0 - u, v]);
-    // Its u grows downwards, its top is on the right.
+    // u grows downwards, the texture's top is on the right.
     let turned = UPRIGHT.map(|[u, v]| [v, 1.0 - u]);
     let (left, bottom) = (RIGHT * Vec3::new(-1.0, 1.0, 1.0), TOP * Vec3::new(1.0, -1.0, 1.0));
     for (uvs, stored, expected) in [
@@ -295,7 +295,7 @@ fn red_tilts_to_growing_u_and_green_to_the_pictures_top() {
         for from in [Vec3::Z, RIGHT, TOP, left, bottom, Vec3::new(0.5, 0.4, 1.0)] {
             let found = lit(uvs, Quat::IDENTITY, from, &mapped);
             near(found, f64::from(expected.dot(from.normalize())) / std::f64::consts::PI, 1e-4);
-            // As the quad itself with that normal.
+            // Like the quad itself rotated to that normal.
             let geometry = lit(uvs, Quat::from_rotation_arc(Vec3::Z, expected), from, &|_| matte());
             near(found, geometry, 1e-4);
         }
@@ -303,7 +303,7 @@ fn red_tilts_to_growing_u_and_green_to_the_pictures_top() {
 }
 
 #[test]
-fn the_scale_of_a_normal_map_is_that_of_its_slope() {
+fn normal_map_scale_multiplies_the_slope() {
     let mapped = |world: &mut World| {
         let map = normals(world, RIGHT).map(|map| NormalMap { scale: 0.5, ..map });
         Principled { normal: map, ..matte() }
@@ -315,8 +315,8 @@ fn the_scale_of_a_normal_map_is_that_of_its_slope() {
     }
 }
 
-/// Value · cos of microfacets of a white metal for light from a direction, seen from straight above, without what
-/// bounces between them (Heitz 2014).
+/// The microfacet BRDF of a white metal times the cosine, for light from a direction, viewed along the normal, without
+/// multiple scattering (Heitz 2014).
 fn single_scattering([x, y]: [f64; 2], from: [f64; 3]) -> f64 {
     let [lx, ly, lz] = from;
     let length = (lx * lx + ly * ly + (lz + 1.0) * (lz + 1.0)).sqrt();
@@ -329,7 +329,7 @@ fn single_scattering([x, y]: [f64; 2], from: [f64; 3]) -> f64 {
 
 const STRENGTH: f32 = 0.8;
 
-/// A rough metal with highlights of two widths.
+/// A rough metal with an anisotropic highlight.
 fn brushed(world: &mut World, rotation: f32, texel: Option<[f32; 3]>) -> Principled {
     let texture = texel.map(|texel| plain(world, texel));
     Principled {
@@ -339,10 +339,10 @@ fn brushed(world: &mut World, rotation: f32, texel: Option<[f32; 3]>) -> Princip
     }
 }
 
-/// Checks that highlights are wider along an axis than across it, by as much as they should.
+/// Checks that highlights are wider along an axis than across it, by the expected amount.
 #[track_caller]
 fn wider_along(axis: [f32; 2], strength: f32, uvs: Corners, material: &dyn Fn(&mut World) -> Principled) {
-    // From 40 degrees off the normal. What bounces between microfacets differs little, the other way round.
+    // At 40 degrees to the normal. Multiple scattering differs little and in the opposite direction.
     let (sin, cos) = (libm::sin(0.7), libm::cos(0.7));
     let [x, y] = axis.map(|c| c * sin as f32 / axis[0].hypot(axis[1]));
     let found = lit(uvs, Quat::IDENTITY, Vec3::new(x, y, cos as f32), material)
@@ -360,11 +360,11 @@ fn anisotropy_widens_highlights_along_its_direction() {
         ([0.0, 1.0], FRAC_PI_2, None, STRENGTH),
         // Counter-clockwise from the tangent.
         ([1.0, 1.0], FRAC_PI_4, None, STRENGTH),
-        // By a texture: its direction, and a factor.
+        // From a texture: its direction, and a factor.
         ([0.0, 1.0], 0.0, Some([0.5, 1.0, 1.0]), STRENGTH),
         ([1.0, 1.0], 0.0, Some([1.0, 1.0, 1.0]), STRENGTH),
         ([1.0, 0.0], 0.0, Some([1.0, 0.5, 0.5]), STRENGTH / 2.0),
-        // Both: the texture's direction is turned.
+        // Both: the texture's direction is rotated.
         ([-1.0, 1.0], FRAC_PI_4, Some([0.5, 1.0, 1.0]), STRENGTH),
     ] {
         wider_along(axis, strength, UPRIGHT, &|world| brushed(world, rotation, texel));
@@ -372,10 +372,10 @@ fn anisotropy_widens_highlights_along_its_direction() {
 }
 
 #[test]
-fn anisotropy_is_turned_and_mirrored_with_the_picture() {
+fn anisotropy_follows_rotated_and_mirrored_texture_coordinates() {
     let slanted = |world: &mut World| brushed(world, FRAC_PI_4, None);
     let textured = |world: &mut World| brushed(world, 0.0, Some([1.0, 1.0, 1.0]));
-    // u grows downwards, the picture's top is on the right.
+    // u grows downwards, the texture's top is on the right.
     let turned = UPRIGHT.map(|[u, v]| [v, 1.0 - u]);
     let upside_down = UPRIGHT.map(|[u, v]| [u, 1.0 - v]);
     let mirrored = UPRIGHT.map(|[u, v]| [1.0 - u, v]);
@@ -385,7 +385,7 @@ fn anisotropy_is_turned_and_mirrored_with_the_picture() {
     }
 }
 
-/// Black below a clear layer.
+/// Black below a clear coat.
 fn coated() -> Principled {
     Principled {
         base_color: ColorInput::default(),
@@ -396,7 +396,7 @@ fn coated() -> Principled {
 }
 
 #[test]
-fn coats_have_normals_of_their_own() {
+fn clearcoat_has_its_own_normals() {
     for from in [Vec3::new(0.3, 0.1, 0.9), Vec3::new(0.96, 0.0, 0.28), Vec3::new(-0.2, 0.0, 0.9)] {
         let turned = Quat::from_rotation_arc(Vec3::Z, RIGHT);
         let tilted = |world: &mut World| Principled { clearcoat_normal: normals(world, RIGHT), ..coated() };
@@ -404,7 +404,7 @@ fn coats_have_normals_of_their_own() {
             (lit(UPRIGHT, Quat::IDENTITY, from, &tilted), lit(UPRIGHT, turned, from, &|_| coated()));
         assert!(geometry > 1e-4);
         near(found, geometry, 1e-3);
-        // Those of the base are not the layer's.
+        // The base's normals do not affect the coat.
         let below = |world: &mut World| Principled { normal: normals(world, RIGHT), ..coated() };
         near(
             lit(UPRIGHT, Quat::IDENTITY, from, &below),
@@ -415,7 +415,7 @@ fn coats_have_normals_of_their_own() {
 }
 
 #[test]
-fn coats_shine_where_normals_of_the_base_look_away() {
+fn clearcoat_reflects_where_the_bases_normals_face_away() {
     let from = Vec3::new(-0.8, 0.0, 0.6);
     let steep = Vec3::new(0.8, 0.0, 0.6);
     assert!(steep.dot(from) < 0.0);
@@ -425,8 +425,8 @@ fn coats_shine_where_normals_of_the_base_look_away() {
     near(lit(UPRIGHT, Quat::IDENTITY, from, &below), flat, 1e-4);
 }
 
-/// Fibres on black: (2 + 1/α) sin^(1/α) θₕ / 2π over 4 (cos θᵢ + cos θₒ − cos θᵢ cos θₒ), α = r², times cos θᵢ;
-/// seen from straight above θₕ is half of θᵢ.
+/// Sheen on black: (2 + 1/α) sin^(1/α) θₕ / 2π over 4 (cos θᵢ + cos θₒ − cos θᵢ cos θₒ), α = r², times cos θᵢ; viewed
+/// along the normal θₕ is half of θᵢ.
 fn fibres(roughness: f64, angle: f64) -> f64 {
     let inverse = 1.0 / (roughness * roughness);
     let density = (2.0 + inverse) * libm::pow(libm::sin(angle / 2.0), inverse) / std::f64::consts::TAU;
@@ -443,7 +443,7 @@ fn sheen(roughness: f64, below: f32) -> Principled {
 }
 
 #[test]
-fn fibres_shine_as_the_formula_says() {
+fn sheen_matches_its_formula() {
     for roughness in [0.3, 0.5, 1.0] {
         for angle in [0.3, 0.8, 1.4] {
             let from = Vec3::new(libm::sin(angle) as f32, 0.0, libm::cos(angle) as f32);
@@ -454,7 +454,7 @@ fn fibres_shine_as_the_formula_says() {
 }
 
 #[test]
-fn fibres_in_even_light_give_back_their_albedo() {
+fn sheen_in_a_furnace_matches_its_albedo() {
     let furnace = |material: Principled| {
         let mut world = stage(4096);
         world.settings.background = Background::Constant(Rgb::WHITE);
@@ -473,14 +473,14 @@ fn fibres_in_even_light_give_back_their_albedo() {
         let albedo = (0..steps).map(ring).sum::<f64>() * std::f64::consts::TAU * width;
         let expected = [0.2, 0.5, 1.0].map(|c| c * albedo);
         same(furnace(sheen(roughness, 0.0)), expected, 0.01 * albedo);
-        // What the strongest colour's fibres take is not left to what is below.
+        // Sheen attenuates all channels of the base alike, by the albedo of its strongest colour.
         let expected = [0.2, 0.5, 1.0].map(|c| 1.0 - albedo + c * albedo);
         same(furnace(sheen(roughness, 1.0)), expected, 0.01);
     }
 }
 
-/// A white matte shape under a relief of heights that grow with u (red) or v (green), lit by 1 W m⁻² from `light`:
-/// the cosine between that and its normal in the middle.
+/// A white matte shape with a bump map whose height grows with u (red) or v (green), lit by 1 W m⁻² from `light`:
+/// returns the cosine between the light and the normal at the centre.
 fn relief(shape: &str, channel: &str, height: f64, light: [f64; 3]) -> f64 {
     let [x, y, z] = light;
     let lamp = format!(
@@ -496,7 +496,7 @@ fn relief(shape: &str, channel: &str, height: f64, light: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn relief_bends_normals_by_its_slope_in_metres() {
+fn bump_maps_tilt_normals_by_their_slope_in_metres() {
     let square = "shape: Plane(corners: ((-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)))";
     let cos = |slope: [f64; 2], light: [f64; 3]| {
         let normal = [-slope[0], -slope[1], 1.0];
@@ -506,17 +506,17 @@ fn relief_bends_normals_by_its_slope_in_metres() {
     let above = [0.0, 0.0, 1.0];
     let lights = [above, [-1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, -1.0, 2.0]];
     for light in lights {
-        // From −1 to 1 m a height of 0.4 m; v grows downwards.
+        // A height of 0.4 m from −1 to 1 m; v grows downwards.
         near(relief(square, "Red", 0.4, light), cos([0.2, 0.0], light), 1e-4);
         near(relief(square, "Green", 0.4, light), cos([0.0, -0.2], light), 1e-4);
         near(relief(square, "Green", -0.4, light), cos([0.0, 0.2], light), 1e-4);
-        // Of twice the size and turned by a quarter of a turn, so that u grows along Y.
+        // Twice as large and rotated by a quarter turn, so that u grows along Y.
         let turned = format!("{square}, transform: (scale: 2, rotate_degrees: (0, 0, 90))");
         near(relief(&turned, "Red", 0.4, light), cos([0.0, 0.1], light), 1e-4);
-        // A sphere's u grows along X at +Z, by one in its circumference.
+        // A sphere's u grows along X at +Z, by one per circumference.
         let slope = 0.4 / (2.0 * PI * 0.5);
         near(relief("shape: Sphere(radius_m: 0.5)", "Red", 0.4, light), cos([slope, 0.0], light), 1e-3);
-        // Seen from behind as from the front.
+        // The same from behind as from the front.
         let mirrored = "shape: Plane(corners: ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)))";
         near(relief(mirrored, "Red", 0.4, light), cos([0.2, 0.0], light), 1e-4);
     }

@@ -1,9 +1,9 @@
-//! Where pictures land on shapes.
+//! Mapping of textures onto shapes.
 
 use super::*;
 
 #[test]
-fn a_planes_first_corner_is_the_top_left_of_the_picture() {
+fn planes_map_their_first_corner_to_the_textures_top_left() {
     let text = format!(
         "(settings: (size: (2, 2), {EXACT}), entities: [
             (camera: Orthographic(height_m: 2), transform: (translate: (0, 0, 3))),
@@ -17,7 +17,7 @@ fn a_planes_first_corner_is_the_top_left_of_the_picture() {
     assert_eq!(row(1), [[0.0, 0.0, 1.0], [1.0, 1.0, 1.0]], "blue, white");
 }
 
-/// Texture coordinates in the middle of the view from `direction`, as colours.
+/// Returns the texture coordinates at the centre of the view from `direction`, which the image encodes as colours.
 fn uv_from(direction: [f64; 3], shape: &str) -> [f64; 2] {
     let [x, y, z] = direction.map(|c| 5.0 * c);
     let camera = format!(

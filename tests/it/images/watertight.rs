@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A closed box of the half size `s` about `(x, 0, 0)`, of planes.
+/// A closed box of planes with half size `s` around `(x, 0, 0)`.
 fn room(s: f64, x: f64) -> Vec<String> {
     let mut planes = Vec::new();
     for axis in 0..3 {
@@ -37,7 +37,7 @@ fn text([x, y, z]: [f64; 3]) -> String {
 const SIZE: &str = "size: (96, 72), samples: 1, filter: Box";
 
 #[test]
-fn no_wall_shadows_itself() {
+fn walls_do_not_shadow_themselves() {
     for (s, x) in [(1.0, 0.0), (1e-3, 0.0), (1e3, 0.0), (1.0, 1e4), (1e3, 1e4)] {
         let light = format!(
             "(light: Point(power_w: {}), transform: (translate: {}))",
@@ -48,16 +48,16 @@ fn no_wall_shadows_itself() {
         let mut entities = vec![camera.as_str(), light.as_str()];
         entities.extend(walls.iter().map(String::as_str));
         let image = picture(&scene(SIZE, &entities));
-        // Farthest and most oblique: d² ≤ (1.9² + 1.9² + 1.3²) s², cos θ ≥ 0.1 s / d.
+        // The farthest and most oblique point: d² ≤ (1.9² + 1.9² + 1.3²) s², cos θ ≥ 0.1 s / d.
         let least = 0.5 * 1000.0 / (4.0 * PI) * 0.1 / 8.91f64.powf(1.5);
         let dark = image.pixels.iter().filter(|p| f64::from(p.g) < 0.98 * least).count();
         assert_eq!(dark, 0, "of size {s} at {x}");
     }
 }
 
-/// A floor through the origin has no rounding error of its own coordinates, but rays along it do.
+/// A floor through the origin has no rounding error in its own coordinates, but rays along it do.
 #[test]
-fn a_floor_in_grazing_light_has_no_dark_spots() {
+fn floor_in_grazing_light_has_no_dark_spots() {
     for height in [0.0, 0.001, 1.0, 1000.0] {
         for slope in [0.5f64, 0.2, 0.02] {
             let camera = format!(
@@ -79,8 +79,8 @@ fn a_floor_in_grazing_light_has_no_dark_spots() {
 }
 
 #[test]
-fn a_ball_from_within_is_lit_evenly() {
-    // The light in its middle: kd Φ/(4π r²) everywhere.
+fn ball_around_a_light_is_lit_evenly() {
+    // With the light at the centre: kd Φ/(4π r²) everywhere.
     for (s, x) in [(1.0, 0.0), (1e-3, 0.0), (1e3, 0.0), (1.0, 1e4), (1e3, 1e4)] {
         let place = format!("transform: (translate: ({x}, 0, 0), scale: {s})");
         let light = format!("(light: Point(power_w: {}), {place})", 1000.0 * s * s);
@@ -104,7 +104,7 @@ fn a_ball_from_within_is_lit_evenly() {
 }
 
 #[test]
-fn no_light_comes_through_a_closed_surface() {
+fn closed_surfaces_block_all_light() {
     for (s, x) in [(1.0, 0.0), (1e-3, 0.0), (1e3, 0.0), (1.0, 1e4)] {
         let lights = [
             format!("(light: Point(power_w: 1e9), transform: (translate: ({}, {}, 0)))", x + 1.5 * s, s),

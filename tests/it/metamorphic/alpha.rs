@@ -1,5 +1,4 @@
-//! A partly transparent surface lets the rest through: of what is seen, of shadows, and of the light that it emits
-//! itself.
+//! A partly transparent surface transmits the rest, for camera rays, for shadow rays, and for its own emission.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
 use rayfront::world::{
@@ -10,7 +9,7 @@ use rayfront::world::{
 use super::stage::{self, at, camera, front_lamp, number, place, place_mesh, veil};
 use super::{Relations, Seen};
 
-/// A white background, seen along −Z.
+/// A white background, viewed along −Z.
 fn window(samples: u32) -> World {
     let mut world = stage::world(Transport::Path, 8, samples);
     world.settings.background = Background::Constant(Rgb::WHITE);
@@ -19,8 +18,7 @@ fn window(samples: u32) -> World {
     world
 }
 
-/// Sheets across the view, in one of three ways: one mesh placed several times, a mesh for each,
-/// or all in one mesh.
+/// Sheets across the view, as copies or instances of one mesh, as separate meshes, or joined in one mesh.
 fn sheets(world: &mut World, alpha: f32, count: u32, way: &str, apart: f32) {
     let sheet = |z: f32| stage::quad([-3.0, -3.0, z], [6.0, 0.0, 0.0], [0.0, 6.0, 0.0]);
     let material = stage::add(world, &veil(alpha));
@@ -47,9 +45,9 @@ fn sheets(world: &mut World, alpha: f32, count: u32, way: &str, apart: f32) {
     }
 }
 
-/// Sheets one behind another let through the product of what each does.
+/// The transmittances of successive sheets multiply.
 #[test]
-fn sheets_multiply_however_they_are_placed() {
+fn transmittances_of_sheets_multiply_for_any_placement() {
     let mut all = Relations::default();
     for way in ["instances", "copies", "apart", "one mesh"] {
         for (alpha, count) in [(0.5, 4), (0.2, 6)] {
@@ -61,9 +59,9 @@ fn sheets_multiply_however_they_are_placed() {
     }
 }
 
-/// Both walls of what is hollow count, each on its own: of spheres, ellipsoids, meshes.
+/// Both walls of a hollow sphere, ellipsoid or mesh attenuate.
 #[test]
-fn both_walls_of_a_ball_count() {
+fn both_walls_of_hollow_shapes_attenuate() {
     let mut all = Relations::default();
     let stretched =
         Transform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::new(1.0, 1.2, 0.8) };
@@ -85,9 +83,9 @@ fn both_walls_of_a_ball_count() {
     }
 }
 
-/// What is seen through sheets is lit through them by as much: eye and light are alike.
+/// Sheets attenuate shadow rays as much as camera rays.
 #[test]
-fn shadows_of_sheets_multiply() {
+fn shadow_transmittances_of_sheets_multiply() {
     let mut all = Relations::default();
     let lit = |count: u32, way: &str| {
         let mut world = stage::world(Transport::Path, 4, 1024);
@@ -106,7 +104,7 @@ fn shadows_of_sheets_multiply() {
     }
 }
 
-/// A floor under a square that shines down and is there as the change says.
+/// A floor under a square that emits downwards, with a change to its material.
 fn under(change: impl FnOnce(&mut Principled)) -> World {
     let mut world = stage::world(Transport::Path, 8, 4096);
     world.settings.max_depth = 1;
@@ -116,9 +114,9 @@ fn under(change: impl FnOnce(&mut Principled)) -> World {
     world
 }
 
-/// What is not there gives no light.
+/// Emitters with alpha 0 emit nothing.
 #[test]
-fn what_is_not_there_gives_no_light() {
+fn emitters_with_alpha_zero_emit_nothing() {
     let mut all = Relations::default();
     for mode in [AlphaMode::Blend, AlphaMode::Mask { cutoff: 0.5 }] {
         let world = under(|m| (m.alpha, m.alpha_mode) = (number(0.0), mode));
@@ -127,9 +125,9 @@ fn what_is_not_there_gives_no_light() {
     }
 }
 
-/// A part of a lamp gives that part of its light.
+/// A partly transparent emitter emits that part of its light.
 #[test]
-fn a_part_of_a_lamp_gives_a_part_of_its_light() {
+fn alpha_scales_the_emission() {
     let mut all = Relations::default();
     let whole = Seen::of(&under(|_| ()));
     for alpha in [0.25, 0.75] {
@@ -145,10 +143,9 @@ fn a_part_of_a_lamp_gives_a_part_of_its_light() {
     all.dark(&masked(0.4), "below the cutoff");
 }
 
-/// Alpha from a texture, from vertices and from the number itself count for light as for sight:
-/// lamps are found as they are sampled.
+/// Alpha from a texture, from vertices and from the factor applies to light sampling as to rays that hit the emitter.
 #[test]
-fn lamps_with_holes_are_sampled_as_they_are_found() {
+fn emitters_with_alpha_textures_are_sampled_consistently() {
     let mut all = Relations::default();
     for mode in [AlphaMode::Blend, AlphaMode::Mask { cutoff: 0.5 }] {
         let mut world = under(|_| ());

@@ -1,4 +1,4 @@
-//! A mesh looks the same however it is placed: as copies, as instances, or moved by its author.
+//! A mesh looks the same as a copy, as an instance, and with transformed vertices.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
 use rayfront::world::{Assets, Falloff, Light, Mesh, Shape, Transform, Transport, World};
@@ -6,7 +6,7 @@ use rayfront::world::{Assets, Falloff, Light, Mesh, Shape, Transform, Transport,
 use super::stage::{self, baked, camera, place_mesh, sky};
 use super::{Relations, Seen};
 
-/// How a mesh gets to its places.
+/// Ways to place a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Placed {
     Copies,
@@ -14,7 +14,7 @@ enum Placed {
     Baked,
 }
 
-/// Turned, mirrored, sheared, sheared and mirrored.
+/// Rotated, mirrored, sheared, sheared and mirrored.
 fn places() -> [Mat4; 4] {
     let turn = |x: f32, y: f32| Mat4::from_quat(Quat::from_rotation_x(x) * Quat::from_rotation_y(y));
     let to = |x: f32, y: f32, z: f32| Mat4::from_translation(Vec3::new(x, y, z));
@@ -29,7 +29,7 @@ fn places() -> [Mat4; 4] {
     ]
 }
 
-/// Four of a mesh above a floor, seen from above.
+/// Four placements of a mesh above a floor, viewed from above.
 fn scene(transport: Transport, mesh: &Mesh, material: usize, placed: Placed) -> World {
     let mut world = stage::world(transport, 20, 64);
     let material = stage::materials(&mut world.assets).swap_remove(material).1;
@@ -60,9 +60,9 @@ fn names() -> Vec<&'static str> {
     stage::materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect()
 }
 
-/// Copies, instances and meshes that their author has moved, for every material.
+/// Copies, instances and meshes with transformed vertices, for every material.
 #[test]
-fn copies_and_instances_look_as_if_moved_by_hand() {
+fn copies_and_instances_equal_transformed_meshes() {
     let mut all = Relations::default();
     let mesh = stage::shell();
     for (index, name) in names().into_iter().enumerate() {
@@ -73,9 +73,9 @@ fn copies_and_instances_look_as_if_moved_by_hand() {
     }
 }
 
-/// The same with their own tangents, for materials that need them.
+/// Meshes with tangents of their own, for materials that use them.
 #[test]
-fn given_tangents_are_placed_with_the_mesh() {
+fn given_tangents_are_transformed_with_the_mesh() {
     let mut all = Relations::default();
     let mesh = stage::shell_with_tangents();
     for (index, name) in names().into_iter().enumerate() {
@@ -89,9 +89,9 @@ fn given_tangents_are_placed_with_the_mesh() {
     }
 }
 
-/// Tangents that go along growing u change nothing: they are what is derived without them.
+/// Given tangents along growing u equal the derived ones.
 #[test]
-fn tangents_along_u_are_those_of_the_coordinates() {
+fn given_tangents_along_u_equal_derived_ones() {
     let mut all = Relations::default();
     let (given, derived) = (stage::shell_with_tangents(), stage::shell());
     for (index, name) in names().into_iter().enumerate() {
@@ -102,9 +102,9 @@ fn tangents_along_u_are_those_of_the_coordinates() {
     }
 }
 
-/// Under Whitted's transport, where little is random but what is blended.
+/// Under Whitted's transport, in which hardly anything but blending is random.
 #[test]
-fn classic_copies_and_instances_look_as_if_moved_by_hand() {
+fn copies_and_instances_equal_transformed_meshes_under_whitted() {
     let mut all = Relations::default();
     let mesh = stage::shell();
     for (index, name) in names().into_iter().enumerate() {

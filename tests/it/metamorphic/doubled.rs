@@ -1,4 +1,4 @@
-//! Surfaces in the same place: each is met, in whatever order they come.
+//! Coincident surfaces: each is hit, in any order.
 
 use rayfront::compile::compile;
 use rayfront::internals::film::Values;
@@ -11,10 +11,10 @@ use rayfront::world::{
 use super::stage::{self, camera, grey, number, place, place_mesh, principled, reversed, veil};
 use super::{Relations, Seen};
 
-/// How two meshes come into a world.
+/// Ways to add two meshes to a world.
 const WAYS: [&str; 3] = ["one mesh", "two meshes", "instances"];
 
-/// Two meshes of one material in the same place.
+/// Adds two coincident meshes of one material.
 fn both(world: &mut World, first: Mesh, second: Mesh, material: &Material, matrix: Mat4, way: &str) {
     let (material, transform) = (stage::add(world, material), Transform::Matrix(matrix));
     if way == "one mesh" {
@@ -31,7 +31,7 @@ fn both(world: &mut World, first: Mesh, second: Mesh, material: &Material, matri
     }
 }
 
-/// At no particular angle.
+/// A rotation and translation without special angles.
 fn aslant() -> Mat4 {
     let turn = Quat::from_rotation_y(0.4) * Quat::from_rotation_x(-0.3) * Quat::from_rotation_z(0.7);
     Mat4::from_translation(Vec3::new(0.13, -0.07, 0.29)) * Mat4::from_quat(turn)
@@ -41,7 +41,7 @@ fn sheet() -> Mesh {
     stage::quad([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0])
 }
 
-/// A sheet seen from one side, in front of a wall on which its shadow falls.
+/// A sheet viewed from one side, in front of a wall that receives its shadow.
 fn scene(transport: Transport, from: f32) -> World {
     let mut world = stage::world(transport, 24, 64);
     camera(&mut world, [0.4, 0.3, from], [0.0, 0.0, 0.0], 0.9);
@@ -67,9 +67,9 @@ fn two_sided(red: f32) -> Material {
     Material::Principled(m)
 }
 
-/// A sheet modelled twice, once for each side, is the sheet with two sides: in sight and in shadow.
+/// A sheet modelled twice, once for each side, equals the double-sided sheet, for camera and shadow rays.
 #[test]
-fn a_sheet_for_each_side_is_a_sheet_with_two_sides() {
+fn two_single_sided_sheets_equal_a_double_sided_one() {
     let mut all = Relations::default();
     for from in [-2.5, 2.5] {
         let mut once = scene(Transport::Path, from);
@@ -85,9 +85,9 @@ fn a_sheet_for_each_side_is_a_sheet_with_two_sides() {
     }
 }
 
-/// What pixels see first, besides light, also lies behind what is not there.
+/// First-hit features lie behind surfaces that the camera ray passes, too.
 #[test]
-fn first_hits_are_those_of_the_sheet_with_two_sides() {
+fn features_of_two_single_sided_sheets_equal_a_double_sided_one() {
     let mut all = Relations::default();
     let known = [Aov::Depth, Aov::Coverage, Aov::Albedo, Aov::Normal, Aov::Position];
     let columns = |world: &World| {
@@ -114,9 +114,9 @@ fn first_hits_are_those_of_the_sheet_with_two_sides() {
     }
 }
 
-/// The same for what has an inside: a ball of single-sided faces, each of them modelled from both sides.
+/// A ball of single-sided faces, each modelled for both sides.
 #[test]
-fn a_ball_for_each_side_is_a_ball_with_two_sides() {
+fn two_single_sided_balls_equal_a_double_sided_one() {
     let mut all = Relations::default();
     for inside in [false, true] {
         let scene = || {
@@ -136,9 +136,9 @@ fn a_ball_for_each_side_is_a_ball_with_two_sides() {
     }
 }
 
-/// What is modelled twice is there once, under both transports.
+/// An opaque surface modelled twice counts once, under both transports.
 #[test]
-fn an_opaque_sheet_twice_is_that_sheet() {
+fn coincident_opaque_sheets_equal_one() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         let mut once = scene(transport, 2.5);
@@ -156,7 +156,7 @@ fn an_opaque_sheet_twice_is_that_sheet() {
     }
 }
 
-/// White seen through coincident layers of a black veil: the product of what each lets through.
+/// White seen through coincident black veils: the product of their transmittances.
 #[test]
 fn coincident_veils_multiply() {
     let mut all = Relations::default();
@@ -181,9 +181,9 @@ fn coincident_veils_multiply() {
     all.is(&Seen::of(&world), 0.0625, "two balls");
 }
 
-/// A light behind two coincident veils comes through both.
+/// Light passes two coincident veils with the product of their transmittances.
 #[test]
-fn coincident_veils_shade_by_their_product() {
+fn shadows_of_coincident_veils_multiply() {
     let mut all = Relations::default();
     let lit = |layers: Option<&str>| {
         let mut world = stage::world(Transport::Path, 8, 1024);
@@ -204,9 +204,9 @@ fn coincident_veils_shade_by_their_product() {
     }
 }
 
-/// Something in the same place as a thing that is not there is seen, and casts its shadow.
+/// An object that coincides with a fully transparent one is visible, and casts its shadow.
 #[test]
-fn nothing_hides_what_lies_in_the_same_place() {
+fn fully_transparent_surfaces_hide_no_coincident_one() {
     let mut all = Relations::default();
     let gone = |mode: AlphaMode| {
         principled(|m| {
@@ -232,7 +232,7 @@ fn nothing_hides_what_lies_in_the_same_place() {
     }
 }
 
-/// A lamp above a floor, of which nothing else is seen.
+/// A floor below emitters that are out of view.
 fn under(lamps: &[(Mesh, Material)]) -> World {
     let mut world = stage::world(Transport::Path, 8, 2048);
     world.settings.max_depth = 1;
@@ -249,9 +249,9 @@ fn aslant_lamp() -> Mat4 {
     Mat4::from_translation(Vec3::new(0.1, 0.2, 0.0)) * Mat4::from_quat(turn)
 }
 
-/// A lamp for each side is a lamp with two sides.
+/// Two emitters, one for each side, equal a double-sided one.
 #[test]
-fn a_lamp_for_each_side_is_a_lamp_with_two_sides() {
+fn two_single_sided_emitters_equal_a_double_sided_one() {
     let mut all = Relations::default();
     let lamp = |two: bool| stage::front_lamp(4.0, |m| m.double_sided = two);
     let (down, up) = (stage::ceiling(1.0, 2.0), reversed(stage::ceiling(1.0, 2.0)));

@@ -1,5 +1,5 @@
-//! What is the same for a whole world: its size, how it is turned, how bright it is, in which order
-//! it was made, how its work is divided.
+//! Invariances of a whole world: under scaling, rotation, brightness, the order of its entities, and the division of
+//! work.
 
 use rayfront::compile::compile;
 use rayfront::internals::film::{Film, Region};
@@ -14,7 +14,7 @@ use rayfront::world::{
 use super::stage::{self, camera, front_lamp, place, place_mesh};
 use super::{Relations, Seen};
 
-/// The things of a room in some order, one of them of some material.
+/// The entities of a room in some order, one of them with some material.
 fn room(transport: Transport, material: usize, order: &[usize]) -> World {
     let mut world = stage::world(transport, 12, 400);
     let material = stage::materials(&mut world.assets).swap_remove(material).1;
@@ -64,7 +64,7 @@ fn names() -> Vec<&'static str> {
     stage::materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect()
 }
 
-/// Everything within a transform, lights with power for their new distance.
+/// Everything below a transform, with the power of lights adapted to the new distances.
 fn moved(mut world: World, matrix: Mat4, scale: f32) -> World {
     let all = world.in_order();
     let root = world.entities.spawn((Transform::Matrix(matrix),));
@@ -85,9 +85,9 @@ fn moved(mut world: World, matrix: Mat4, scale: f32) -> World {
     world
 }
 
-/// A thousand times as large or as small, turned somehow, mirrored: the same picture, or its mirror image.
+/// Scaled by a thousand or a thousandth, or rotated and translated: the same image.
 #[test]
-fn size_and_direction_mean_nothing() {
+fn images_do_not_depend_on_scale_and_rotation() {
     let mut all = Relations::default();
     let turn = Quat::from_rotation_x(0.7) * Quat::from_rotation_y(2.1) * Quat::from_rotation_z(-0.4);
     for (index, name) in names().into_iter().enumerate() {
@@ -107,9 +107,9 @@ fn size_and_direction_mean_nothing() {
     }
 }
 
-/// A sphere that is turned with everything else takes what lies on it along, including bumps and brushes.
+/// A sphere rotated with everything else keeps its textures, including normal maps and anisotropy.
 #[test]
-fn a_sphere_is_turned_with_its_bumps() {
+fn spheres_rotate_with_their_normal_maps() {
     let mut all = Relations::default();
     let turn = Mat4::from_quat(Quat::from_rotation_x(0.7) * Quat::from_rotation_z(-0.4));
     for (index, name) in names().into_iter().enumerate() {
@@ -123,9 +123,9 @@ fn a_sphere_is_turned_with_its_bumps() {
     }
 }
 
-/// In whichever order things come, they are there.
+/// The order of entities does not matter.
 #[test]
-fn the_order_of_things_means_nothing() {
+fn order_of_entities_does_not_matter() {
     let mut all = Relations::default();
     for (index, name) in names().into_iter().enumerate() {
         for transport in stage::BOTH {
@@ -138,9 +138,9 @@ fn the_order_of_things_means_nothing() {
     }
 }
 
-/// What has been there and is gone leaves no trace, and what comes later comes last.
+/// Removed entities have no effect, and new ones come last.
 #[test]
-fn what_is_gone_leaves_no_trace() {
+fn removed_entities_have_no_effect() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         let material = stage::matte(0.6);
@@ -170,9 +170,9 @@ fn what_is_gone_leaves_no_trace() {
     }
 }
 
-/// A sheet in two pieces is the sheet.
+/// A sheet in two pieces equals the whole sheet.
 #[test]
-fn a_sheet_in_two_is_the_sheet() {
+fn sheet_in_two_pieces_equals_the_whole() {
     let mut all = Relations::default();
     for (index, name) in names().into_iter().enumerate() {
         for transport in stage::BOTH {
@@ -193,13 +193,13 @@ fn a_sheet_in_two_is_the_sheet() {
     }
 }
 
-/// Something far away that nobody sees takes no light away: a film's unit depends on what is near the lamps, not on
-/// how far the scene reaches.
+/// A distant invisible object does not darken the image: the film scale depends on the surroundings of the lights, not
+/// on the extent of the scene.
 #[test]
-fn what_is_far_away_dims_nothing() {
+fn distant_objects_do_not_darken_the_image() {
     for transport in stage::BOTH {
         let seen = |far: Option<f32>| {
-            // One lamp, which has no extent.
+            // A single light, without an area.
             let mut world = room(transport, 0, &[0, 1, 2, 3, 6]);
             if let Some(far) = far {
                 place(
@@ -219,9 +219,9 @@ fn what_is_far_away_dims_nothing() {
     }
 }
 
-/// All light times a power of two: the picture times that, to the last bits.
+/// Scaling all light by a power of two scales the image, to the last bits.
 #[test]
-fn light_has_no_scale() {
+fn images_scale_with_the_light() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         let lit = |factor: f32| {
@@ -274,14 +274,14 @@ fn session(world: &World, schedule: Schedule) -> Session {
     Session::new(compile(world, None).expect("a scene"), &world.settings, options)
 }
 
-/// Both schedules, and samples in two films: the same to the bit, for every material.
+/// Both schedules, and samples split into two films: identical to the bit, for every material.
 #[test]
-fn films_are_the_same_however_they_are_made() {
+fn films_are_identical_for_schedules_and_merged_parts() {
     for (index, name) in names().into_iter().enumerate() {
         for transport in stage::BOTH {
             let mut world = room(transport, index, &THINGS);
             world.settings.samples = 8;
-            // Something in the same place as something else.
+            // Coincident objects.
             let material = stage::materials(&mut Assets::default()).swap_remove(index).1;
             place_mesh(&mut world, stage::shell(), material, stage::at(0.6, 0.3, 0.0));
             let whole = |schedule: Schedule| {

@@ -1,4 +1,4 @@
-//! Layers, films and bodies of glass.
+//! Clear coats, thin films, and glass bodies.
 
 use rayfront::math::{Mat4, Rgb, Vec3};
 use rayfront::world::{
@@ -13,7 +13,7 @@ type Change = fn(&mut Principled);
 
 const CLEAR: Volume = Volume::CLEAR;
 
-/// A sheet under a lamp and a sky.
+/// A sheet under a light and a sky.
 fn sheet(material: impl FnOnce(&mut World) -> Material) -> World {
     let mut world = stage::world(Transport::Path, 10, 512);
     stage::sky(&mut world);
@@ -24,9 +24,9 @@ fn sheet(material: impl FnOnce(&mut World) -> Material) -> World {
     world
 }
 
-/// What lies below a coat and reflects nothing may be as bumpy as it likes.
+/// The normal map of a black base below a coat has no effect.
 #[test]
-fn a_coat_over_nothing_does_not_care_which_way_nothing_looks() {
+fn clearcoat_over_black_ignores_the_bases_normal_map() {
     let mut all = Relations::default();
     for roughness in [0.0, 0.3, 0.7] {
         for own in [None, Some([0.3, 0.2, 1.0])] {
@@ -49,9 +49,9 @@ fn a_coat_over_nothing_does_not_care_which_way_nothing_looks() {
     }
 }
 
-/// White all around: a clear body of any roughness cannot be seen, and least one that bends nothing.
+/// In uniform surroundings a clear body is invisible with any roughness, and with an index near 1.
 #[test]
-fn a_body_that_bends_nothing_cannot_be_seen() {
+fn clear_bodies_with_index_near_one_are_invisible() {
     let mut all = Relations::default();
     for (roughness, volume) in [(0.0, Some(CLEAR)), (0.3, Some(CLEAR)), (1.0, Some(CLEAR)), (0.0, None)] {
         for ior in [0.9999, 1.0, 1.0001] {
@@ -71,7 +71,7 @@ fn a_body_that_bends_nothing_cannot_be_seen() {
     }
 }
 
-/// A ball of glass in colours all around, modelled from either side.
+/// A glass ball in colourful surroundings, with faces of either orientation.
 fn glass(transport: Transport, mesh: Mesh, material: Material) -> Seen {
     let mut world = stage::world(transport, 12, 512);
     (world.settings.max_depth, world.settings.min_throughput) = (12, 1e-5);
@@ -82,7 +82,7 @@ fn glass(transport: Transport, mesh: Mesh, material: Material) -> Seen {
     Seen::of(&world)
 }
 
-/// Glass in air turned inside out is air in glass: the corners say which side is out.
+/// Glass in air turned inside out is air in glass: the winding decides which side is outside.
 #[test]
 fn glass_turned_inside_out_has_the_inverse_index() {
     let mut all = Relations::default();
@@ -110,10 +110,10 @@ fn glass_turned_inside_out_has_the_inverse_index() {
     }
 }
 
-/// The green that a film of some thickness reflects, seen under an angle.
+/// The green reflectance of a thin film of some thickness, at an angle.
 fn reflected(cosine: f32, thickness: f32, change: &dyn Fn(&mut Principled)) -> f64 {
     let mut world = stage::world(Transport::Path, 1, 512);
-    // White above, black below: what is reflected is seen, what goes through is not.
+    // White above, black below: only reflected light is visible.
     let sine = (1.0 - cosine * cosine).sqrt();
     camera(&mut world, [0.0, 3.0 * cosine, 3.0 * sine], [0.0; 3], 1e-3);
     world.settings.max_depth = 1;
@@ -132,7 +132,7 @@ fn reflected(cosine: f32, thickness: f32, change: &dyn Fn(&mut Principled)) -> f
     Seen::of(&world).pixels[0].g as f64
 }
 
-/// How far apart in thickness the fringes of a film are: the wave that fits best.
+/// The period of a film's fringes in thickness, from the best-fitting wave.
 fn fringe(cosine: f32, change: &dyn Fn(&mut Principled)) -> f64 {
     let step = 25.0;
     let curve: Vec<f64> = (0..40).map(|i| reflected(cosine, 50.0 + step as f32 * i as f32, change)).collect();
@@ -148,9 +148,9 @@ fn fringe(cosine: f32, change: &dyn Fn(&mut Principled)) -> f64 {
     lengths.max_by(|a, b| strength(*a).total_cmp(&strength(*b))).expect("some length")
 }
 
-/// Fringes of a film depend on the film and on the angle in the air, not on what lies below.
+/// Fringes of a film depend on the film and on the angle in air, not on the base.
 #[test]
-fn fringes_do_not_know_what_lies_below() {
+fn thin_film_fringes_do_not_depend_on_the_base() {
     let mut all = Relations::default();
     for cosine in [0.9, 0.6] {
         let metal = fringe(cosine, &|m| {
@@ -164,9 +164,9 @@ fn fringes_do_not_know_what_lies_below() {
     }
 }
 
-/// A map that bends all normals alike is a surface with those normals.
+/// A constant normal map equals a surface with those normals.
 #[test]
-fn a_constant_normal_map_is_a_tilted_normal() {
+fn constant_normal_map_equals_a_tilted_normal() {
     let mut all = Relations::default();
     let tilt = Vec3::new(0.3, -0.2, 1.0).normalize();
     let seen = |mapped: bool, change: fn(&mut Principled)| {
@@ -207,9 +207,9 @@ fn a_constant_normal_map_is_a_tilted_normal() {
     }
 }
 
-/// A thin film with the index of its body does nothing if it has no thickness.
+/// A thin film without thickness has no effect.
 #[test]
-fn a_film_without_thickness_is_none() {
+fn thin_film_without_thickness_has_no_effect() {
     let mut all = Relations::default();
     for roughness in [0.0, 0.5] {
         for ior in [1.5, 0.8] {

@@ -1,5 +1,4 @@
-//! A lamp gives the same light however it is found: by sampling it, by rays that happen to hit it,
-//! or by both.
+//! A light contributes equally by light sampling, by sampled directions that hit it, and by both.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3};
 use rayfront::world::{
@@ -10,7 +9,7 @@ use rayfront::world::{
 use super::stage::{self, camera, front_lamp, lamp, number, place, place_mesh, principled};
 use super::{Relations, Seen};
 
-/// What stands on a floor, close under a lamp that is out of sight.
+/// An object on a floor, close below a light that is out of view.
 fn scene(subject: Mesh, material: Material, size: u32, samples: u32) -> World {
     let mut world = stage::world(Transport::Path, size, samples);
     world.settings.max_depth = 2;
@@ -20,9 +19,9 @@ fn scene(subject: Mesh, material: Material, size: u32, samples: u32) -> World {
     world
 }
 
-/// Every material under a lamp of one side and a ball of light.
+/// Every material under a single-sided emitter and an emissive sphere.
 #[test]
-fn every_material_is_lit_alike_by_sampled_and_by_found_light() {
+fn materials_are_lit_alike_by_light_sampling_and_hits() {
     let mut all = Relations::default();
     let names: Vec<_> = stage::materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect();
     for (index, name) in names.into_iter().enumerate() {
@@ -36,9 +35,9 @@ fn every_material_is_lit_alike_by_sampled_and_by_found_light() {
     }
 }
 
-/// Lamps of all shapes, placed once and as instances, with one side and with two.
+/// Emitters of all shapes, placed once and as instances, single-sided and double-sided.
 #[test]
-fn every_lamp_is_sampled_as_it_is_found() {
+fn emitters_of_all_shapes_are_sampled_consistently() {
     let mut all = Relations::default();
     let (one, two) = (|_: &mut Principled| (), |m: &mut Principled| m.double_sided = true);
     let turn = Quat::from_rotation_x(2.8) * Quat::from_rotation_z(0.3);
@@ -59,7 +58,7 @@ fn every_lamp_is_sampled_as_it_is_found() {
                         "plane" => Shape::Plane { corners },
                         _ => Shape::Triangle { vertices, normals: None, uvs: None },
                     };
-                    // Something to see by where the lamp shines away.
+                    // Something visible where the emitter faces away.
                     world.settings.background = Background::Constant(Rgb::splat(0.15));
                     place(&mut world, shape, material.clone(), Transform::Matrix(matrix));
                     if instances {
@@ -73,9 +72,9 @@ fn every_lamp_is_sampled_as_it_is_found() {
     }
 }
 
-/// A light without a surface, one with a surface, and a sheet that gives off as much.
+/// An area light without a surface, one with a surface, and a sheet with the same emission.
 #[test]
-fn an_area_light_is_a_sheet_that_shines() {
+fn area_light_equals_an_emissive_sheet() {
     let mut all = Relations::default();
     let (radiance, side) = (3.0, 1.6);
     let under = |visible: Option<bool>| {
@@ -98,7 +97,7 @@ fn an_area_light_is_a_sheet_that_shines() {
         }
         world
     };
-    // Rays do not find what has no surface, so one bounce less of it is all that they may miss.
+    // Rays cannot hit a light without a surface, so it is compared by direct light only.
     let sheet = Seen::of(&under(None));
     all.same(&Seen::of(&under(Some(true))), &sheet, "visible");
     all.same(&Seen::found(&under(None)), &sheet, "found");
@@ -109,7 +108,7 @@ fn an_area_light_is_a_sheet_that_shines() {
     all.same(&direct(under(Some(false))), &direct(under(None)), "without a surface");
 }
 
-/// A body that takes half of the light in a metre, around a floor, a lamp of light and what it shines on.
+/// An absorbing body around a floor and an emitter.
 fn within(ior: f32, roughness: f32, volume: Option<Volume>, sphere_lamp: bool) -> World {
     let mut world = stage::world(Transport::Path, 8, 1024);
     world.settings.max_depth = 6;
@@ -127,9 +126,9 @@ fn within(ior: f32, roughness: f32, volume: Option<Volume>, sphere_lamp: bool) -
     world
 }
 
-/// Light is absorbed on its way through a body, however it has been found.
+/// Light is absorbed on its way through a body, however it is found.
 #[test]
-fn light_within_a_body_is_absorbed_however_it_is_found() {
+fn absorption_within_bodies_applies_to_sampled_and_hit_lights() {
     let mut all = Relations::default();
     let half =
         Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0, ..Volume::CLEAR };
@@ -143,9 +142,9 @@ fn light_within_a_body_is_absorbed_however_it_is_found() {
     }
 }
 
-/// What is left after a metre is the square of that after half of it.
+/// The transmittance of a metre is the square of that of half a metre.
 #[test]
-fn absorption_is_by_distance_alone() {
+fn absorption_depends_on_distance_only() {
     let mut all = Relations::default();
     let whole =
         Volume { attenuation_color: Rgb::new(0.25, 0.16, 0.36), attenuation_distance: 2.0, ..Volume::CLEAR };
@@ -160,9 +159,9 @@ fn absorption_is_by_distance_alone() {
     all.same(&a, &b, "clear bodies");
 }
 
-/// A lamp's picture counts where it is: painted lamps of both kinds.
+/// Textured emission counts where it is: textured emitters of both material models.
 #[test]
-fn painted_lamps_are_sampled_as_they_are_found() {
+fn textured_emitters_are_sampled_consistently() {
     let mut all = Relations::default();
     for classic in [false, true] {
         for sphere in [false, true] {

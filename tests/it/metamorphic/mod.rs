@@ -1,5 +1,5 @@
-//! Relations between pictures: changes to a world that must change nothing in its picture, or
-//! change all of it in a way that is known.
+//! Metamorphic relations between images: changes to a world that must not change its image, or must change all of it in
+//! a known way.
 
 mod alpha;
 mod copies;
@@ -18,7 +18,7 @@ use rayfront::math::Rgb;
 use rayfront::render::{Options, Session};
 use rayfront::world::World;
 
-/// A picture and how uncertain it is.
+/// An image and its uncertainty.
 #[derive(Clone)]
 pub struct Seen {
     pub pixels: Vec<Rgb>,
@@ -31,7 +31,7 @@ impl Seen {
         Seen::changed(world, |_| ())
     }
 
-    /// By drawn directions alone, which find whatever can be hit: what has no surface gives no light.
+    /// Renders without light sampling: only surfaces hit by sampled directions give light.
     pub fn found(world: &World) -> Seen {
         Seen::changed(world, |scene| scene.emitters = Emitters::default().into())
     }
@@ -53,22 +53,22 @@ impl Seen {
         sum / (3 * self.pixels.len()) as f64
     }
 
-    /// Standard deviation of the mean: pixels draw numbers of their own.
+    /// The standard deviation of the mean: pixels have independent random numbers.
     pub fn sigma(&self) -> f64 {
         self.noise / (self.pixels.len() as f64).sqrt()
     }
 
-    /// All of it brighter.
+    /// Scales the image.
     pub fn times(&self, factor: f32) -> Seen {
         let pixels = self.pixels.iter().map(|p| p.map(|c| c * factor)).collect();
         Seen { pixels, noise: self.noise * factor as f64 }
     }
 }
 
-/// A picture that is noisier than this fraction of it proves nothing, unless both are practically equal.
+/// An image with more noise than this fraction of it proves nothing, unless both images are practically equal.
 const CLEAR: f64 = 0.016;
 
-/// Collects the relations of a test that do not hold, and says all of them at its end.
+/// Collects the violated relations of a test, and reports all of them at its end.
 #[derive(Default)]
 pub struct Relations {
     broken: Vec<String>,
@@ -83,14 +83,14 @@ impl Drop for Relations {
 }
 
 impl Relations {
-    /// Something that must be so.
+    /// Checks a condition.
     pub fn holds(&mut self, so: bool, what: impl FnOnce() -> String) {
         if !so {
             self.broken.push(what());
         }
     }
 
-    /// Means are equal within four standard deviations, and pixels within what noise explains.
+    /// Checks that means are equal within four standard deviations, and pixels within noise.
     pub fn same(&mut self, a: &Seen, b: &Seen, what: &str) {
         self.same_mean(a, b, what);
         let square = distance(a, b).powi(2);
@@ -100,7 +100,7 @@ impl Relations {
         self.holds(square <= 2.0 * explained, far);
     }
 
-    /// Means are equal within four standard deviations.
+    /// Checks that means are equal within four standard deviations.
     pub fn same_mean(&mut self, a: &Seen, b: &Seen, what: &str) {
         let (x, y) = (a.mean(), b.mean());
         let (sigma, most) = (a.sigma().hypot(b.sigma()), x.max(y));
@@ -111,7 +111,7 @@ impl Relations {
         self.holds(clear, || format!("{what}: {x:.5} and {y:.5} are too noisy, σ {sigma:.5}"));
     }
 
-    /// The mean is what it must be, within four standard deviations.
+    /// Checks that the mean has the expected value, within four standard deviations.
     pub fn is(&mut self, seen: &Seen, expected: f64, what: &str) {
         let (found, sigma) = (seen.mean(), seen.sigma());
         let close = (found - expected).abs() <= 4.0 * sigma + 2e-3 * expected;
@@ -120,12 +120,12 @@ impl Relations {
         self.holds(clear, || format!("{what}: {found:.5} is too noisy, σ {sigma:.5}"));
     }
 
-    /// Checks that there is no light at all.
+    /// Checks that the image is black.
     pub fn dark(&mut self, seen: &Seen, what: &str) {
         self.holds(seen.mean() == 0.0, || format!("{what}: {:.5}, not 0", seen.mean()));
     }
 
-    /// The same pixels, but for roundings and rays that graze an edge.
+    /// Checks that pixels are equal, except for rounding and rays that graze an edge.
     pub fn equal(&mut self, a: &Seen, b: &Seen, what: &str) {
         let scale = a.pixels.iter().chain(&b.pixels).map(|p| p.max_component()).fold(0.0, f32::max);
         self.holds(scale > 0.0, || format!("{what}: black"));
@@ -139,7 +139,7 @@ impl Relations {
     }
 }
 
-/// Root of the mean square of what pixels differ by.
+/// The root mean square difference of pixels.
 fn distance(a: &Seen, b: &Seen) -> f64 {
     let squares = a.pixels.iter().zip(&b.pixels).flat_map(|(p, q)| {
         let (p, q) = (p.to_array(), q.to_array());

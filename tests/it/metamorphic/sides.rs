@@ -1,5 +1,4 @@
-//! Which side a surface shows: its corners decide, not normals, nor the corner at which counting starts, nor a mirror
-//! in its transform.
+//! The front of a surface is defined by its winding, not by its normals, its first corner, or mirroring transforms.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
 use rayfront::world::{
@@ -9,7 +8,7 @@ use rayfront::world::{
 use super::stage::{self, camera, front_lamp, grey, number, place, place_mesh, principled, reversed};
 use super::{Relations, Seen};
 
-/// A mesh of some material above a floor, under a sky and a lamp.
+/// A mesh of some material above a floor, under a sky and a light.
 fn scene(transport: Transport, mesh: Mesh, material: usize, from: [f32; 3]) -> World {
     let mut world = stage::world(transport, 16, 64);
     let material = stage::materials(&mut world.assets).swap_remove(material).1;
@@ -35,9 +34,9 @@ fn turned_normals(mut mesh: Mesh) -> Mesh {
 const ABOVE: [f32; 3] = [1.0, 3.0, 2.5];
 const BELOW: [f32; 3] = [1.0, -1.2, 2.5];
 
-/// Vertex normals shade: turned over they are the same.
+/// Vertex normals only affect shading: reversing them has no effect.
 #[test]
-fn normals_that_point_away_change_nothing() {
+fn reversed_vertex_normals_have_no_effect() {
     let mut all = Relations::default();
     for (index, name) in names().into_iter().enumerate() {
         for transport in stage::BOTH {
@@ -54,9 +53,9 @@ fn normals_that_point_away_change_nothing() {
     }
 }
 
-/// It does not matter which corner is the first.
+/// The first corner of a triangle does not matter.
 #[test]
-fn corners_go_around_from_any_of_them() {
+fn first_corner_of_a_triangle_has_no_effect() {
     let mut all = Relations::default();
     for (index, name) in names().into_iter().enumerate() {
         for transport in stage::BOTH {
@@ -72,9 +71,9 @@ fn corners_go_around_from_any_of_them() {
     }
 }
 
-/// The back of what has one side is not there, whatever its normals say.
+/// The back of a single-sided surface is invisible, whatever its normals.
 #[test]
-fn a_single_side_is_seen_from_its_front_alone() {
+fn single_sided_meshes_are_visible_from_the_front_only() {
     let mut all = Relations::default();
     let sheets = [
         ("flat", stage::floor(1.5, 0.0)),
@@ -91,9 +90,9 @@ fn a_single_side_is_seen_from_its_front_alone() {
     }
 }
 
-/// A triangle by itself is a mesh of one.
+/// A single triangle is like a mesh of one.
 #[test]
-fn a_triangle_alone_has_the_side_of_its_corners() {
+fn triangle_shapes_have_the_side_of_their_winding() {
     let mut all = Relations::default();
     let vertices = [Vec3::new(-1.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 1.0), Vec3::new(0.0, 0.0, -1.0)];
     for (name, normal) in [("none", None), ("up", Some(Vec3::Y)), ("down", Some(-Vec3::Y))] {
@@ -108,7 +107,7 @@ fn a_triangle_alone_has_the_side_of_its_corners() {
     }
 }
 
-/// A mesh alone that shows its colour in any light.
+/// A mesh that shows its colour in any light.
 fn front(mesh: &Mesh, from: [f32; 3]) -> Seen {
     let mut world = stage::world(Transport::Path, 16, 16);
     world.settings.background = Background::Constant(Rgb::splat(0.5));
@@ -119,9 +118,9 @@ fn front(mesh: &Mesh, from: [f32; 3]) -> Seen {
     Seen::of(&world)
 }
 
-/// Mirrors of all kinds, as copies and as instances: what was the front stays it.
+/// Mirroring transforms, as copies and as instances, keep the front.
 #[test]
-fn a_mirrored_front_is_a_front() {
+fn mirrored_meshes_keep_their_front() {
     let mut all = Relations::default();
     let mirrors = [Vec3::new(-1.0, 1.0, 1.0), Vec3::new(1.0, 1.0, -1.0), Vec3::new(-1.0, 1.0, -1.0)];
     let cases = [
@@ -150,7 +149,7 @@ fn a_mirrored_front_is_a_front() {
     }
 }
 
-/// A floor under something that shines, of which nothing else is seen.
+/// A floor below an emitter that is out of view.
 fn under(mesh: Mesh, scale: Vec3, instances: bool) -> World {
     let mut world = stage::world(Transport::Path, 8, 1024);
     world.settings.max_depth = 1;
@@ -165,10 +164,10 @@ fn under(mesh: Mesh, scale: Vec3, instances: bool) -> World {
     world
 }
 
-/// A surface that emits only on its front lights what its front sees, whatever its normals say and however it is
-/// mirrored; for sampled light as well as for light that is hit.
+/// A single-sided emitter lights what its front faces, whatever its normals and mirroring; by light sampling as well as
+/// by hits.
 #[test]
-fn a_front_lights_what_it_sees() {
+fn single_sided_emitters_emit_from_their_front() {
     let mut all = Relations::default();
     let (plain, mirror) = (Vec3::ONE, Vec3::new(1.0, 1.0, -1.0));
     let flat = || stage::floor(1.0, 0.0);
@@ -179,7 +178,7 @@ fn a_front_lights_what_it_sees() {
             let base = if *name == "flat" { flat() } else { stage::shell() };
             for (scale, how) in [(plain, "as it is"), (mirror, "mirrored")] {
                 let what = |way: &str| format!("{name}, {how}, instances {instances}, {way}");
-                // Modelled where the mirror puts it.
+                // Modelled in the mirrored position.
                 let by_hand = stage::baked(&base, Mat4::from_scale(scale));
                 let expected = Seen::found(&under(by_hand, plain, false));
                 let world = under(mesh.clone(), scale, instances);
@@ -193,9 +192,9 @@ fn a_front_lights_what_it_sees() {
     }
 }
 
-/// What shines outwards is dark within, sampled or found; a sphere as a ball of triangles.
+/// Shapes that emit outwards are dark inside, by light sampling and by hits; spheres as well as meshes.
 #[test]
-fn within_what_shines_outwards_it_is_dark() {
+fn shapes_that_emit_outwards_are_dark_inside() {
     let mut all = Relations::default();
     let within = |shape: Option<Transform>, change: fn(&mut rayfront::world::Principled)| {
         let mut world = stage::world(Transport::Path, 8, 64);
@@ -224,9 +223,9 @@ fn within_what_shines_outwards_it_is_dark() {
     }
 }
 
-/// A plane has no front: it shows itself from both sides, whatever its material.
+/// A plane has no front: it is visible from both sides with any material.
 #[test]
-fn a_plane_is_seen_from_both_sides() {
+fn planes_are_visible_from_both_sides() {
     let mut all = Relations::default();
     let seen = |from: f32, shape: Shape, transport: Transport, double_sided: bool| {
         let mut world = stage::world(transport, 16, 16);

@@ -1,4 +1,4 @@
-//! Worlds, meshes and materials to make pictures of.
+//! Worlds, meshes and materials for the tests' images.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3, Vec4};
 use rayfront::world::{
@@ -10,7 +10,7 @@ use rayfront::world::{ColorSpace, TextureFilter};
 
 pub const BOTH: [Transport; 2] = [Transport::Whitted, Transport::Path];
 
-/// A square picture without entities.
+/// A square image without entities.
 pub fn world(transport: Transport, size: u32, samples: u32) -> World {
     let mut world = World::default();
     world.settings.size = [size, size];
@@ -27,7 +27,7 @@ pub fn sky(world: &mut World) {
         Background::Gradient { bottom: Rgb::new(0.5, 0.3, 0.2), top: Rgb::new(0.6, 0.9, 1.4) };
 }
 
-/// Where −Z looks from a point to another.
+/// A transform from a point that turns −Z towards another.
 pub fn looking(from: [f32; 3], to: [f32; 3]) -> Transform {
     let (from, to) = (Vec3::from(from), Vec3::from(to));
     let z = (from - to).normalize();
@@ -37,7 +37,7 @@ pub fn looking(from: [f32; 3], to: [f32; 3]) -> Transform {
     Transform::Matrix(Mat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), from.extend(1.0)))
 }
 
-/// A camera with an angle of view in radians.
+/// Adds a camera with an angle of view in radians.
 pub fn camera(world: &mut World, from: [f32; 3], to: [f32; 3], vertical_fov: f32) {
     world.entities.spawn((Camera::Pinhole { vertical_fov }, looking(from, to)));
 }
@@ -56,7 +56,7 @@ pub fn place_mesh(world: &mut World, mesh: Mesh, material: Material, transform: 
     place(world, mesh, material, transform);
 }
 
-/// Each mesh an instance: a black one of each stands far away, and no copies are allowed.
+/// Turns meshes into instances: adds a distant black instance of each, and allows no copies.
 pub fn as_instances(world: &mut World) {
     let mut meshes = Vec::new();
     for shape in world.entities.query_mut::<&Shape>() {
@@ -70,8 +70,8 @@ pub fn as_instances(world: &mut World) {
     world.settings.copied_triangles = 0;
 }
 
-/// A parallelogram, counter-clockwise seen from the front: u from the first corner along `a`, v
-/// along `−b`, so that pictures stand upright.
+/// A parallelogram, counter-clockwise seen from the front: u from the first corner along `a`, v along `−b`, so that
+/// textures are upright.
 pub fn quad(corner: [f32; 3], a: [f32; 3], b: [f32; 3]) -> Mesh {
     let [corner, a, b] = [corner, a, b].map(Vec3::from);
     Mesh {
@@ -92,7 +92,7 @@ pub fn ceiling(half: f32, y: f32) -> Mesh {
     quad([-half, y, -half], [2.0 * half, 0.0, 0.0], [0.0, 0.0, 2.0 * half])
 }
 
-/// The same, seen from the other side.
+/// The mesh with reversed faces.
 pub fn reversed(mut mesh: Mesh) -> Mesh {
     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     mesh
@@ -129,7 +129,7 @@ pub fn shell() -> Mesh {
     mesh
 }
 
-/// The same with its tangents, along growing u.
+/// The bent sheet with tangents along growing u.
 pub fn shell_with_tangents() -> Mesh {
     let mut mesh = shell();
     let along = |(p, n): (&Vec3, &Vec3)| {
@@ -140,8 +140,8 @@ pub fn shell_with_tangents() -> Mesh {
     mesh
 }
 
-/// What a matrix makes of a mesh: the front stays the front. (Between vertices normals are blended as they
-/// are here, not as they were before: with small triangles nobody sees that.)
+/// Applies a matrix to a mesh and keeps its front. (Normals are interpolated after the transform instead of before,
+/// which is invisible with small triangles.)
 pub fn baked(mesh: &Mesh, matrix: Mat4) -> Mesh {
     let turn = matrix.inverse().transpose();
     let side = matrix.determinant().signum();
@@ -168,25 +168,25 @@ pub fn number(value: f32) -> ScalarInput {
     ScalarInput::constant(value)
 }
 
-/// The classic model without a highlight.
+/// A Blinn-Phong material without a highlight.
 pub fn matte(albedo: f32) -> Material {
     Material::BlinnPhong(BlinnPhong { diffuse: grey(albedo), ..BlinnPhong::default() })
 }
 
-/// Black on both sides but for what it gives off.
+/// Black on both sides, except for its emission.
 pub fn lamp(radiance: f32) -> Material {
     let black = grey(0.0);
     Material::BlinnPhong(BlinnPhong { diffuse: black, emission: grey(radiance), ..BlinnPhong::default() })
 }
 
-/// A dielectric of the physically based model, with changes.
+/// A dielectric of the principled material, with changes.
 pub fn principled(change: impl FnOnce(&mut Principled)) -> Material {
     let mut material = Principled { metallic: number(0.0), ..Principled::default() };
     change(&mut material);
     Material::Principled(Box::new(material))
 }
 
-/// Black, except for what it emits on its front.
+/// Black, except for the emission on its front.
 pub fn front_lamp(radiance: f32, change: impl FnOnce(&mut Principled)) -> Material {
     principled(|m| {
         m.base_color = grey(0.0);
@@ -196,7 +196,7 @@ pub fn front_lamp(radiance: f32, change: impl FnOnce(&mut Principled)) -> Materi
     })
 }
 
-/// A black double-sided sheet of which a part is there.
+/// A black double-sided sheet with some alpha.
 pub fn veil(alpha: f32) -> Material {
     principled(|m| {
         m.base_color = grey(0.0);
@@ -207,7 +207,7 @@ pub fn veil(alpha: f32) -> Material {
     })
 }
 
-/// Smooth, repeating, without symmetry: a square of floats by (u, v).
+/// A smooth, repeating, asymmetric square image of floats by (u, v).
 pub fn image(assets: &mut Assets, side: u32, of: impl Fn(f32, f32) -> [f32; 3]) -> ImageId {
     let at = |i: u32| (i as f32 + 0.5) / side as f32;
     let texels = (0..side * side).map(|i| of(at(i % side), at(i / side))).collect();
@@ -218,7 +218,7 @@ fn wave(turns: f32) -> f32 {
     libm::sinf(std::f32::consts::TAU * turns)
 }
 
-/// Colours that tell u from v and both from their opposites.
+/// Colours that distinguish u, v and both directions.
 pub fn paint(assets: &mut Assets) -> TextureId {
     let image =
         image(assets, 16, |u, v| [0.5 + 0.4 * wave(u), 0.4 + 0.3 * wave(v + 0.1), 0.3 + 0.2 * wave(u + v)]);
@@ -234,7 +234,7 @@ pub fn bumps(assets: &mut Assets) -> TextureId {
     assets.add_texture(Texture { color_space: ColorSpace::Linear, ..Texture::new(image) })
 }
 
-/// A normal map that is the same everywhere.
+/// A constant normal map.
 pub fn tilted(assets: &mut Assets, normal: [f32; 3]) -> TextureId {
     let n = Vec3::from(normal).normalize() * 0.5 + 0.5;
     let image = image(assets, 1, |_, _| n.to_array());
@@ -251,7 +251,7 @@ pub fn holes(assets: &mut Assets) -> TextureId {
     assets.add_texture(Texture { filter, color_space: ColorSpace::Linear, ..Texture::new(image) })
 }
 
-/// One material of each kind, by name. All that cut holes or blend are among them.
+/// One material of each kind, by name, including all that cut holes or blend.
 pub fn materials(assets: &mut Assets) -> Vec<(&'static str, Material)> {
     let (paint, bumps, holes) = (paint(assets), bumps(assets), holes(assets));
     let painted = ColorInput::Texture(paint);
@@ -311,7 +311,7 @@ pub fn materials(assets: &mut Assets) -> Vec<(&'static str, Material)> {
     ]
 }
 
-/// The same for spheres, which have no directions along them: without normal maps and brushes.
+/// The material for spheres, which have no tangents: without normal maps and anisotropy.
 pub fn without_tangents(material: &Material) -> Material {
     let mut material = material.clone();
     if let Material::Principled(m) = &mut material {
@@ -320,7 +320,7 @@ pub fn without_tangents(material: &Material) -> Material {
     material
 }
 
-/// A material by its id.
+/// Adds a material and returns its id.
 pub fn add(world: &mut World, material: &Material) -> MaterialId {
     world.assets.add_material(None, material.clone())
 }

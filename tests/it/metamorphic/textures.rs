@@ -1,4 +1,4 @@
-//! Pictures on surfaces: from whichever set of coordinates and however turned.
+//! Textures on surfaces, with either set of coordinates and with transforms.
 
 use rayfront::math::{Mat4, Rgb, Vec2};
 use rayfront::world::{
@@ -13,7 +13,7 @@ use super::{Relations, Seen};
 const FILTERS: [TextureFilter; 3] =
     [TextureFilter::Nearest, TextureFilter::Bilinear, TextureFilter::Trilinear];
 
-/// What a texture is used for.
+/// The use of a texture.
 #[derive(Clone, Copy, Debug)]
 enum Use {
     Classic,
@@ -40,7 +40,7 @@ fn material(texture: TextureId, what: Use) -> Material {
     }
 }
 
-/// Squares of 64 a side, finer than any pixel, in patches of different colours.
+/// An image of 64 × 64 texels with grain finer than any pixel, and with slowly varying colours.
 fn fine(world: &mut World, look: impl FnOnce(&mut Texture)) -> TextureId {
     let image = stage::image(&mut world.assets, 64, |u, v| {
         let (x, y) = ((u * 64.0) as u32, (v * 64.0) as u32);
@@ -53,7 +53,7 @@ fn fine(world: &mut World, look: impl FnOnce(&mut Texture)) -> TextureId {
     world.assets.add_texture(texture)
 }
 
-/// A mesh with a picture, seen aslant under one lamp, with nothing random about the surface.
+/// A textured mesh, viewed obliquely under one light, without random effects of the surface.
 fn scene(transport: Transport, what: Use, mesh: &dyn Fn() -> Mesh, look: impl FnOnce(&mut Texture)) -> Seen {
     let mut world = stage::world(transport, 24, 16);
     world.settings.max_depth = 0;
@@ -79,9 +79,9 @@ fn square(first: f32, second: f32, both: bool) -> Mesh {
     mesh
 }
 
-/// A picture on the second set is that picture on the only one, however fine the first set is.
+/// A texture on the second set equals that texture on the only one, however fine the first set is.
 #[test]
-fn the_second_set_of_coordinates_is_as_good_as_the_first() {
+fn second_set_of_coordinates_equals_the_only_one() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         for what in USES {
@@ -103,16 +103,16 @@ fn the_second_set_of_coordinates_is_as_good_as_the_first() {
     }
 }
 
-/// Texture coordinates as KHR_texture_transform has them.
+/// Transforms texture coordinates as in KHR_texture_transform.
 fn transformed(uv: Vec2, t: &Texture) -> Vec2 {
     let (sin, cos) = (libm::sinf(t.rotation), libm::cosf(t.rotation));
     let s = uv * t.scale;
     Vec2::new(cos * s.x + sin * s.y, -sin * s.x + cos * s.y) + t.offset
 }
 
-/// A texture that is moved, turned and scaled is one that is not, at coordinates that are.
+/// A texture with an offset, a rotation and a scale equals one without at transformed coordinates.
 #[test]
-fn a_transformed_texture_has_transformed_coordinates() {
+fn texture_transforms_equal_transformed_coordinates() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         for what in USES {
@@ -146,9 +146,9 @@ fn a_transformed_texture_has_transformed_coordinates() {
     }
 }
 
-/// Half a turn is a mirror along both axes, also where coordinates are not a mesh's.
+/// A rotation by half a turn mirrors both axes, also for coordinates that are not a mesh's.
 #[test]
-fn half_a_turn_is_a_mirror_both_ways() {
+fn rotation_by_half_a_turn_mirrors_both_axes() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         for what in [Use::Classic, Use::Emission] {
@@ -175,9 +175,9 @@ fn half_a_turn_is_a_mirror_both_ways() {
     }
 }
 
-/// Colours of vertices are a picture's that is as smooth.
+/// Vertex colours equal a texture that is as smooth.
 #[test]
-fn colours_of_vertices_are_those_of_a_picture() {
+fn vertex_colours_equal_a_smooth_texture() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         let seen = |picture: bool| {
@@ -197,7 +197,7 @@ fn colours_of_vertices_are_those_of_a_picture() {
                     ..Texture::new(image)
                 };
                 look = material(world.assets.add_texture(texture), Use::Classic);
-                // From the middle of one texel to that of the next.
+                // From the centre of one texel to that of the next.
                 mesh.uvs.iter_mut().for_each(|uv| *uv = *uv * 0.5 + 0.25);
             } else {
                 let at = |uv: &Vec2| Rgb::from(texels[uv.x as usize + 2 * uv.y as usize]);
@@ -212,9 +212,9 @@ fn colours_of_vertices_are_those_of_a_picture() {
     }
 }
 
-/// A channel means the same as a number, if it is the same everywhere.
+/// A constant channel equals a number.
 #[test]
-fn a_channel_that_is_the_same_everywhere_is_a_number() {
+fn constant_channels_equal_numbers() {
     let mut all = Relations::default();
     let seen = |textured: bool| {
         let mut world = stage::world(Transport::Path, 12, 64);
@@ -240,11 +240,11 @@ fn a_channel_that_is_the_same_everywhere_is_a_number() {
     all.equal(&seen(true), &seen(false), "channels");
 }
 
-/// Stripes on a floor that is seen far aslant, two samples a pixel. Those that run away from the viewer keep
-/// their contrast, which a round footprint as long as the pixel's would take from them; those across melt
-/// before they flicker. With many samples the picture is the one without copies.
+/// Stripes on a floor viewed at a grazing angle, with two samples per pixel. Stripes along the view direction keep
+/// their contrast, which an isotropic footprint would remove; those across are blurred before they alias. With many
+/// samples the image equals the one without mip levels.
 #[test]
-fn pictures_seen_aslant_are_sharp_and_still() {
+fn textures_at_grazing_angles_are_sharp_without_aliasing() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         for away in [true, false] {

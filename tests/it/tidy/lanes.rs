@@ -1,11 +1,11 @@
-//! What the compiler does not check of code over lanes: see ARCHITECTURE.md, "Lanes".
+//! Rules for code over lanes that the compiler does not check: see ARCHITECTURE.md, "Lanes".
 
 use super::none;
 use super::source::{Source, is_word, sources};
 
-/// Bounds of a type parameter that say that it is lanes.
+/// Trait bounds of type parameters that are lanes.
 const TRAITS: [&str; 5] = ["Float", "Int", "Mask", "Lanes", "Sixteen"];
-/// What a closure around lanes has in it, besides names of its function's lanes.
+/// Operations on lanes that a closure must not contain, in addition to paths that start with names of lanes.
 const OPERATIONS: [&str; 14] = [
     "Vector::",
     "Color::",
@@ -23,7 +23,7 @@ const OPERATIONS: [&str; 14] = [
     ".to_float(",
 ];
 
-/// File, function, which rule it breaks, and why it may.
+/// Exceptions: file, function, rule, and reason.
 const MAY_BREAK: [(&str, &str, Rule, &str); 0] = [];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +41,7 @@ struct Broken {
     rule: Rule,
 }
 
-/// The end of what begins with the bracket at `open`.
+/// Returns the position of the bracket that closes the one at `open`.
 fn closing(code: &str, open: usize) -> usize {
     let mut depth = 0;
     for (at, c) in code[open..].char_indices() {
@@ -57,14 +57,14 @@ fn closing(code: &str, open: usize) -> usize {
     code.len()
 }
 
-/// Where `word` stands in the code as a word of its own.
+/// Returns the positions of `word` as a whole word.
 fn words<'c>(code: &'c str, word: &'c str) -> impl Iterator<Item = usize> + 'c {
     code.match_indices(word)
         .map(|(at, _)| at)
         .filter(move |at| !code[..*at].ends_with(is_word) && !code[at + word.len()..].starts_with(is_word))
 }
 
-/// The names of type parameters in a header that are lanes: of `<F: Float, T>` it is F.
+/// Returns the names of type parameters in a header that are lanes: F for `<F: Float, T>`.
 fn lanes(header: &str) -> Vec<&str> {
     let bound = |at: usize, name: &str| {
         let before = header[..at].trim_end().strip_suffix(':').map(str::trim_end)?;
@@ -87,7 +87,7 @@ fn blocks(code: &str) -> Vec<(std::ops::Range<usize>, Vec<&str>)> {
             let Some(open) = code[at..].find('{').map(|open| at + open).filter(|_| begins) else { continue };
             let header = &code[at..open];
             let mut names = lanes(header);
-            // What lanes do is over lanes, too.
+            // Implementations of the traits are over lanes, too.
             let is_trait = |name: &&str| header.starts_with(&format!("trait {name}"));
             if TRAITS.iter().any(|name| is_trait(name) || header.contains(&format!("{name} for "))) {
                 names.push("Self");
@@ -100,7 +100,7 @@ fn blocks(code: &str) -> Vec<(std::ops::Range<usize>, Vec<&str>)> {
     blocks
 }
 
-/// Where code breaks the rules.
+/// Returns the places where code breaks the rules.
 fn broken(source: &Source) -> Vec<Broken> {
     let code = source.code.join("\n");
     if source.module() != "simd" && !code.contains("simd::") {
@@ -122,7 +122,7 @@ fn broken(source: &Source) -> Vec<Broken> {
         }
         let line = |at: usize| code[..at].matches('\n').count() + 1;
         let is_fine = |line: &str| line == "#[inline(always)]" || line.contains("target_feature");
-        // This is the one that makes functions of their own.
+        // This function makes other functions out of line.
         let is_outlined = source.module() == "simd" && name == "outlined";
         if !is_outlined && !attributes(&code, at).any(is_fine) {
             found.push(Broken { line: line(at), function: name.clone(), rule: Rule::Inline });
@@ -137,7 +137,7 @@ fn broken(source: &Source) -> Vec<Broken> {
     found
 }
 
-/// The end of a signature that begins at `from`: a body's `{`, or a `;` that is not within an array.
+/// Returns the end of a signature that starts at `from`: a body's `{`, or a `;` outside of arrays.
 fn signature(code: &str, from: usize) -> usize {
     let mut depth = 0;
     for (at, c) in code[from..].char_indices() {
@@ -151,13 +151,13 @@ fn signature(code: &str, from: usize) -> usize {
     code.len()
 }
 
-/// The lines of attributes above the function at `at`.
+/// Returns the lines of attributes above the function at `at`.
 fn attributes(code: &str, at: usize) -> impl Iterator<Item = &str> {
     let above = code[..at].rfind('\n').map_or("", |end| &code[..end]);
     above.lines().rev().map(str::trim).take_while(|line| line.is_empty() || line.starts_with("#["))
 }
 
-/// The closures of a function whose body begins at `from`: each from its first bar to its end.
+/// Returns the closures of a function whose body starts at `from`, each from its first bar to its end.
 fn closures(code: &str, from: usize) -> Vec<std::ops::Range<usize>> {
     let mut found = Vec::new();
     let mut next = from;
@@ -178,7 +178,7 @@ fn closures(code: &str, from: usize) -> Vec<std::ops::Range<usize>> {
     found
 }
 
-/// The end of an expression in brackets or in a list.
+/// Returns the end of an expression in brackets or in a list.
 fn expression(code: &str, from: usize) -> usize {
     let mut depth = 0;
     for (at, c) in code[from..].char_indices() {
@@ -194,7 +194,7 @@ fn expression(code: &str, from: usize) -> usize {
 }
 
 fn touches_lanes(closure: &str, names: &[&str]) -> bool {
-    // How many lanes there are is a number as any other.
+    // The number of lanes is an ordinary number.
     let is_lanes = |rest: &str| rest.starts_with("::") && !rest.starts_with("::WIDTH");
     let of_lanes = |name: &&str| words(closure, name).any(|at| is_lanes(&closure[at + name.len()..]));
     OPERATIONS.iter().any(|operation| closure.contains(operation)) || names.iter().any(of_lanes)
@@ -223,7 +223,7 @@ fn code_over_lanes_is_inlined_and_has_no_closures() {
 }
 
 #[test]
-fn broken_rules_are_found() {
+fn violations_of_both_rules_are_found() {
     let found = |text: &str| {
         let text = format!("use crate::simd::Float;\n{text}");
         broken(&Source::new("shading/a.rs".into(), &text)).into_iter().map(|b| b.rule).collect::<Vec<_>>()

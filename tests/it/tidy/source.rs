@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// A source file without its tests: lines as they are, and with comments and strings blanked.
 pub struct Source {
-    /// Below `src/`, with forward slashes.
+    /// The path below `src/`, with forward slashes.
     pub name: String,
     pub lines: Vec<String>,
     pub code: Vec<String>,
@@ -22,7 +22,7 @@ impl Source {
         first.trim_end_matches(".rs")
     }
 
-    /// Numbers (from 1) and code of the lines.
+    /// Line numbers (from 1) and code.
     pub fn numbered(&self) -> impl Iterator<Item = (usize, &str)> {
         self.code.iter().enumerate().map(|(i, line)| (i + 1, line.as_str()))
     }
@@ -61,7 +61,7 @@ pub fn sources() -> Vec<Source> {
     sources
 }
 
-/// The text up to the tests, which are last in every file (else this would hide code: it panics).
+/// The text before the tests. Panics if they are not at the end of the file, where they would hide code.
 fn without_tests(text: &str) -> &str {
     let Some(at) = text.find("#[cfg(test)]\nmod tests {") else { return text };
     let rest = &text[at..];
@@ -70,7 +70,7 @@ fn without_tests(text: &str) -> &str {
     &text[..at]
 }
 
-/// Comments, strings and characters replaced by blanks; lines stay lines.
+/// Replaces comments, strings and characters by blanks and keeps line breaks.
 fn blank(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
@@ -87,7 +87,7 @@ fn blank(text: &str) -> String {
     out
 }
 
-/// The bytes of the comment, string or character that `text` begins with, or 0.
+/// Returns the length in bytes of a comment, string or character at the start of `text`, or 0.
 fn skipped(text: &str) -> usize {
     let until =
         |end: &str, from: usize| text[from..].find(end).map_or(text.len(), |at| from + at + end.len());
@@ -125,7 +125,7 @@ fn skipped(text: &str) -> usize {
     }
 }
 
-/// The bytes of the comment that `text` begins with, which may have others within it.
+/// Returns the length in bytes of a comment at the start of `text`, which may contain others.
 fn comment(text: &str) -> usize {
     let (mut depth, mut at) = (0, 0);
     while at < text.len() {
@@ -142,7 +142,7 @@ fn comment(text: &str) -> usize {
     at
 }
 
-/// The words that follow `before` in a line, as whole words.
+/// Returns the whole words that follow `before` in a line.
 pub fn words_after<'a>(line: &'a str, before: &'a str) -> impl Iterator<Item = &'a str> {
     line.match_indices(before).filter_map(move |(at, _)| {
         let starts_word = !line[..at].ends_with(is_word);

@@ -6,7 +6,7 @@ use gltf::json::Index;
 use gltf::json::buffer::View;
 use serde::Deserialize;
 
-/// Of a primitive.
+/// `KHR_draco_mesh_compression` of a primitive.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in super::super) struct DracoPrimitive {

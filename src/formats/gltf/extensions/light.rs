@@ -4,19 +4,19 @@ use serde::Deserialize;
 
 use super::number::{all_finite, finite, one, white};
 
-/// Of the file.
+/// `KHR_lights_punctual` of the file.
 #[derive(Deserialize)]
 pub(in super::super) struct Lights {
     pub lights: Vec<GltfLight>,
 }
 
-/// Of a node.
+/// `KHR_lights_punctual` of a node.
 #[derive(Deserialize)]
 pub(in super::super) struct LightOfNode {
     pub light: usize,
 }
 
-/// One of [`Lights`]; in candela or, if directional, lux.
+/// An item of [`Lights`]; the intensity is in candela or, for directional lights, in lux.
 #[derive(Deserialize)]
 pub(in super::super) struct GltfLight {
     pub name: Option<String>,
@@ -49,13 +49,13 @@ pub(in super::super) struct ImageLights {
     pub lights: Vec<ImageLight>,
 }
 
-/// The same of a scene.
+/// `EXT_lights_image_based` of a scene.
 #[derive(Deserialize)]
 pub(in super::super) struct ImageLightOfScene {
     pub light: usize,
 }
 
-/// One of [`ImageLights`].
+/// An item of [`ImageLights`].
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in super::super) struct ImageLight {

@@ -1,4 +1,4 @@
-//! The extensions of materials. [`Principled`](crate::world::Principled) says what they mean.
+//! The extensions of materials. [`Principled`](crate::world::Principled) documents their meaning.
 
 use serde::Deserialize;
 
@@ -33,7 +33,7 @@ pub(in super::super) struct Transmission {
     pub transmission_texture: Option<Slot>,
 }
 
-/// `KHR_materials_volume`. The thickness counts for open surfaces; rays find that of bodies themselves.
+/// `KHR_materials_volume`. The thickness is used for open surfaces only; in closed ones rays measure it.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in super::super) struct GltfVolume {

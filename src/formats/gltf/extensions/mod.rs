@@ -1,4 +1,4 @@
-//! The extensions that are read, as serde fills them, and what is said about all others.
+//! The supported extensions, deserialised by serde, and checks for all others.
 
 #[cfg(feature = "draco")]
 pub(super) mod draco;
@@ -14,7 +14,7 @@ use gltf::json::Root;
 use super::document::Document;
 use crate::error::{LoadError, words};
 
-/// The extensions that every build knows; [`is_known`] adds those that depend on features.
+/// The extensions that every build supports; [`is_known`] adds those that depend on features.
 const KNOWN: [&str; 27] = [
     "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
@@ -43,7 +43,7 @@ const KNOWN: [&str; 27] = [
     "KHR_node_selectability",
     "KHR_node_visibility",
     "KHR_texture_transform",
-    // What an author wrote about the file.
+    // Metadata about the file.
     "KHR_xmp_json_ld",
 ];
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use gltf::json::{Accessor, Index};
 use serde::Deserialize;
 
-/// Whether a node and its children are shown.
+/// `KHR_node_visibility`: the visibility of a node and its descendants.
 #[derive(Deserialize)]
 pub(in super::super) struct Visibility {
     #[serde(default = "shown")]
@@ -16,7 +16,7 @@ fn shown() -> bool {
     true
 }
 
-/// Transforms at which a node's mesh is shown, relative to the node.
+/// `EXT_mesh_gpu_instancing`: the transforms of a node's instances, relative to the node.
 #[derive(Deserialize)]
 pub(in super::super) struct Instancing {
     #[serde(default)]

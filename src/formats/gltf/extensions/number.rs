@@ -1,4 +1,4 @@
-//! Numbers of extensions: finite, with the specification's defaults.
+//! Deserialisation of finite numbers, and the specification's defaults.
 
 use serde::de::{Deserialize, Deserializer, Error};
 
@@ -10,13 +10,13 @@ pub(super) fn white() -> [f32; 3] {
     [1.0; 3]
 }
 
-/// A finite number.
+/// Deserialises a finite number.
 pub(super) fn finite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
     let number = f32::deserialize(deserializer)?;
     if number.is_finite() { Ok(number) } else { Err(D::Error::custom("a number is too large")) }
 }
 
-/// An array of finite numbers.
+/// Deserialises an array of finite numbers.
 pub(super) fn all_finite<'de, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<[f32; N], D::Error>

@@ -1,4 +1,4 @@
-//! Slots of materials, and the extensions of textures.
+//! Texture slots of materials, and the extensions of textures.
 
 use gltf::json::material::NormalTexture;
 use gltf::json::texture::Info;
@@ -8,14 +8,14 @@ use serde_json::{Map, Value};
 
 use super::number::{all_finite, finite, one};
 
-/// Where a material names a texture, whatever it is for.
+/// A texture reference of a material, for any purpose.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in super::super) struct Slot {
     pub index: Index<json::Texture>,
     #[serde(default)]
     pub tex_coord: u32,
-    /// Only normal maps have one.
+    /// Used by normal maps only.
     #[serde(default = "one", deserialize_with = "finite")]
     pub scale: f32,
     pub extensions: Option<Map<String, Value>>,
@@ -54,7 +54,7 @@ impl Default for TextureTransform {
     }
 }
 
-/// `EXT_texture_webp` and `KHR_texture_basisu`: another image than the texture's own.
+/// `EXT_texture_webp` and `KHR_texture_basisu`: an image used instead of the texture's own.
 #[derive(Deserialize)]
 pub(in super::super) struct OtherSource {
     pub source: Option<u32>,

@@ -2,13 +2,13 @@
 
 use serde::Deserialize;
 
-/// Of the file.
+/// `KHR_materials_variants` of the file.
 #[derive(Deserialize)]
 pub(in super::super) struct Variants {
     pub variants: Vec<GltfVariant>,
 }
 
-/// One of [`Variants`].
+/// An item of [`Variants`].
 #[derive(Deserialize)]
 pub(in super::super) struct GltfVariant {
     #[serde(default)]
@@ -16,20 +16,20 @@ pub(in super::super) struct GltfVariant {
 }
 
 impl GltfVariant {
-    /// Its name, or its number if it has none.
+    /// The variant's name, or its number if it has none.
     pub fn called(&self, number: usize) -> String {
         if self.name.is_empty() { number.to_string() } else { self.name.clone() }
     }
 }
 
-/// Of a primitive.
+/// `KHR_materials_variants` of a primitive.
 #[derive(Deserialize)]
 pub(in super::super) struct Mappings {
     #[serde(default)]
     pub mappings: Vec<Mapping>,
 }
 
-/// A material, and the variants under which it is the primitive's.
+/// A material, and the variants for which the primitive uses it.
 #[derive(Deserialize)]
 pub(in super::super) struct Mapping {
     pub material: u32,

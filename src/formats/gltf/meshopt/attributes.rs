@@ -1,15 +1,15 @@
-//! Attributes: bytes of the same place in their elements, as differences from one element to the
-//! next, in blocks of as few bits as they need.
+//! Attributes: each byte position is coded as deltas between successive elements, in groups of as few bits as they
+//! need.
 
 use super::ByteSource;
 
-/// Elements that share a number of bits.
+/// The number of elements with a common bit width.
 const GROUP: usize = 16;
-/// The most bytes and the most elements in a block.
+/// Upper limits for the bytes and the elements of a block.
 const MOST_BYTES: usize = 8192;
 const MOST_ELEMENTS: usize = 256;
 
-/// Elements of `stride` bytes; none if the data are damaged.
+/// Decodes elements of `stride` bytes; none if the data are damaged.
 pub(super) fn decode(data: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     let (header, data) = data.split_first()?;
     let second = match header {
@@ -17,8 +17,8 @@ pub(super) fn decode(data: &[u8], count: usize, stride: usize) -> Option<Vec<u8>
         0xa1 => true,
         _ => return None,
     };
-    // At the end: zeros, the first element, and in the second version a byte for each four that
-    // says how they differ.
+    // The tail: zeros, the first element, and in the second version a byte per four bytes of an element with the kind
+    // of their deltas.
     let kinds = if second { stride / 4 } else { 0 };
     let least = if second { 24 } else { 32 };
     let (data, tail) = data.split_at_checked(data.len().checked_sub((stride + kinds).max(least))?)?;
@@ -47,7 +47,7 @@ pub(super) fn decode(data: &[u8], count: usize, stride: usize) -> Option<Vec<u8>
     source.0.is_empty().then_some(elements)
 }
 
-/// The differences of one byte of all elements of a block.
+/// Reads the deltas of one byte position for all elements of a block.
 fn column(source: &mut ByteSource, column: &mut [u8], count: usize, control: Option<u8>) -> Option<()> {
     const WIDTHS: [[u32; 4]; 3] = [[0, 2, 4, 8], [0, 1, 2, 4], [1, 2, 4, 8]];
     let widths = match control {
@@ -71,7 +71,7 @@ fn column(source: &mut ByteSource, column: &mut [u8], count: usize, control: Opt
     Some(())
 }
 
-/// Sixteen differences of `width` bits each. All bits set means that a whole byte follows later.
+/// Reads sixteen deltas of `width` bits each. If all bits are set, a whole byte follows later instead.
 fn read_group(source: &mut ByteSource, group: &mut [u8], width: u32) -> Option<()> {
     match width {
         0 => group.fill(0),
@@ -93,7 +93,7 @@ fn read_group(source: &mut ByteSource, group: &mut [u8], width: u32) -> Option<(
     Some(())
 }
 
-/// Adds differences up to elements, four bytes of each.
+/// Accumulates deltas to elements, four bytes of each.
 fn add_up<'b>(
     columns: [&[u8]; 4],
     kind: u8,
@@ -126,7 +126,7 @@ fn add_up<'b>(
             *places.next()? = byte;
         }
         if number + 1 < columns[0].len() {
-            // To the same four bytes of the next element.
+            // Skips to the same four bytes of the next element.
             if stride > 4 {
                 places.nth(stride - 5)?;
             }

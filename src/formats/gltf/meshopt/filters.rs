@@ -1,9 +1,9 @@
-//! What attributes were made before they were compressed, and back. Integers stand for
-//! fractions as everywhere in glTF; results are rounded, halves away from 0.
+//! The inverses of the filters applied to attributes before compression. Integers are normalised as everywhere in glTF;
+//! results are rounded, halves away from 0.
 
 use super::Filter;
 
-/// Undoes a filter on elements of `stride` bytes.
+/// Inverts a filter on elements of `stride` bytes.
 pub(super) fn apply(filter: Filter, bytes: &mut [u8], stride: usize) -> Result<(), &'static str> {
     match (filter, stride) {
         (Filter::None, _) => {}
@@ -44,7 +44,8 @@ fn words(words: [i16; 4]) -> [u8; 8] {
     std::array::from_fn(|i| words[i / 2].to_le_bytes()[i % 2])
 }
 
-/// A unit vector that was folded onto the square |x| + |y| ≤ one; the fourth stays as it is.
+/// Decodes a unit vector from octahedral coordinates, folded onto the square |x| + |y| ≤ one; the fourth component
+/// stays as it is.
 fn octahedral([x, y, one, w]: [f32; 4], largest: f32) -> [f32; 4] {
     let z = one - x.abs() - y.abs();
     let fold = z.min(0.0);
@@ -55,7 +56,7 @@ fn octahedral([x, y, one, w]: [f32; 4], largest: f32) -> [f32; 4] {
     [(x * scale).round(), (y * scale).round(), (z * scale).round(), w]
 }
 
-/// A unit quaternion whose largest component was left out; two bits say which one.
+/// Decodes a unit quaternion whose largest component was left out; two bits give its index.
 fn quaternion([x, y, z, scale]: [i16; 4]) -> [i16; 4] {
     let largest = usize::from(scale as u16 & 3);
     let unit = std::f32::consts::FRAC_1_SQRT_2 / f32::from(scale | 3);
@@ -68,14 +69,14 @@ fn quaternion([x, y, z, scale]: [i16; 4]) -> [i16; 4] {
     quaternion
 }
 
-/// A signed exponent of 8 bits and a signed mantissa of 24.
+/// Decodes a float from a signed exponent of 8 bits and a signed mantissa of 24.
 fn exponential(number: i32) -> f32 {
     let (exponent, mantissa) = (number >> 24, number << 8 >> 8);
     libm::ldexp(f64::from(mantissa), exponent) as f32
 }
 
-/// Red, green and blue of brightness and two differences, and alpha, whose highest bit says how
-/// many bits they have.
+/// Decodes red, green and blue from luma and two chroma differences, and alpha, whose highest set bit gives the bit
+/// depth of all.
 fn color(y: i32, [co, cg]: [i32; 2], alpha: i32, largest: f32) -> [i32; 4] {
     let bits = 32 - alpha.leading_zeros();
     let ones = ((1i64 << bits) - 1) as i32;

@@ -1,9 +1,8 @@
-//! Indices: triangles by the edges that they share with earlier ones, other sequences by their
-//! differences.
+//! Indices: triangles are coded by the edges that they share with earlier ones, other sequences by deltas.
 
 use super::ByteSource;
 
-/// The last sixteen of something, newest last.
+/// A FIFO of the last sixteen items.
 struct Recent<T> {
     items: [T; 16],
     next: usize,
@@ -19,24 +18,24 @@ impl<T: Copy + Default> Recent<T> {
         self.next = self.next.wrapping_add(1);
     }
 
-    /// 1 is the newest.
+    /// Returns the item of an age; 1 is the newest.
     fn get(&self, age: usize) -> T {
         self.items[self.next.wrapping_sub(age) & 15]
     }
 }
 
-/// What is carried from one triangle to the next.
+/// The state carried from one triangle to the next.
 struct DecoderState<'d> {
     data: ByteSource<'d>,
     edges: Recent<(u32, u32)>,
     vertices: Recent<u32>,
     /// The first vertex that has not been used yet.
     fresh: u32,
-    /// The last vertex that was written out in full.
+    /// The last vertex that was coded explicitly.
     last: u32,
 }
 
-/// `count` indices of triangles; none if the data are damaged.
+/// Decodes `count` indices of triangles; none if the data are damaged.
 pub(super) fn triangles(data: &[u8], count: usize) -> Option<Vec<u32>> {
     let data = data.strip_prefix(&[0xe1])?;
     let (codes, data) = data.split_at_checked(count / 3)?;
@@ -68,7 +67,7 @@ pub(super) fn triangles(data: &[u8], count: usize) -> Option<Vec<u32>> {
 }
 
 impl DecoderState<'_> {
-    /// A triangle over a recent edge.
+    /// Decodes a triangle over a recent edge.
     fn beside(&mut self, edge: usize, third: u8) -> Option<[u32; 3]> {
         let (a, b) = self.edges.get(edge + 1);
         let c = match third {
@@ -86,12 +85,12 @@ impl DecoderState<'_> {
         Some([a, b, c])
     }
 
-    /// A triangle without a recent edge: each corner is 0, a new vertex, 1 to 14, a recent one, or
-    /// 15, written out.
+    /// Decodes a triangle without a recent edge. Codes of a corner: 0, a new vertex; 1 to 14, a recent vertex; 15, an
+    /// explicit one.
     fn fresh_triangle(&mut self, first: u8, others: u8) -> Option<[u32; 3]> {
         let kinds = [first, others >> 4, others & 15];
         let mut corners = [0; 3];
-        // "Recent" means recent before this triangle.
+        // "Recent" is relative to the state before this triangle.
         for (corner, kind) in corners.iter_mut().zip(kinds) {
             *corner = match kind {
                 0 => self.another(),
@@ -131,7 +130,7 @@ impl DecoderState<'_> {
     }
 }
 
-/// `count` indices of any kind; none if the data are damaged.
+/// Decodes `count` indices of any kind; none if the data are damaged.
 pub(super) fn sequence(data: &[u8], count: usize) -> Option<Vec<u32>> {
     let data = data.strip_prefix(&[0xd1])?;
     let (data, _) = data.split_last_chunk::<4>()?;
@@ -147,7 +146,7 @@ pub(super) fn sequence(data: &[u8], count: usize) -> Option<Vec<u32>> {
     data.0.is_empty().then_some(indices)
 }
 
-/// 0, −1, 1, −2 … of 0, 1, 2, 3 …
+/// Zigzag decoding: maps 0, 1, 2, 3 … to 0, −1, 1, −2 …
 fn unfold(number: u32) -> u32 {
     number >> 1 ^ (number & 1).wrapping_neg()
 }

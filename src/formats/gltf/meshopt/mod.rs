@@ -1,6 +1,5 @@
-//! Buffer views compressed by `EXT_meshopt_compression` and `KHR_meshopt_compression`, after the
-//! words of these extensions' specifications (appendices A and B of the former, and the second
-//! version of attributes of the latter).
+//! Decompression of buffer views of `EXT_meshopt_compression` and `KHR_meshopt_compression`, written from these
+//! extensions' specifications (appendices A and B of the former, and the second version of attributes of the latter).
 
 mod attributes;
 mod filters;
@@ -23,7 +22,7 @@ pub(super) struct MeshoptView {
     pub filter: Filter,
 }
 
-/// What was compressed.
+/// The kind of compressed data.
 #[derive(Deserialize, Clone, Copy, PartialEq)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) enum Mode {
@@ -32,7 +31,7 @@ pub(super) enum Mode {
     Indices,
 }
 
-/// How attributes were transformed before compression.
+/// The transformation of attributes before compression.
 #[derive(Deserialize, Clone, Copy, Default, PartialEq)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) enum Filter {
@@ -45,13 +44,12 @@ pub(super) enum Filter {
 }
 
 impl MeshoptView {
-    /// How many bytes the decoded view has; none on overflow.
+    /// The number of bytes of the decoded view; none on overflow.
     pub(super) fn decoded_length(&self) -> Option<usize> {
         self.count.checked_mul(self.byte_stride)
     }
 
-    /// The view's bytes; else what is wrong with the compressed ones. The caller has seen to it
-    /// that there is memory for them.
+    /// Decompresses the view; the error is a reason. The caller has reserved the memory.
     pub(super) fn decode(&self, data: &[u8]) -> Result<Vec<u8>, &'static str> {
         let (count, stride) = (self.count, self.byte_stride);
         match self.mode {
@@ -84,7 +82,7 @@ impl MeshoptView {
 
 const DAMAGED: &str = "the compressed data are damaged";
 
-/// Bytes that are taken from the front.
+/// A reader that takes bytes from the front.
 struct ByteSource<'d>(&'d [u8]);
 
 impl<'d> ByteSource<'d> {
@@ -100,7 +98,8 @@ impl<'d> ByteSource<'d> {
         Some(taken)
     }
 
-    /// A number of seven bits a byte, least significant first; the eighth bit says that more bytes follow.
+    /// Reads a variable-length number: seven bits per byte, least significant first; the eighth bit is set if more
+    /// bytes follow.
     fn number(&mut self) -> Option<u32> {
         let mut number = 0u32;
         for place in 0..5 {
@@ -124,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sequence_of_indices_follows_two_bases() {
+    fn index_sequences_decode_deltas_to_two_bases() {
         // 5, 6, 4 from the first base; 100 and 99 from the second; the tail.
         let mut data = vec![0xd1];
         for (base, delta) in [(0u32, 5i32), (0, 1), (1, 100), (0, -2), (1, -1)] {
@@ -144,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_strip_of_triangles_is_told_by_its_edges() {
+    fn triangles_decode_edges_shared_with_earlier_ones() {
         // A first triangle of three new vertices, then one over its last edge with a new vertex.
         let mut data = vec![0xe1, 0xf0, 0x00];
         data.extend([0; 16]);
@@ -155,11 +154,11 @@ mod tests {
     }
 
     #[test]
-    fn attributes_are_sums_of_differences() {
-        // Two elements of four bytes: the first is the baseline plus 0, the second one more each.
+    fn attributes_decode_as_sums_of_deltas() {
+        // Two elements of four bytes: the first is the baseline plus 0, each byte of the second is one more.
         let mut data = vec![0xa0];
         for _ in 0..4 {
-            // Groups of 16: two bits a difference; the first is 0, the second 2, which means +1.
+            // Groups of 16: two bits per delta; the first is 0, the second 2, which means +1.
             data.extend([1, 0b0010_0000, 0, 0, 0]);
         }
         data.extend([0; 28]);
@@ -172,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn filters_undo_what_was_done() {
+    fn filters_invert_the_encoding() {
         let apply = |filter: Filter, mut bytes: Vec<u8>, stride: usize| {
             filters::apply(filter, &mut bytes, stride).unwrap();
             bytes
@@ -181,7 +180,7 @@ mod tests {
         assert_eq!(apply(Filter::Octahedral, vec![127, 0, 127, 1], 4), [127, 0, 0, 1]);
         // 3 · 2⁻¹
         assert_eq!(apply(Filter::Exponential, vec![3, 0, 0, 0xff], 4), 1.5f32.to_le_bytes());
-        // All but the largest component are 0; that is component 1.
+        // All components but the largest, component 1, are 0.
         let scale = [0xfd, 0x7f];
         let quaternion = [0, 0, 0, 0, 0, 0, scale[0], scale[1]];
         assert_eq!(apply(Filter::Quaternion, quaternion.to_vec(), 8), [0, 0, 0xff, 0x7f, 0, 0, 0, 0]);

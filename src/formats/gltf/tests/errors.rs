@@ -1,4 +1,4 @@
-//! What is refused, and how it is said.
+//! Invalid files, and the messages about them.
 
 use super::*;
 
@@ -76,7 +76,7 @@ fn attributes_must_be_as_many_as_positions() {
 }
 
 #[test]
-fn a_node_has_one_parent() {
+fn nodes_with_two_parents_or_cycles_are_rejected() {
     let nodes = json!([{"children": [1, 2]}, {"children": [2]}, {}]);
     assert!(
         refused(&with(&[("/nodes", nodes)]))
@@ -107,7 +107,7 @@ fn sparse_overrides_are_checked() {
 }
 
 #[test]
-fn memory_is_bounded_by_the_file() {
+fn memory_is_bounded_by_the_file_size() {
     let mut file = triangle();
     set(&mut file, "/accessors/0", json!({"componentType": 5126, "count": 1u64 << 40, "type": "VEC3"}));
     assert!(refused(&file).contains("POSITION: what is read up to here is far larger"));
@@ -120,7 +120,7 @@ fn memory_is_bounded_by_the_file() {
 }
 
 #[test]
-fn broken_json_is_named_by_line_and_column() {
+fn invalid_json_is_reported_by_line_and_column() {
     let message = |bytes: &[u8]| read_bytes(bytes).unwrap_err().to_string();
     assert_eq!(
         message(b"{\n  \"asset\": 5,"),

@@ -5,7 +5,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 use crate::world::{MaterialId, Shape, World};
 
 #[test]
-fn a_triangle_is_a_triangle_in_json_and_in_glb() {
+fn triangle_reads_the_same_from_json_and_glb() {
     let read_json = read(&triangle());
     let mesh = read_json.mesh();
     assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
@@ -19,14 +19,14 @@ fn a_triangle_is_a_triangle_in_json_and_in_glb() {
 }
 
 #[test]
-fn without_indices_vertices_come_in_order() {
+fn vertices_without_indices_form_triangles_in_order() {
     let mut file = triangle();
     file["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
     assert_eq!(read(&file).mesh().triangles, [[0, 1, 2]]);
 }
 
 #[test]
-fn indices_have_one_two_or_four_bytes() {
+fn indices_of_one_two_and_four_bytes_are_read() {
     for (component, bytes) in [
         (5121, vec![2u8, 1, 0]),
         (5123, vec![2, 0, 1, 0, 0, 0]),
@@ -40,7 +40,7 @@ fn indices_have_one_two_or_four_bytes() {
 }
 
 #[test]
-fn integers_stand_for_fractions_where_they_are_normalised() {
+fn normalised_integers_are_converted_to_fractions() {
     let uvs = |component, bytes: &[u8], normalized: bool| {
         let mut file = with_attribute("TEXCOORD_0", bytes, component, "VEC2");
         set(&mut file, "/accessors/2/normalized", json!(normalized));
@@ -67,7 +67,7 @@ fn quantised_positions_and_normals_are_read() {
 }
 
 #[test]
-fn colors_have_three_or_four_components() {
+fn colors_of_three_and_four_components_are_read() {
     let bytes = floats(&[1.0, 0.5, 0.0, 0.25, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
     let file = with_attribute("COLOR_0", &bytes, 5126, "VEC4");
     assert_eq!(read(&file).mesh().colors, [Rgb::new(1.0, 0.5, 0.0), Rgb::WHITE, Rgb::BLACK]);
@@ -76,7 +76,7 @@ fn colors_have_three_or_four_components() {
 }
 
 #[test]
-fn interleaved_vertices_are_strided() {
+fn interleaved_vertices_are_read_with_their_stride() {
     let mut file = triangle();
     // Position and normal of each vertex.
     let vertex = |p: [f32; 3]| floats(&[p[0], p[1], p[2], 0.0, 0.0, 1.0]);
@@ -135,7 +135,7 @@ fn primitives_of_a_mesh_are_merged_with_their_materials() {
 }
 
 #[test]
-fn both_sets_of_texture_coordinates_and_alphas_are_read() {
+fn second_texture_coordinates_and_vertex_alphas_are_read() {
     let mut file = with_attribute("TEXCOORD_1", &floats(&[0.5; 6]), 5126, "VEC2");
     let alphas =
         add_accessor(&mut file, &[255, 255, 255, 0, 255, 255, 255, 255, 0, 0, 0, 255], 5121, "VEC4", 3);
@@ -146,7 +146,7 @@ fn both_sets_of_texture_coordinates_and_alphas_are_read() {
     assert_eq!(read.mesh().alphas, [0.0, 1.0, 1.0]);
 }
 
-/// Four corners of two triangles that share an edge; on the right the texture is mirrored.
+/// Two triangles that share an edge; the texture of the right one is mirrored.
 fn mirrored() -> Value {
     let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0];
     let mut file = triangle();
@@ -168,7 +168,7 @@ fn mirrored() -> Value {
 }
 
 #[test]
-fn normal_maps_get_tangents_and_mirrored_ones_their_own_vertices() {
+fn normal_maps_get_tangents_and_mirrored_ones_split_vertices() {
     let read = read(&mirrored());
     let mesh = read.mesh();
     assert_eq!(mesh.triangles[0], [0, 1, 2]);
@@ -177,7 +177,7 @@ fn normal_maps_get_tangents_and_mirrored_ones_their_own_vertices() {
     for columns in [mesh.normals.len(), mesh.uvs.len(), mesh.tangents.len()] {
         assert_eq!(columns, 6);
     }
-    // Texture upright, as v points down: u along x, the bitangent up.
+    // The texture is upright, as v points down: u runs along x, the bitangent points up.
     for corner in mesh.triangles[0] {
         let tangent = mesh.tangents[corner as usize];
         assert!((tangent.truncate() - Vec3::X).length() < 1e-6 && tangent.w == 1.0, "{tangent}");
@@ -186,7 +186,7 @@ fn normal_maps_get_tangents_and_mirrored_ones_their_own_vertices() {
 }
 
 #[test]
-fn given_tangents_are_kept_and_made_units() {
+fn given_tangents_are_kept_and_normalised() {
     let mut file = with_attribute("NORMAL", &floats(&[0.0, 0.0, 1.0].repeat(3)), 5126, "VEC3");
     let given = floats(&[0.0, 2.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0]);
     let tangents = add_accessor(&mut file, &given, 5126, "VEC4", 3);
@@ -198,7 +198,7 @@ fn given_tangents_are_kept_and_made_units() {
 }
 
 #[test]
-fn tangents_of_strange_meshes_end() {
+fn tangent_generation_terminates_for_degenerate_meshes() {
     let strange = |positions: &[f32], uvs: &[f32], indices: &[u16]| {
         let mut file = mirrored();
         let count = positions.len() / 3;
@@ -223,14 +223,14 @@ fn tangents_of_strange_meshes_end() {
     let tiny = [1e-44, 0.0, 0.0, 0.0, 1e-44, 0.0, 0.0, 0.0, 1e-44];
     assert_eq!(strange(&tiny, &[0.0; 6], &[0, 1, 2, 2, 1, 0]), 0);
     assert_eq!(strange(&[0.0; 9], &[0.0; 6], &[0, 1, 2]), 0);
-    // All triangles around one edge, far too many.
+    // Far too many triangles around one edge.
     let fan = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     assert_eq!(strange(&fan, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0], &[0, 1, 2].repeat(20_000)), 1);
 }
 
-/// Exporters write a mesh anew for each of its materials.
+/// Exporters repeat a mesh for each of its materials.
 #[test]
-fn meshes_of_the_same_accessors_are_one() {
+fn meshes_with_the_same_accessors_are_stored_once() {
     let primitive = |indices: usize, material: usize| json!({"primitives": [{"attributes": {"POSITION": 0}, "indices": indices, "material": material}]});
     let mut file = triangle();
     let again = add_accessor(&mut file, &[0, 0, 2, 0, 1, 0], 5123, "SCALAR", 3);
@@ -261,9 +261,9 @@ fn meshes_of_the_same_accessors_are_one() {
     assert_eq!(shown, expected.map(|(mesh, name)| (mesh, name.to_owned())));
 }
 
-/// 350 meshes, a million triangles in all, of one set of accessors, in a file of 100 KB.
+/// 350 meshes of one set of accessors, a million triangles in total, in a file of 100 KB.
 #[test]
-fn what_is_shared_costs_nothing_more() {
+fn shared_meshes_are_charged_once() {
     let corners: Vec<f32> = (0..1000).flat_map(|i| [i as f32, (i % 7) as f32, 0.0]).collect();
     let corner = |triangle: u32, corner: u32| ((triangle * 31 + corner * 333) % 1000) as u16;
     let indices: Vec<u8> =

@@ -5,7 +5,7 @@ use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
 use crate::world::{AlphaMode, Channel, ColorInput, ScalarInput, Texels, Texture, TextureId};
 
-/// Adds texture 0: two pixels, black and white, in the BMP format.
+/// Adds texture 0: two pixels, black and white, as BMP.
 pub(super) fn add_texture(file: &mut Value) {
     let mut bmp = b"BM".to_vec();
     for word in [54u32 + 8, 0, 54, 40, 2, 1, 1 | 24 << 16, 0, 8, 0, 0, 0, 0] {
@@ -49,7 +49,7 @@ fn of_scalar(read: &Read, input: ScalarInput) -> (f32, Texture, Channel) {
 }
 
 #[test]
-fn without_a_word_a_material_is_that_of_the_specification() {
+fn missing_material_is_the_default_of_the_specification() {
     assert_eq!(material(json!({})), Principled::default());
     assert_eq!(*read(&triangle()).material(), Principled::default());
 }
@@ -103,7 +103,7 @@ fn textures_have_factors_samplers_and_transforms() {
 }
 
 #[test]
-fn filters_are_those_of_the_sampler() {
+fn texture_filter_follows_the_sampler() {
     let filter = |sampler: Option<Value>| {
         let mut file = triangle();
         add_texture(&mut file);
@@ -125,7 +125,7 @@ fn filters_are_those_of_the_sampler() {
 }
 
 #[test]
-fn glass_has_an_inside_if_it_is_thick() {
+fn glass_has_a_volume_if_its_thickness_is_positive() {
     let glass = |thickness: f32| {
         material(json!({"extensions": {
             "KHR_materials_transmission": {"transmissionFactor": 0.75},
@@ -150,7 +150,7 @@ fn glass_has_an_inside_if_it_is_thick() {
 }
 
 #[test]
-fn layers_are_looked_up_in_their_channels() {
+fn layer_textures_are_read_from_their_channels() {
     let slot = json!({"index": 0});
     let read = read_material(json!({"extensions": {
         "KHR_materials_specular": {
@@ -206,7 +206,7 @@ fn layers_are_looked_up_in_their_channels() {
 }
 
 #[test]
-fn the_older_model_reflects_its_specular_color() {
+fn specular_glossiness_reflects_its_specular_color() {
     let older = |fields: Value| json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": fields}});
     let plain = material(older(json!({
         "diffuseFactor": [0.5, 0.25, 0, 1], "specularFactor": [1, 0.5, 0.25], "glossinessFactor": 0.75,
@@ -245,7 +245,7 @@ fn variants_replace_materials_by_name() {
         "{message}"
     );
 
-    // One without a name has its number.
+    // A variant without a name is called by its number.
     set(&mut file, "/extensions/KHR_materials_variants/variants/1", json!({}));
     let options = LoadOptions { variant: Some("1".into()), ..LoadOptions::default() };
     let read = read_with(file.to_string().as_bytes(), &options).unwrap();
@@ -256,7 +256,7 @@ fn variants_replace_materials_by_name() {
 }
 
 #[test]
-fn pictures_that_are_missing_are_told() {
+fn missing_images_cause_warnings() {
     let mut file = triangle();
     add_texture(&mut file);
     set(&mut file, "/images/0/uri", json!("no%20such.png"));
@@ -269,19 +269,19 @@ fn pictures_that_are_missing_are_told() {
 }
 
 #[test]
-fn a_third_set_of_coordinates_is_told() {
+fn third_set_of_texture_coordinates_causes_a_warning() {
     let slot = json!({"index": 0, "texCoord": 2});
     let read = read_material(json!({"pbrMetallicRoughness": {"baseColorTexture": slot}}));
     assert!(read.warnings[0].contains("1 texture uses a third set"), "{:?}", read.warnings);
 }
 
-/// Glass without a volume is a sheet, which is seldom meant for something closed.
+/// Glass without a volume is a thin sheet, which is seldom intended for a closed mesh.
 #[test]
-fn closed_meshes_of_hollow_glass_are_told_and_can_be_filled() {
+fn closed_meshes_of_hollow_glass_cause_warnings_and_can_be_made_solid() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     let seen = |generator: &str, faces: &[[usize; 3]], extensions: Value, solid_glass: bool| {
-        // Every face has its own vertices, as flat shading needs.
+        // Each face has its own vertices, for flat shading.
         let numbers: Vec<f32> = faces.iter().flatten().flat_map(|corner| corners[*corner]).collect();
         let mut file = with(&[
             ("/materials", json!([{"extensions": extensions}])),
@@ -311,9 +311,9 @@ fn closed_meshes_of_hollow_glass_are_told_and_can_be_filled() {
     assert_eq!(seen(blender, &faces, json!({}), true), (false, false), "no glass");
 }
 
-/// Nobody means a body that faces inwards and is invisible from behind.
+/// A closed mesh that faces inwards and is invisible from behind is never intended.
 #[test]
-fn closed_meshes_that_are_inside_out_are_told_and_can_be_seen() {
+fn inside_out_meshes_cause_warnings_and_can_be_made_double_sided() {
     let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     let seen = |turned: bool, open: bool, double_sided: bool, all: bool| {
         let corner =

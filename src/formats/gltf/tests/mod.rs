@@ -1,4 +1,4 @@
-//! Tiny files, made here, and what becomes of them.
+//! Tests with tiny files that are generated here.
 
 mod errors;
 mod geometry;
@@ -16,7 +16,7 @@ use crate::error::LoadError;
 use crate::formats::{LightUnits, LoadOptions};
 use crate::world::{Assets, Material, Mesh, Principled};
 
-/// What a file was read to.
+/// The result of reading a file.
 #[derive(Debug)]
 struct Read {
     model: GltfModel,
@@ -51,7 +51,7 @@ fn read(file: &Value) -> Read {
     read_bytes(file.to_string().as_bytes()).unwrap()
 }
 
-/// The message, which must name the file and be one line.
+/// Returns the error message, which must name the file and be one line.
 fn refused(file: &Value) -> String {
     let message = read_bytes(file.to_string().as_bytes()).unwrap_err().to_string();
     assert!(message.starts_with("dir/test.gltf: ") && !message.contains('\n'), "{message}");
@@ -77,7 +77,7 @@ fn triangle() -> Value {
     })
 }
 
-/// [`triangle`] with other values at some JSON pointers.
+/// [`triangle`] with changed values at some JSON pointers.
 fn with(changes: &[(&str, Value)]) -> Value {
     let mut file = triangle();
     for (pointer, value) in changes {
@@ -86,7 +86,7 @@ fn with(changes: &[(&str, Value)]) -> Value {
     file
 }
 
-/// Puts a value where its parent exists.
+/// Sets a value whose parent exists.
 fn set(file: &mut Value, pointer: &str, value: Value) {
     let (parent, key) = pointer.rsplit_once('/').unwrap();
     match file.pointer_mut(parent).unwrap() {
@@ -110,7 +110,7 @@ fn add_accessor(file: &mut Value, bytes: &[u8], component: u32, kind: &str, coun
     accessor
 }
 
-/// Gives the triangle an attribute.
+/// [`triangle`] with an additional attribute.
 fn with_attribute(name: &str, bytes: &[u8], component: u32, kind: &str) -> Value {
     let mut file = triangle();
     let accessor = add_accessor(&mut file, bytes, component, kind, 3);
@@ -136,7 +136,7 @@ fn data_uri(bytes: &[u8]) -> String {
     text
 }
 
-/// The file as GLB with its first buffer in the binary chunk.
+/// Encodes the file as GLB with its first buffer in the binary chunk.
 fn glb(file: &Value, binary: &[u8]) -> Vec<u8> {
     let mut json = file.to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');

@@ -30,7 +30,7 @@ fn morphing() -> Value {
 }
 
 #[test]
-fn morph_targets_count_by_the_weights_of_mesh_node_and_animation() {
+fn morph_weights_come_from_mesh_node_or_animation() {
     let mut file = morphing();
     let first = |file: &Value, time| at(file, time).mesh().positions[0];
     assert_eq!(first(&file, None), Vec3::ZERO, "all weights are 0");
@@ -44,7 +44,7 @@ fn morph_targets_count_by_the_weights_of_mesh_node_and_animation() {
 }
 
 #[test]
-fn nodes_with_other_weights_have_meshes_of_their_own() {
+fn nodes_with_different_weights_get_separate_meshes() {
     let mut file = morphing();
     let nodes = json!([{"mesh": 0, "weights": [1, 0]}, {"mesh": 0}, {"mesh": 0, "weights": [1, 0]}]);
     set(&mut file, "/nodes", nodes);
@@ -55,7 +55,7 @@ fn nodes_with_other_weights_have_meshes_of_their_own() {
 }
 
 #[test]
-fn animations_move_nodes_at_the_time_that_was_asked_for() {
+fn animations_move_nodes_at_the_given_time() {
     let mut file = with(&[("/nodes/0/translation", json!([9, 9, 9]))]);
     animate(&mut file, "translation", "VEC3", 2, &[0.0, 0.0, 0.0, 4.0, 0.0, 2.0]);
     let place = |time| match at(&file, time).model.nodes[0].transform {
@@ -68,7 +68,7 @@ fn animations_move_nodes_at_the_time_that_was_asked_for() {
 }
 
 #[test]
-fn what_is_wrong_with_an_animation_is_told_if_it_is_asked_for() {
+fn animation_errors_are_reported_only_if_a_time_is_given() {
     let mut file = triangle();
     animate(&mut file, "translation", "VEC3", 3, &[0.0; 9]);
     let options = LoadOptions { time_s: Some(0.0), ..LoadOptions::default() };
@@ -81,7 +81,7 @@ fn what_is_wrong_with_an_animation_is_told_if_it_is_asked_for() {
     assert!(message(&file).contains("/animations/0/channels/0/target/node: there is no node 5"));
 }
 
-/// Half of the triangle follows node 1; its own node is far away.
+/// Each vertex follows nodes 1 and 2 half and half; the mesh's own node is far away.
 pub(super) fn skinned() -> Value {
     let mut file = triangle();
     let joints = add_accessor(&mut file, &[0u8, 1, 0, 0].repeat(3), 5121, "VEC4", 3);
@@ -105,7 +105,7 @@ pub(super) fn skinned() -> Value {
 }
 
 #[test]
-fn skins_follow_their_joints_and_nothing_else() {
+fn skinned_vertices_follow_their_joints_only() {
     let mut file = skinned();
     let skinned = read(&file);
     // Half at (1, 0, 4) − (1, 0, 0), half at (1, 2, 4).

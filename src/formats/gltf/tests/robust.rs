@@ -1,10 +1,10 @@
-//! No file can make the reader panic.
+//! Damaged files must not make the reader panic.
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// A file with something of everything, its vertices in the binary chunk.
+/// A file that uses most features, with its vertices in the binary chunk.
 fn everything() -> Vec<u8> {
     let mut file = moving::skinned();
     materials::add_texture(&mut file);
@@ -48,7 +48,7 @@ fn everything() -> Vec<u8> {
     set(&mut file, "/extensions", lights);
     set(&mut file, "/scenes/0/extensions", json!({"EXT_lights_image_based": {"light": 0}}));
     moving::animate(&mut file, "translation", "VEC3", 2, &[0.0, 0.0, 0.0, 4.0, 0.0, 2.0]);
-    // The indices once more, compressed.
+    // The indices again, compressed.
     let data = [&[0xe1u8, 0xf0][..], &[0; 16]].concat();
     let indices = add_accessor(&mut file, &data, 5123, "SCALAR", 3);
     let (view, buffer) = (&file["accessors"][indices]["bufferView"], &file["buffers"]);
@@ -65,7 +65,7 @@ fn everything() -> Vec<u8> {
     glb(&file, &binary)
 }
 
-/// Whether the file is read, or refused in one line that names it.
+/// True if the file is read, or rejected with a one-line message that names it.
 fn is_fair(bytes: &[u8]) -> bool {
     let moment = LoadOptions { time_s: Some(0.5), ..LoadOptions::default() };
     [LoadOptions::default(), moment].iter().all(|options| match read_with(bytes, options) {
@@ -78,7 +78,7 @@ fn is_fair(bytes: &[u8]) -> bool {
 }
 
 #[test]
-fn the_whole_is_read_and_no_prefix_panics() {
+fn complete_file_is_read_and_truncated_ones_do_not_panic() {
     let bytes = everything();
     let read = read_bytes(&bytes).unwrap();
     assert!(read.warnings.iter().all(|warning| warning.contains("animations: nodes")), "{:?}", read.warnings);
@@ -89,7 +89,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn damaged_files_are_read_or_refused(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4)) {
+    fn damaged_files_are_read_or_rejected(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4)) {
         let mut bytes = everything();
         for (place, byte) in changes {
             let place = place.index(bytes.len());
@@ -99,7 +99,7 @@ proptest! {
     }
 
     #[test]
-    fn other_numbers_are_read_or_refused(which in any::<prop::sample::Index>(), number in any::<i64>(), small in 0u8..4) {
+    fn changed_numbers_are_read_or_rejected(which in any::<prop::sample::Index>(), number in any::<i64>(), small in 0u8..4) {
         let bytes = everything();
         let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
         let text = std::str::from_utf8(&bytes[20..20 + length]).unwrap();

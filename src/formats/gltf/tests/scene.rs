@@ -11,7 +11,7 @@ fn place(read: Read) -> World {
     world
 }
 
-/// The farthest corner of the box around what is shown.
+/// The maximum corner of the bounding box of everything visible.
 fn most(world: &World) -> DVec3 {
     BoundingPoints::of(world).unwrap().bounds()[1]
 }
@@ -45,7 +45,7 @@ fn nodes_become_entities_that_share_meshes() {
 }
 
 #[test]
-fn the_default_scene_counts_or_the_first_or_all_roots() {
+fn default_scene_or_first_scene_or_all_roots_are_shown() {
     let nodes = json!([{"name": "a", "children": [1]}, {"name": "b"}, {"name": "c"}]);
     let names = |changes: &[(&str, Value)]| {
         let mut file = with(&[("/nodes", nodes.clone())]);
@@ -61,7 +61,7 @@ fn the_default_scene_counts_or_the_first_or_all_roots() {
 }
 
 #[test]
-fn a_scale_of_zero_hides_a_node_and_its_children() {
+fn scale_of_zero_hides_a_node_and_its_children() {
     let nodes = json!([{"children": [1], "scale": [0, 0, 0]}, {"mesh": 0}]);
     let read = read(&with(&[("/nodes", nodes)]));
     assert!(read.model.nodes.is_empty());
@@ -69,7 +69,7 @@ fn a_scale_of_zero_hides_a_node_and_its_children() {
 }
 
 #[test]
-fn depth_does_not_recurse() {
+fn deep_hierarchies_are_read_without_recursion() {
     let mut nodes: Vec<Value> = (1..20_000).map(|child| json!({"children": [child]})).collect();
     nodes.push(json!({"mesh": 0}));
     let read = read(&with(&[("/nodes", json!(nodes))]));
@@ -79,7 +79,7 @@ fn depth_does_not_recurse() {
 }
 
 #[test]
-fn cameras_look_as_they_say() {
+fn perspective_and_orthographic_cameras_are_read() {
     let cameras = json!([
         {"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}, "name": "eye"},
         {"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 2, "znear": 0, "zfar": 9}},
@@ -94,7 +94,7 @@ fn cameras_look_as_they_say() {
     assert_eq!(nodes[1].camera, Some(Camera::Orthographic { height_m: 4.0 }));
 }
 
-/// The only light of a file.
+/// Returns the only light of a file.
 fn light(light: Value) -> Light {
     let node = json!({"extensions": {"KHR_lights_punctual": {"light": 0}}});
     let file =
@@ -103,7 +103,7 @@ fn light(light: Value) -> Light {
 }
 
 #[test]
-fn lights_have_their_real_units() {
+fn lights_keep_their_photometric_units() {
     let pi = std::f32::consts::PI;
     let Light::Point { power_w, falloff } = light(json!({"type": "point", "intensity": 8})) else { panic!() };
     assert!((power_w.r / (4.0 * pi) - 8.0).abs() < 1e-5 && falloff == Falloff::InverseSquare);
@@ -115,7 +115,7 @@ fn lights_have_their_real_units() {
     assert_eq!((power_w.r, inner_angle, outer_angle), (4.0 * pi, 0.1, std::f32::consts::FRAC_PI_4));
 }
 
-/// A sun and a lamp in one file, written by `generator`: their irradiance and intensity, and the warnings.
+/// Reads a sun and a point light from a file by `generator`: their irradiance and intensity, and the warnings.
 fn sun_and_lamp(generator: &str, lights: [f32; 2], units: LightUnits) -> ([f32; 2], Vec<String>) {
     let node = |index: usize| json!({"extensions": {"KHR_lights_punctual": {"light": index}}});
     let [sun, lamp] = lights;
@@ -136,9 +136,9 @@ fn sun_and_lamp(generator: &str, lights: [f32; 2], units: LightUnits) -> ([f32; 
     ([irradiance.r, power_w.r / (4.0 * std::f32::consts::PI)], read.warnings)
 }
 
-/// Blender multiplies watts by 683, or does not; no other program is second-guessed.
+/// Blender multiplies watts by 683, or does not; the files of other programs are taken as they are.
 #[test]
-fn lights_of_blender_are_watts_however_they_were_exported() {
+fn lights_from_blender_are_in_watts_however_exported() {
     let blender = "Khronos glTF Blender I/O v4.2.57";
     let near = |found: [f32; 2], expected: [f32; 2]| {
         found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-4 * b)
@@ -161,7 +161,7 @@ fn lights_of_blender_are_watts_however_they_were_exported() {
 }
 
 #[test]
-fn what_is_left_out_is_told() {
+fn ignored_extensions_and_animations_cause_warnings() {
     let read = read(&with(&[
         ("/extensionsUsed", json!(["KHR_lights_punctual", "EXT_new\nthing"])),
         ("/animations", json!([{"channels": [], "samplers": []}])),
@@ -171,7 +171,7 @@ fn what_is_left_out_is_told() {
 }
 
 #[test]
-fn a_scene_is_found_by_name_or_number() {
+fn scenes_are_selected_by_name_or_number() {
     let file = with(&[
         ("/nodes", json!([{"name": "a"}, {"name": "b"}])),
         ("/scenes", json!([{"nodes": [0], "name": "1"}, {"nodes": [1], "name": "night"}])),
@@ -188,7 +188,7 @@ fn a_scene_is_found_by_name_or_number() {
 }
 
 #[test]
-fn what_is_invisible_is_left_out_with_its_children() {
+fn invisible_nodes_are_left_out_with_their_children() {
     let hidden = json!({"KHR_node_visibility": {"visible": false}});
     let nodes = json!([{"mesh": 0, "children": [1], "extensions": hidden}, {"mesh": 0, "name": "child"}]);
     let read = read(&with(&[("/nodes", nodes)]));
@@ -211,19 +211,19 @@ fn instances_share_a_mesh() {
 }
 
 #[test]
-fn a_camera_says_what_shape_the_picture_has() {
+fn camera_gives_the_aspect_ratio_of_the_image() {
     let cameras =
         json!([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1, "aspectRatio": 2}}]);
     let read = read(&with(&[("/cameras", cameras), ("/nodes/0/camera", json!(0))]));
     assert_eq!(read.model.aspect, Some(2.0));
 }
 
-/// Files in which Khronos' validator finds no error.
+/// Files without errors according to Khronos' validator.
 #[test]
-fn what_is_odd_but_allowed_is_read() {
+fn unusual_but_valid_files_are_read() {
     let mut file = with(&[("/scenes/0", json!({"name": "empty"}))]);
     assert!(read(&file).model.nodes.is_empty());
-    // JSON has one kind of number.
+    // JSON does not distinguish 3.0 from 3.
     file = with(&[("/nodes/0/mesh", json!(0.0)), ("/accessors/0/count", json!(3.0)), ("/scene", json!(0.0))]);
     assert_eq!(read(&file).mesh().triangles.len(), 1);
     moving::animate(&mut file, "translation", "VEC3", 2, &[0.0, 0.0, 0.0, 4.0, 0.0, 2.0]);
