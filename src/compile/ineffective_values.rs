@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn values_without_effect_give_warnings() {
         let half = ScalarInput::constant(0.5);
-        let volume = Volume { attenuation_color: Rgb::splat(0.5), ..Volume::CLEAR };
+        let volume = Volume { attenuation_color: Rgb::splat(0.5), ..Volume::default() };
         let thick = Volume { attenuation_distance: 1.0, ..volume };
         let cases: [(&str, Change); 7] = [
             ("metals", Box::new(move |m| (m.metallic, m.transmission) = (ScalarInput::constant(1.0), half))),
@@ -123,7 +123,7 @@ mod tests {
                 "multiscatter",
                 Box::new(move |m| {
                     m.transmission = half;
-                    m.volume = Some(Volume { multiscatter_color: Rgb::WHITE, ..Volume::CLEAR });
+                    m.volume = Some(Volume { multiscatter_color: Rgb::WHITE, ..Volume::default() });
                 }),
             ),
         ];

@@ -342,7 +342,7 @@ mod tests {
     fn sheets(thickness: f32, shapes: &[(&[[Vec3; 3]], Vec3)]) -> Vec<(u32, f32)> {
         let mut world = World::default();
         let one = ScalarInput::constant(1.0);
-        let volume = Volume { thickness, attenuation_color: Rgb::splat(0.5), ..Volume::CLEAR };
+        let volume = Volume { thickness, attenuation_color: Rgb::splat(0.5), ..Volume::default() };
         let glass = Principled { transmission: one, volume: Some(volume), ..Principled::default() };
         let glass = world.assets.add_material(None, Material::Principled(Box::new(glass)));
         for (triangles, scale) in shapes {

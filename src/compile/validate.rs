@@ -7,11 +7,11 @@ use hecs::Entity;
 
 use crate::error::CompileError;
 use crate::world::bounds::{above, check_color, within};
+use crate::world::fields::{self, Fields};
 use crate::world::transforms::entity_error;
 use crate::world::{
-    Anisotropy, Assets, BlinnPhong, BumpMap, Camera, ColorInput, Image, Iridescence, Light, Material,
-    MaterialId, Mesh, NormalMap, Overrides, Parent, Principled, ScalarInput, Settings, Shape, Texels,
-    TextureId, World,
+    Assets, Camera, Image, Light, Material, MaterialId, Mesh, Overrides, Parent, Settings, Shape, Texels,
+    World,
 };
 
 /// Errors: the first thing that is wrong.
@@ -57,9 +57,15 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
     }
     for (number, named) in assets.materials.iter().enumerate() {
         let place = in_place("material", number, named.name.as_deref().unwrap_or(""));
-        let mut textures = textures_of(&named.material).into_iter().flatten();
-        textures.try_for_each(|id| exists("texture", id.0, assets.textures.len())).map_err(&place)?;
-        check_material(&named.material).map_err(place)?;
+        let mut material = named.material.clone();
+        let part: &mut dyn Fields = match &mut material {
+            Material::BlinnPhong(material) => material,
+            Material::Principled(material) => &mut **material,
+        };
+        for id in fields::textures(part) {
+            exists("texture", id.0, assets.textures.len()).map_err(&place)?;
+        }
+        fields::check(part).map_err(place)?;
     }
     Ok(())
 }
@@ -131,121 +137,6 @@ fn check_image(image: &Image) -> Result<(), String> {
         ));
     }
     Ok(())
-}
-
-/// Numbers by which light is multiplied.
-fn check_material(material: &Material) -> Result<(), String> {
-    let color = |what: &str, input: &ColorInput| match input {
-        ColorInput::Constant(color) => check_color(what, *color),
-        ColorInput::Texture(_) => Ok(()),
-    };
-    match material {
-        Material::BlinnPhong(m) => {
-            color("diffuse", &m.diffuse)?;
-            color("specular", &m.specular)?;
-            color("kr", &m.kr)?;
-            color("emission", &m.emission)?;
-            check_color("kt", m.kt)?;
-            within("shininess", m.shininess, 0.0, f32::MAX)?;
-            m.ior.map_or(Ok(()), |ior| above("ior", ior, 0.0))
-        }
-        Material::Principled(m) => {
-            color("base_color", &m.base_color)?;
-            color("emission", &m.emission)?;
-            color("specular_color", &m.specular_color)?;
-            color("diffuse_transmission_color", &m.diffuse_transmission_color)?;
-            color("sheen_color", &m.sheen_color)?;
-            within("ior", m.ior, 0.0, f32::MAX)?;
-            within("dispersion", m.dispersion, 0.0, f32::MAX)?;
-            let factors = [
-                ("alpha", m.alpha),
-                ("metallic", m.metallic),
-                ("roughness", m.roughness),
-                ("specular", m.specular),
-                ("transmission", m.transmission),
-                ("diffuse_transmission", m.diffuse_transmission),
-                ("clearcoat", m.clearcoat),
-                ("clearcoat_roughness", m.clearcoat_roughness),
-                ("sheen_roughness", m.sheen_roughness),
-                ("iridescence", m.iridescence.factor),
-            ];
-            factors.into_iter().try_for_each(|(what, input)| within(what, input.factor, 0.0, 1.0))
-        }
-    }
-}
-
-/// Those that a material looks up.
-fn textures_of(material: &Material) -> Vec<Option<TextureId>> {
-    let color = |input: &ColorInput| match input {
-        ColorInput::Constant(_) => None,
-        ColorInput::Texture(id) => Some(*id),
-    };
-    let scalar = |input: &ScalarInput| input.texture.map(|(id, _)| id);
-    let normal = |map: &Option<NormalMap>| map.map(|map| map.texture);
-    match material {
-        Material::BlinnPhong(BlinnPhong {
-            diffuse,
-            specular,
-            shininess: _,
-            highlight: _,
-            kr,
-            kt: _,
-            ior: _,
-            priority: _,
-            emission,
-            caustics: _,
-        }) => [diffuse, specular, kr, emission].map(color).to_vec(),
-        Material::Principled(principled) => {
-            let Principled {
-                base_color,
-                alpha,
-                alpha_mode: _,
-                metallic,
-                roughness,
-                normal: normals,
-                bump,
-                emission,
-                double_sided: _,
-                unlit: _,
-                ior: _,
-                specular,
-                specular_color,
-                transmission,
-                volume: _,
-                dispersion: _,
-                diffuse_transmission,
-                diffuse_transmission_color,
-                clearcoat,
-                clearcoat_roughness,
-                clearcoat_normal,
-                sheen_color,
-                sheen_roughness,
-                anisotropy: Anisotropy { strength: _, rotation: _, texture: brushed },
-                iridescence:
-                    Iridescence { factor, ior: _, thickness_minimum: _, thickness_maximum: _, thickness },
-                caustics: _,
-            } = &**principled;
-            let colors =
-                [base_color, emission, specular_color, diffuse_transmission_color, sheen_color].map(color);
-            let scalars = [
-                alpha,
-                metallic,
-                roughness,
-                specular,
-                transmission,
-                diffuse_transmission,
-                clearcoat,
-                clearcoat_roughness,
-                sheen_roughness,
-                factor,
-            ]
-            .map(scalar);
-            let bump = bump.map(|BumpMap { texture, .. }| texture);
-            let others =
-                [normal(normals), normal(clearcoat_normal), bump, *brushed, thickness.map(|(id, _)| id)];
-            [&colors[..], &scalars, &others].concat()
-        }
-    }
 }
 
 fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
@@ -353,7 +244,9 @@ mod tests {
     use crate::math::Rgb;
     use crate::math::{Vec2, Vec3};
     use crate::world::PixelFilter;
-    use crate::world::{Falloff, ImageId, MeshId, Texture, Transform};
+    use crate::world::{
+        ColorInput, Falloff, ImageId, MeshId, Principled, ScalarInput, Texture, TextureId, Transform,
+    };
 
     fn world() -> World {
         let mut world = World::default();

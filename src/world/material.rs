@@ -3,6 +3,7 @@
 use crate::math::Rgb;
 
 use super::assets::{MaterialId, TextureId};
+use super::fields::{Range, fields, forms};
 
 impl MaterialId {
     /// The white diffuse material that every asset store begins with.
@@ -69,170 +70,150 @@ impl Default for Material {
     }
 }
 
-/// Which vector the specular lobe of [`BlinnPhong`] is built about.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Highlight {
-    /// `max(n·h, 0)^shininess`, h half way between light and viewer (Blinn 1977).
-    #[default]
-    Blinn,
-    /// `max(r·l, 0)^shininess`, r the mirror direction (Phong 1975).
-    Phong,
-}
-
-/// Light with irradiance E (measured perpendicular to its direction) leaves as
-/// `E · (diffuse · max(n·l, 0) + specular · lobe)`. Added to that are `emission`, the mirror image times `kr` and,
-/// with an `ior`, what is seen through the surface times `kt`. There is no factor 1/π, as in Whitted's day.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BlinnPhong {
-    /// kd, for each colour.
-    pub diffuse: ColorInput,
-    /// ks, for each colour.
-    pub specular: ColorInput,
-    /// The exponent of the specular lobe; at least 0.
-    pub shininess: f32,
-    /// Which lobe.
-    pub highlight: Highlight,
-    /// Weight of the mirror reflection; with an `ior`, a factor on Fresnel's weight.
-    pub kr: ColorInput,
-    /// Weight of the refraction, a factor on what Fresnel leaves; counts only with an `ior`.
-    pub kt: Rgb,
-    /// Index of refraction of the inside (where the normal does not point); `None` if light does not enter.
-    pub ior: Option<f32>,
-    /// As [`Volume::priority`]; counts only with an `ior`.
-    pub priority: i32,
-    /// Radiance that the surface gives off by itself, W m⁻² sr⁻¹. Under the Whitted
-    /// transport it lights no other surface.
-    pub emission: ColorInput,
-    /// See [`Principled::caustics`].
-    pub caustics: bool,
-}
-
-impl Default for BlinnPhong {
-    fn default() -> Self {
-        Self {
-            diffuse: ColorInput::Constant(Rgb::splat(0.8)),
-            specular: ColorInput::Constant(Rgb::BLACK),
-            shininess: 32.0,
-            highlight: Highlight::Blinn,
-            kr: ColorInput::Constant(Rgb::BLACK),
-            kt: Rgb::WHITE,
-            ior: None,
-            priority: 0,
-            emission: ColorInput::Constant(Rgb::BLACK),
-            caustics: true,
-        }
+forms! {
+    /// The vector that the specular lobe of [`BlinnPhong`] is built about.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Highlight, "highlight" {
+        /// `max(n·h, 0)^shininess`, h half way between light and viewer (Blinn 1977).
+        #[default]
+        Blinn,
+        /// `max(r·l, 0)^shininess`, r the mirror direction (Phong 1975).
+        Phong,
     }
 }
 
-/// A physically based surface: the metallic-roughness model of glTF 2.0 (appendix B) and what
-/// Khronos' extensions add to it, under their names. Factors are within the ranges that the
-/// specification gives; colours are reflectances.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Principled {
-    /// Albedo of dielectrics, reflectance straight on of metals.
-    pub base_color: ColorInput,
-    /// How much of the surface is there, 0 to 1, by [`Principled::alpha_mode`].
-    pub alpha: ScalarInput,
-    /// What alpha means.
-    pub alpha_mode: AlphaMode,
-    /// 0 dielectric to 1 metal.
-    pub metallic: ScalarInput,
-    /// Perceptual roughness r; the width of the microfacets' slopes is α = r².
-    pub roughness: ScalarInput,
-    /// Tilts the shading normal.
-    pub normal: Option<NormalMap>,
-    /// The same by heights, on top of the normal map.
-    pub bump: Option<BumpMap>,
-    /// Radiance that the surface gives off, W m⁻² sr⁻¹ (glTF: nits).
-    pub emission: ColorInput,
-    /// Whether it has a back. A single-sided surface has none: what is behind it is seen through it.
-    pub double_sided: bool,
-    /// Shows its base colour whatever the light (KHR_materials_unlit).
-    pub unlit: bool,
-    /// Index of refraction, of the inside over the outside; 0 stands for a surface that reflects all
-    /// (KHR_materials_ior).
-    pub ior: f32,
-    /// Strength of the dielectric's reflection, 0 to 1 (KHR_materials_specular).
-    pub specular: ScalarInput,
-    /// Its colour straight on.
-    pub specular_color: ColorInput,
-    /// The part of what is not reflected that goes through, 0 to 1 (KHR_materials_transmission).
-    pub transmission: ScalarInput,
-    /// The inside, if the surface is the boundary of a body (KHR_materials_volume); a thin
-    /// sheet otherwise.
-    pub volume: Option<Volume>,
-    /// 20 / Abbe number; 0 for none (KHR_materials_dispersion).
-    pub dispersion: f32,
-    /// The part of diffuse light that leaves on the other side, 0 to 1 (KHR_materials_diffuse_transmission).
-    pub diffuse_transmission: ScalarInput,
-    /// Its colour.
-    pub diffuse_transmission_color: ColorInput,
-    /// Coverage by a clear layer of ior 1.5, 0 to 1 (KHR_materials_clearcoat).
-    pub clearcoat: ScalarInput,
-    /// The layer's roughness.
-    pub clearcoat_roughness: ScalarInput,
-    /// The layer's own normals.
-    pub clearcoat_normal: Option<NormalMap>,
-    /// Colour of fibres that stand up (KHR_materials_sheen).
-    pub sheen_color: ColorInput,
-    /// Their perceptual roughness.
-    pub sheen_roughness: ScalarInput,
-    /// Brushed surfaces (KHR_materials_anisotropy).
-    pub anisotropy: Anisotropy,
-    /// A thin film (KHR_materials_iridescence).
-    pub iridescence: Iridescence,
-    /// False if no photons are aimed at the surface, nor begin on it if it emits: its caustics are left to chance.
-    pub caustics: bool,
-}
-
-impl Default for Principled {
-    fn default() -> Self {
-        let none = ScalarInput::constant(0.0);
-        let white = ColorInput::Constant(Rgb::WHITE);
-        Self {
-            base_color: white,
-            alpha: ScalarInput::constant(1.0),
-            alpha_mode: AlphaMode::Opaque,
-            metallic: ScalarInput::constant(1.0),
-            roughness: ScalarInput::constant(1.0),
-            normal: None,
-            bump: None,
-            emission: ColorInput::default(),
-            double_sided: false,
-            unlit: false,
-            ior: 1.5,
-            specular: ScalarInput::constant(1.0),
-            specular_color: white,
-            transmission: none,
-            volume: None,
-            dispersion: 0.0,
-            diffuse_transmission: none,
-            diffuse_transmission_color: white,
-            clearcoat: none,
-            clearcoat_roughness: none,
-            clearcoat_normal: None,
-            sheen_color: ColorInput::default(),
-            sheen_roughness: none,
-            anisotropy: Anisotropy::default(),
-            iridescence: Iridescence::default(),
-            caustics: true,
-        }
+fields! {
+    /// Light with irradiance E (measured perpendicular to its direction) leaves as
+    /// `E · (diffuse · max(n·l, 0) + specular · lobe)`. Added to that are `emission`, the mirror image times `kr` and,
+    /// with an `ior`, what is seen through the surface times `kt`. There is no factor 1/π, as in Whitted's day.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct BlinnPhong, "BlinnPhong" with BlinnPhong::with_keys {
+        /// factor on diffuse light
+        diffuse ["diffuse", "kd"]: ColorInput = ColorInput::Constant(Rgb::splat(0.8)), ColorMap(Range::From(0.0));
+        /// factor on the highlight
+        specular ["specular", "ks"]: ColorInput = ColorInput::Constant(Rgb::BLACK), ColorMap(Range::From(0.0));
+        /// exponent of the highlight: larger values make it smaller and sharper
+        shininess: f32 = 32.0, Number(Range::From(0.0));
+        /// computed from the half vector or from the mirror direction
+        highlight: Highlight = Highlight::Blinn, Form;
+        /// factor on the mirror image; with an `ior`, on Fresnel's weight
+        kr: ColorInput = ColorInput::Constant(Rgb::BLACK), ColorMap(Range::From(0.0));
+        /// factor on what is seen through the surface, which Fresnel leaves; counts only with an `ior`
+        kt: Rgb = Rgb::WHITE, Color(Range::From(0.0));
+        /// index of refraction of the inside (where the normal does not point), which light then enters (water 1.33,
+        /// glass 1.5; air within them 1)
+        ior: Option<f32> = None, OptionalNumber(Range::Above0);
+        /// which of several bodies fills a place that they have in common: the one of the highest priority, of these the
+        /// one that light has entered last; counts only with an `ior`
+        priority: i32 = 0, Priority;
+        /// radiance that the surface emits, W m⁻² sr⁻¹; under the Whitted transport it is seen, but lights nothing else
+        emission: ColorInput = ColorInput::Constant(Rgb::BLACK), ColorMap(Range::From(0.0));
+        /// whether photons are aimed at the surface, and leave it if it emits light; without them its caustics are left
+        /// to chance
+        caustics: bool = true, Flag;
     }
 }
 
-/// What a material's alpha means.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum AlphaMode {
-    /// Nothing: all of the surface is there.
-    #[default]
-    Opaque,
-    /// It is there where alpha is at least the cutoff.
-    Mask {
-        /// The least alpha.
-        cutoff: f32,
-    },
-    /// It is the part of the surface that is there.
-    Blend,
+impl BlinnPhong {
+    /// A material with an index of refraction: no colour of its own, and all light either reflected or refracted.
+    pub(crate) fn glass() -> BlinnPhong {
+        BlinnPhong {
+            diffuse: ColorInput::Constant(Rgb::BLACK),
+            kr: ColorInput::Constant(Rgb::WHITE),
+            ..BlinnPhong::default()
+        }
+    }
+
+    /// The defaults of a material some of whose keys are given.
+    pub(crate) fn with_keys(is_given: &dyn Fn(&str) -> bool) -> BlinnPhong {
+        if is_given("ior") { BlinnPhong::glass() } else { BlinnPhong::default() }
+    }
+}
+
+fields! {
+    /// A physically based surface: the metallic-roughness model of glTF 2.0 (appendix B) and what
+    /// Khronos' extensions add to it, under their names. Factors are within the ranges that the
+    /// specification gives; colours are reflectances.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct Principled, "Principled" {
+        /// albedo; of a metal, its reflectance straight on
+        base_color: ColorInput = ColorInput::Constant(Rgb::WHITE), ColorMap(Range::UNIT);
+        /// how much of the surface is there, as `alpha_mode` says
+        alpha: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Alpha);
+        /// all of the surface is there; it is there where alpha is at least the cutoff; alpha says which part of it is
+        /// there
+        alpha_mode: AlphaMode = AlphaMode::Opaque, Form;
+        /// from 0, a dielectric, to 1, a metal
+        metallic: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Blue);
+        /// from 0, a mirror, to 1; the width of the microfacets' slopes is its square
+        roughness: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Green);
+        /// a normal map, with a factor on its slopes
+        normal: Option<NormalMap> = None, Normals;
+        /// a relief on top of the normal map that is shaded, but casts no shadow: one channel, whose 1 is `height_m`
+        /// above its 0
+        bump: Option<BumpMap> = None, Bumps;
+        /// radiance that the surface emits, W m⁻² sr⁻¹
+        emission: ColorInput = ColorInput::default(), ColorMap(Range::From(0.0));
+        /// whether it has a back: if not, rays pass through the back, and it emits no light there; planes and surfaces
+        /// with a `volume` always have their backs
+        double_sided: bool = false, Flag;
+        /// shows its base colour whatever the light (KHR_materials_unlit)
+        unlit: bool = false, Flag;
+        /// index of refraction of the inside over the outside: water has 1.33 and a bubble of air 1, whatever is around
+        /// them; 0 reflects everything (KHR_materials_ior)
+        ior: f32 = 1.5, Number(Range::From(0.0));
+        /// strength of a dielectric's reflection (KHR_materials_specular)
+        specular: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Red);
+        /// the colour of that reflection, straight on
+        specular_color: ColorInput = ColorInput::Constant(Rgb::WHITE), ColorMap(Range::From(0.0));
+        /// part of the light that goes through (KHR_materials_transmission); straight if the surface is smooth and has no
+        /// `volume`, or if it has one and its `ior` is 1: then lamps shine through it, too
+        transmission: ScalarInput = ScalarInput::constant(0.0), NumberMap(Channel::Red);
+        /// makes the surface the boundary of a body (KHR_materials_volume); needs a `transmission` or a
+        /// `diffuse_transmission`; without a `volume` the surface is a thin sheet
+        volume: Option<Volume> = None, OptionalPart;
+        /// 20 / Abbe number: how much more strongly blue light is bent than red; `ior` is that of yellow light; counts
+        /// only with a `volume` (KHR_materials_dispersion)
+        dispersion: f32 = 0.0, Number(Range::From(0.0));
+        /// part of the diffuse light that leaves on the other side (KHR_materials_diffuse_transmission)
+        diffuse_transmission: ScalarInput = ScalarInput::constant(0.0), NumberMap(Channel::Red);
+        /// the colour of that light
+        diffuse_transmission_color: ColorInput = ColorInput::Constant(Rgb::WHITE), ColorMap(Range::UNIT);
+        /// how much of the surface a clear layer of ior 1.5 covers (KHR_materials_clearcoat)
+        clearcoat: ScalarInput = ScalarInput::constant(0.0), NumberMap(Channel::Red);
+        /// the layer's roughness
+        clearcoat_roughness: ScalarInput = ScalarInput::constant(0.0), NumberMap(Channel::Green);
+        /// the layer's normal map
+        clearcoat_normal: Option<NormalMap> = None, Normals;
+        /// the colour of fibres that stand up (KHR_materials_sheen)
+        sheen_color: ColorInput = ColorInput::default(), ColorMap(Range::UNIT);
+        /// their roughness
+        sheen_roughness: ScalarInput = ScalarInput::constant(0.0), NumberMap(Channel::Red);
+        /// brushed: highlights are stretched (KHR_materials_anisotropy)
+        anisotropy: Anisotropy = Anisotropy::default(), Part;
+        /// a thin film (KHR_materials_iridescence)
+        iridescence: Iridescence = Iridescence::default(), Part;
+        /// whether photons are aimed at the surface, and leave it if it emits light; without them its caustics are left
+        /// to chance
+        caustics: bool = true, Flag;
+    }
+}
+
+forms! {
+    /// The meaning of a material's alpha.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub enum AlphaMode, "alpha mode" {
+        /// None: all of the surface is there.
+        #[default]
+        Opaque,
+        /// It is there where alpha is at least the cutoff.
+        Mask {
+            /// the least alpha
+            cutoff: f32 = 0.5, Number(Range::From(0.0));
+        },
+        /// It is the part of the surface that is there.
+        Blend,
+    }
 }
 
 /// Normals in tangent space, as glTF stores them: rgb in 0..1 stand for x, y, z in −1..1.
@@ -255,77 +236,61 @@ pub struct BumpMap {
     pub height_m: f32,
 }
 
-/// The inside of a body (KHR_materials_volume, KHR_materials_volume_scatter).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Volume {
-    /// What is left of white light after [`Volume::attenuation_distance`], neither absorbed nor scattered.
-    pub attenuation_color: Rgb,
-    /// In metres; infinite for a body that does nothing to light.
-    pub attenuation_distance: f32,
-    /// The colour of a body so large that all light that leaves it has been scattered many times. It determines which
-    /// part of the attenuation is scattering (Kulla and Conty 2017). Black where nothing scatters.
-    pub multiscatter_color: Rgb,
-    /// The mean cosine of the angle by which light is scattered, −0.99 to 0.99 (Henyey and Greenstein's g): above 0
-    /// it mostly keeps its direction.
-    pub scatter_anisotropy: f32,
-    /// How thick the material is where its surface is open, and so encloses nothing: there it is a thin sheet, which
-    /// absorbs by this thickness and bends no light. In metres before the entity's transform; at 0 an open surface
-    /// counts as the boundary of a body, which lies behind it.
-    pub thickness: f32,
-    /// Which of several bodies fills a place that they have in common: that of the highest priority; of these, the one
-    /// that light has entered last.
-    pub priority: i32,
+fields! {
+    /// The inside of a body (KHR_materials_volume, KHR_materials_volume_scatter).
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Volume, "a volume" {
+        /// what is left of white light after the distance, neither absorbed nor scattered
+        attenuation_color: Rgb = Rgb::WHITE, Color(Range::UNIT);
+        /// the distance, in metres; without one the body is clear
+        attenuation_distance ["attenuation_distance_m"] old ["attenuation_distance"]: f32 = f32::INFINITY, Number(Range::Above0);
+        /// the colour of a body so large that all light that leaves it has been scattered many times; it determines which
+        /// part of the attenuation is scattering (Kulla and Conty 2017): the rest is absorbed, all of it at 0
+        multiscatter_color: Rgb = Rgb::BLACK, Color(Range::UNIT);
+        /// the mean cosine of the angle by which light is scattered (Henyey and Greenstein's g): above 0 it mostly keeps
+        /// its direction
+        scatter_anisotropy: f32 = 0.0, Number(Range::FromTo(-Volume::MOST, Volume::MOST));
+        /// how thick the material is, in metres before the entity's transform, where the surface encloses nothing, as a
+        /// pane: there it is a thin sheet, which absorbs by this thickness and bends no light; at 0 an open surface
+        /// counts as the boundary of a body, which lies behind it
+        thickness ["thickness_m"] old ["thickness"]: f32 = 0.0, Number(Range::From(0.0));
+        /// which of several bodies fills a place that they have in common: the one of the highest priority, of these the
+        /// one that light has entered last
+        priority: i32 = 0, Priority;
+    }
 }
 
 impl Volume {
     /// The largest magnitude of [`Volume::scatter_anisotropy`]: beyond it light is hardly deflected any more.
     pub const MOST: f32 = 0.99;
-
-    /// Does nothing to light.
-    pub const CLEAR: Volume = Volume {
-        attenuation_color: Rgb::WHITE,
-        attenuation_distance: f32::INFINITY,
-        multiscatter_color: Rgb::BLACK,
-        scatter_anisotropy: 0.0,
-        thickness: 0.0,
-        priority: 0,
-    };
 }
 
-/// Microfacets that are stretched along one direction (KHR_materials_anisotropy).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Anisotropy {
-    /// From 0, round, to 1, as long as can be.
-    pub strength: f32,
-    /// From the tangent, counter-clockwise, in radians.
-    pub rotation: f32,
-    /// Red and green: direction in −1..1; blue: a factor on the strength.
-    pub texture: Option<TextureId>,
+fields! {
+    /// Microfacets that are stretched along one direction (KHR_materials_anisotropy).
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Anisotropy, "an anisotropy" {
+        /// from 0, round, to 1, as long as can be
+        strength: f32 = 0.0, Number(Range::UNIT);
+        /// the angle from the tangent, counter-clockwise; radians in a program's worlds
+        rotation ["rotation_degrees"]: f32 = 0.0, Degrees;
+        /// red and green: the direction, 0 to 1 for −1 to 1; blue: a factor on the strength
+        texture: Option<TextureId> = None, DataMap;
+    }
 }
 
-/// A film about as thick as wavelengths of light (KHR_materials_iridescence).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Iridescence {
-    /// Coverage, 0 to 1.
-    pub factor: ScalarInput,
-    /// The film's index of refraction, at least 1.
-    pub ior: f32,
-    /// In nm, where the texture is 0.
-    pub thickness_minimum: f32,
-    /// In nm, where the texture is 1 or there is none.
-    pub thickness_maximum: f32,
-    /// A texture's channel, for what lies between minimum and maximum.
-    pub thickness: Option<(TextureId, Channel)>,
-}
-
-impl Default for Iridescence {
-    fn default() -> Self {
-        Self {
-            factor: ScalarInput::constant(0.0),
-            ior: 1.3,
-            thickness_minimum: 100.0,
-            thickness_maximum: 400.0,
-            thickness: None,
-        }
+fields! {
+    /// A film about as thick as wavelengths of light (KHR_materials_iridescence).
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Iridescence, "an iridescence" {
+        /// coverage
+        factor: ScalarInput = ScalarInput::constant(0.0), NumberMap(Channel::Red);
+        /// the film's index of refraction
+        ior: f32 = 1.3, Number(Range::From(1.0));
+        /// in nm, where the texture is 0
+        thickness_minimum ["thickness_minimum_nm"] old ["thickness_minimum"]: f32 = 100.0, Number(Range::From(0.0));
+        /// in nm, where the texture is 1 or there is none
+        thickness_maximum ["thickness_maximum_nm"] old ["thickness_maximum"]: f32 = 400.0, Number(Range::From(0.0));
+        /// a texture's channel, for what lies between minimum and maximum
+        thickness: Option<(TextureId, Channel)> = None, ChannelMap(Channel::Green);
     }
 }

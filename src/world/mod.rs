@@ -9,6 +9,7 @@ pub(crate) mod assets;
 pub(crate) mod boundary;
 pub(crate) mod bounds;
 pub(crate) mod components;
+pub(crate) mod fields;
 pub(crate) mod material;
 pub(crate) mod orbit_camera;
 pub(crate) mod settings;

@@ -51,7 +51,7 @@ fn white(chance: &mut Chance) -> Principled {
         specular: ScalarInput::constant(1.0),
         specular_color: white,
         transmission: ScalarInput::constant(if chance.happens(0.6) { chance.part() } else { 0.0 }),
-        volume: chance.happens(0.6).then_some(Volume::CLEAR),
+        volume: chance.happens(0.6).then_some(Volume::default()),
         diffuse_transmission: ScalarInput::constant(if chance.happens(0.4) { chance.part() } else { 0.0 }),
         clearcoat: ScalarInput::constant(if chance.happens(0.15) { chance.part() } else { 0.0 }),
         clearcoat_roughness: ScalarInput::constant(chance.part()),

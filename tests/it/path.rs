@@ -307,7 +307,7 @@ fn shadows_of_half_transparent_sheets_are_half_as_dark() {
 #[test]
 fn dispersion_and_thin_films_conserve_each_channel() {
     use rayfront::world::{Iridescence, Volume};
-    let clear = Volume::CLEAR;
+    let clear = Volume::default();
     for (dispersion, film, transmission, roughness, allowed) in [
         (1.0, 0.0, 1.0, 0.0, 0.01),
         // Fewer colours, more noise.
@@ -355,7 +355,7 @@ fn bodies_absorb_by_the_beer_lambert_law() {
         volume: Some(Volume {
             attenuation_color: Rgb::new(0.25, 0.5, 1.0),
             attenuation_distance: 2.0,
-            ..Volume::CLEAR
+            ..Volume::default()
         }),
         ..Principled::default()
     };

@@ -84,7 +84,7 @@ impl Import<'_> {
                 _ => f32::INFINITY,
             },
             thickness: volume.thickness_factor,
-            ..Volume::CLEAR
+            ..Volume::default()
         });
         let scatter: Option<read::VolumeScatter> =
             document.extension(extensions, "KHR_materials_volume_scatter", at)?;
@@ -93,7 +93,7 @@ impl Import<'_> {
             volume.scatter_anisotropy = read.scatter_anisotropy.clamp(-Volume::MOST, Volume::MOST);
         }
         if self.solid_glass && material.volume.is_none() && material.transmission.factor > 0.0 {
-            material.volume = Some(Volume::CLEAR);
+            material.volume = Some(Volume::default());
         }
         let dispersion: Option<read::Dispersion> =
             document.extension(extensions, "KHR_materials_dispersion", at)?;

@@ -81,60 +81,6 @@ pub(super) struct Gradient<'a> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct BlinnPhong<'a> {
-    #[serde(alias = "kd")]
-    pub diffuse: Option<Raw<'a>>,
-    #[serde(alias = "ks")]
-    pub specular: Option<Raw<'a>>,
-    pub shininess: Option<Raw<'a>>,
-    pub highlight: Option<Raw<'a>>,
-    pub kr: Option<Raw<'a>>,
-    pub kt: Option<Raw<'a>>,
-    pub ior: Option<Raw<'a>>,
-    pub priority: Option<Raw<'a>>,
-    pub emission: Option<Raw<'a>>,
-    pub caustics: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Principled<'a> {
-    pub base_color: Option<Raw<'a>>,
-    pub alpha: Option<Raw<'a>>,
-    pub alpha_mode: Option<Raw<'a>>,
-    pub metallic: Option<Raw<'a>>,
-    pub roughness: Option<Raw<'a>>,
-    pub normal: Option<Raw<'a>>,
-    pub bump: Option<Raw<'a>>,
-    pub emission: Option<Raw<'a>>,
-    pub double_sided: Option<Raw<'a>>,
-    pub unlit: Option<Raw<'a>>,
-    pub ior: Option<Raw<'a>>,
-    pub specular: Option<Raw<'a>>,
-    pub specular_color: Option<Raw<'a>>,
-    pub transmission: Option<Raw<'a>>,
-    pub volume: Option<Raw<'a>>,
-    pub dispersion: Option<Raw<'a>>,
-    pub diffuse_transmission: Option<Raw<'a>>,
-    pub diffuse_transmission_color: Option<Raw<'a>>,
-    pub clearcoat: Option<Raw<'a>>,
-    pub clearcoat_roughness: Option<Raw<'a>>,
-    pub clearcoat_normal: Option<Raw<'a>>,
-    pub sheen_color: Option<Raw<'a>>,
-    pub sheen_roughness: Option<Raw<'a>>,
-    pub anisotropy: Option<Raw<'a>>,
-    pub iridescence: Option<Raw<'a>>,
-    pub caustics: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Mask<'a> {
-    pub cutoff: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
 pub(super) struct NormalMap<'a> {
     pub texture: Raw<'a>,
     pub scale: Option<Raw<'a>>,
@@ -146,39 +92,6 @@ pub(super) struct BumpMap<'a> {
     pub texture: Raw<'a>,
     #[serde(alias = "height")]
     pub height_m: Raw<'a>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Volume<'a> {
-    pub attenuation_color: Option<Raw<'a>>,
-    #[serde(alias = "attenuation_distance")]
-    pub attenuation_distance_m: Option<Raw<'a>>,
-    pub multiscatter_color: Option<Raw<'a>>,
-    pub scatter_anisotropy: Option<Raw<'a>>,
-    #[serde(alias = "thickness")]
-    pub thickness_m: Option<Raw<'a>>,
-    pub priority: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Anisotropy<'a> {
-    pub strength: Option<Raw<'a>>,
-    pub rotation_degrees: Option<Raw<'a>>,
-    pub texture: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Iridescence<'a> {
-    pub factor: Option<Raw<'a>>,
-    pub ior: Option<Raw<'a>>,
-    #[serde(alias = "thickness_minimum")]
-    pub thickness_minimum_nm: Option<Raw<'a>>,
-    #[serde(alias = "thickness_maximum")]
-    pub thickness_maximum_nm: Option<Raw<'a>>,
-    pub thickness: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]

@@ -93,12 +93,17 @@ impl<'a> SceneText<'a> {
         self.options.from_str(raw.0).ok()
     }
 
-    /// The structure `raw`, which has to begin with a parenthesis.
-    pub(super) fn fields<T: Deserialize<'a>>(&self, raw: Raw<'a>, what: &str) -> Result<T, LoadError> {
+    /// The keys and values of the structure `raw`, which has to begin with a parenthesis.
+    pub(super) fn structure(&self, raw: Raw<'a>, what: &str) -> Result<Vec<(&'a str, Raw<'a>)>, LoadError> {
         if !raw.0.starts_with('(') {
             return Err(self.expected(raw, &format!("{what}, as (key: value, …)")));
         }
-        self.read(raw.0, raw.0, what)
+        self.members(raw.0, what)
+    }
+
+    /// The structure `raw`, which has to begin with a parenthesis.
+    pub(super) fn fields<T: Deserialize<'a>>(&self, raw: Raw<'a>, what: &str) -> Result<T, LoadError> {
+        self.read(&self.structure(raw, what)?, raw.0, what)
     }
 
     /// The fields of a variant; without parentheses it has none.
@@ -106,11 +111,12 @@ impl<'a> SceneText<'a> {
         &self,
         variant: VariantText<'a>,
     ) -> Result<T, LoadError> {
-        self.read(variant.body.unwrap_or("()"), variant.name, variant.name)
+        let members = self.members(variant.body.unwrap_or("()"), variant.name)?;
+        self.read(&members, variant.name, variant.name)
     }
 
-    /// `(key: value, …)` as a structure that messages call `what`. Missing keys are reported at `place`.
-    fn read<T: Deserialize<'a>>(&self, body: &'a str, place: &str, what: &str) -> Result<T, LoadError> {
+    /// The keys and values of `(key: value, …)`, a structure that messages call `what`.
+    pub(super) fn members(&self, body: &'a str, what: &str) -> Result<Vec<(&'a str, Raw<'a>)>, LoadError> {
         let mut members = Vec::new();
         for item in scan::items(body) {
             let (name, rest) = scan::split_identifier(item);
@@ -121,13 +127,25 @@ impl<'a> SceneText<'a> {
             };
             members.push((name, Raw(value)));
         }
-        fields::read(&members).map_err(|(key, error)| match error {
-            FieldError::Unknown { known } => {
-                let key = key.unwrap_or(place);
-                let suggestion = suggest(key, known.iter().copied());
-                let (found, known) = (shorten(key), known.join(", "));
-                self.error(key, format!("unknown field \"{found}\" in {what}{suggestion}; fields: {known}"))
-            }
+        Ok(members)
+    }
+
+    /// The error for a key of a structure, which messages call `what`, that is none of `known`.
+    pub(super) fn unknown_field(&self, key: &str, what: &str, known: &[&str]) -> LoadError {
+        let suggestion = suggest(key, known.iter().copied());
+        let (found, known) = (shorten(key), known.join(", "));
+        self.error(key, format!("unknown field \"{found}\" in {what}{suggestion}; fields: {known}"))
+    }
+
+    /// Members as a structure that messages call `what`. Missing keys are reported at `place`.
+    fn read<T: Deserialize<'a>>(
+        &self,
+        members: &[(&'a str, Raw<'a>)],
+        place: &str,
+        what: &str,
+    ) -> Result<T, LoadError> {
+        fields::read(members).map_err(|(key, error)| match error {
+            FieldError::Unknown { known } => self.unknown_field(key.unwrap_or(place), what, known),
             FieldError::Duplicate(field) => {
                 self.error(key.unwrap_or(place), format!("{what} has the field \"{field}\" twice"))
             }

@@ -11,8 +11,6 @@ use super::{Relations, Seen};
 
 type Change = fn(&mut Principled);
 
-const CLEAR: Volume = Volume::CLEAR;
-
 /// A sheet under a light and a sky.
 fn sheet(material: impl FnOnce(&mut World) -> Material) -> World {
     let mut world = stage::world(Transport::Path, 10, 512);
@@ -53,7 +51,12 @@ fn clearcoat_over_black_ignores_the_bases_normal_map() {
 #[test]
 fn clear_bodies_with_index_near_one_are_invisible() {
     let mut all = Relations::default();
-    for (roughness, volume) in [(0.0, Some(CLEAR)), (0.3, Some(CLEAR)), (1.0, Some(CLEAR)), (0.0, None)] {
+    for (roughness, volume) in [
+        (0.0, Some(Volume::default())),
+        (0.3, Some(Volume::default())),
+        (1.0, Some(Volume::default())),
+        (0.0, None),
+    ] {
         for ior in [0.9999, 1.0, 1.0001] {
             let mut world = stage::world(Transport::Path, 8, 256);
             world.settings.background = Background::Constant(Rgb::splat(0.5));
@@ -90,7 +93,7 @@ fn glass_turned_inside_out_has_the_inverse_index() {
     let rough = |ior: f32, roughness: f32| {
         principled(|m| {
             (m.transmission, m.roughness, m.ior) = (number(1.0), number(roughness), ior);
-            m.volume = Some(CLEAR);
+            m.volume = Some(Volume::default());
         })
     };
     let classic = |ior: f32| Material::BlinnPhong(BlinnPhong { ior: Some(ior), ..BlinnPhong::default() });
@@ -118,7 +121,7 @@ fn reflected(cosine: f32, thickness: f32, change: &dyn Fn(&mut Principled)) -> f
     camera(&mut world, [0.0, 3.0 * cosine, 3.0 * sine], [0.0; 3], 1e-3);
     world.settings.max_depth = 1;
     let film = principled(|m| {
-        (m.roughness, m.transmission, m.volume) = (number(0.0), number(1.0), Some(CLEAR));
+        (m.roughness, m.transmission, m.volume) = (number(0.0), number(1.0), Some(Volume::default()));
         m.iridescence = Iridescence {
             factor: number(1.0),
             ior: 1.5,
@@ -216,7 +219,7 @@ fn thin_film_without_thickness_has_no_effect() {
             let seen = |factor: f32| {
                 let material = principled(|m| {
                     (m.transmission, m.roughness, m.ior) = (number(1.0), number(roughness), ior);
-                    m.volume = Some(CLEAR);
+                    m.volume = Some(Volume::default());
                     m.iridescence.factor = number(factor);
                     (m.iridescence.thickness_minimum, m.iridescence.thickness_maximum) = (0.0, 0.0);
                 });

@@ -131,7 +131,7 @@ fn within(ior: f32, roughness: f32, volume: Option<Volume>, sphere_lamp: bool) -
 fn absorption_within_bodies_applies_to_sampled_and_hit_lights() {
     let mut all = Relations::default();
     let half =
-        Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0, ..Volume::CLEAR };
+        Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0, ..Volume::default() };
     for sphere_lamp in [false, true] {
         for ior in [1.0, 1.2] {
             let mut world = within(ior, 0.0, Some(half), sphere_lamp);
@@ -146,15 +146,21 @@ fn absorption_within_bodies_applies_to_sampled_and_hit_lights() {
 #[test]
 fn absorption_depends_on_distance_only() {
     let mut all = Relations::default();
-    let whole =
-        Volume { attenuation_color: Rgb::new(0.25, 0.16, 0.36), attenuation_distance: 2.0, ..Volume::CLEAR };
+    let whole = Volume {
+        attenuation_color: Rgb::new(0.25, 0.16, 0.36),
+        attenuation_distance: 2.0,
+        ..Volume::default()
+    };
     let half =
-        Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0, ..Volume::CLEAR };
+        Volume { attenuation_color: Rgb::new(0.5, 0.4, 0.6), attenuation_distance: 1.0, ..Volume::default() };
     let [a, b] = [whole, half].map(|volume| Seen::of(&within(1.1, 0.0, Some(volume), false)));
     all.same(&a, &b, "the same body");
-    let clear = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: 1.0, ..Volume::CLEAR };
-    let never =
-        Volume { attenuation_color: Rgb::splat(0.1), attenuation_distance: f32::INFINITY, ..Volume::CLEAR };
+    let clear = Volume { attenuation_color: Rgb::WHITE, attenuation_distance: 1.0, ..Volume::default() };
+    let never = Volume {
+        attenuation_color: Rgb::splat(0.1),
+        attenuation_distance: f32::INFINITY,
+        ..Volume::default()
+    };
     let [a, b] = [clear, never].map(|volume| Seen::of(&within(1.1, 0.0, Some(volume), true)));
     all.same(&a, &b, "clear bodies");
 }

@@ -257,7 +257,7 @@ pub fn materials(assets: &mut Assets) -> Vec<(&'static str, Material)> {
     let painted = ColorInput::Texture(paint);
     let map = Some(NormalMap { texture: bumps, scale: 1.0 });
     let clear =
-        Volume { attenuation_color: Rgb::new(0.9, 0.7, 0.8), attenuation_distance: 1.0, ..Volume::CLEAR };
+        Volume { attenuation_color: Rgb::new(0.9, 0.7, 0.8), attenuation_distance: 1.0, ..Volume::default() };
     let classic = BlinnPhong { diffuse: painted, specular: grey(0.2), ..BlinnPhong::default() };
     let glass = BlinnPhong { ior: Some(1.4), ..BlinnPhong::default() };
     let two = |change: fn(&mut Principled)| {

@@ -2,13 +2,11 @@
 
 use super::Lowering;
 use crate::error::LoadError;
-use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, VariantText, shorten, suggest};
-use crate::math::Rgb;
-use crate::world::{BlinnPhong, ColorInput, Highlight, Material, MaterialId};
+use crate::world::fields::Fields;
+use crate::world::{BlinnPhong, Material, MaterialId, Principled};
 
 const MODELS: &[&str] = &["BlinnPhong", "Principled"];
-const HIGHLIGHTS: &[(&str, Highlight)] = &[("Blinn", Highlight::Blinn), ("Phong", Highlight::Phong)];
 
 impl<'a> Lowering<'_, 'a> {
     /// The scene's map of materials by name.
@@ -46,66 +44,28 @@ impl<'a> Lowering<'_, 'a> {
     }
 
     pub(super) fn material(&mut self, raw: Raw<'a>) -> Result<Material, LoadError> {
-        let read: schema::BlinnPhong = match self.source.variant(raw) {
-            Some(variant) if variant.name == "BlinnPhong" => self.source.variant_fields(variant)?,
-            Some(variant) if variant.name == "Principled" => {
-                let read = self.source.variant_fields(variant)?;
-                return Ok(Material::Principled(Box::new(self.principled(read)?)));
+        let body = match self.source.variant(raw) {
+            Some(VariantText { name: "BlinnPhong", body }) => Raw(body.unwrap_or("()")),
+            Some(VariantText { name: "Principled", body }) => {
+                let mut material = Box::<Principled>::default();
+                self.structure(Raw(body.unwrap_or("()")), &mut *material)?;
+                return Ok(Material::Principled(material));
             }
             Some(VariantText { name, body: Some(_) }) => {
                 return Err(self.source.unknown(name, "material model", MODELS));
             }
-            None if raw.0.starts_with('(') => self.source.fields(raw, "BlinnPhong")?,
+            None if raw.0.starts_with('(') => raw,
             _ => {
                 let expected = "a material, as \"name\", BlinnPhong(…), Principled(…) or (diffuse: …)";
                 return Err(self.source.expected(raw, expected));
             }
         };
-        self.blinn_phong(read).map(Material::BlinnPhong)
-    }
-
-    fn blinn_phong(&mut self, read: schema::BlinnPhong<'a>) -> Result<BlinnPhong, LoadError> {
-        let source = self.source;
-        let ior = read.ior.map(|raw| source.positive(raw, "an index of refraction")).transpose()?;
-        let mut material = if ior.is_some() { glass() } else { BlinnPhong::default() };
-        material.ior = ior;
-        if let Some(raw) = read.priority {
-            material.priority = source.priority(raw)?;
-        }
-        if let Some(raw) = read.caustics {
-            material.caustics = source.flag(raw)?;
-        }
-        if let Some(raw) = read.diffuse {
-            material.diffuse = self.color_input(raw, "a diffuse colour")?;
-        }
-        if let Some(raw) = read.specular {
-            material.specular = self.color_input(raw, "a specular colour")?;
-        }
-        if let Some(raw) = read.shininess {
-            material.shininess = source.at_least_zero(raw, "shininess")?;
-        }
-        if let Some(raw) = read.highlight {
-            material.highlight = source.choice(raw, "highlight", HIGHLIGHTS)?;
-        }
-        if let Some(raw) = read.kr {
-            material.kr = self.color_input(raw, "a reflection weight")?;
-        }
-        if let Some(raw) = read.kt {
-            material.kt = source.color(raw, "a refraction weight")?;
-        }
-        if let Some(raw) = read.emission {
-            material.emission = self.color_input(raw, "an emission")?;
-        }
-        Ok(material)
-    }
-}
-
-/// What a material with an index of refraction begins with: no colour of its own, and all
-/// light either reflected or refracted.
-pub(in crate::formats::ron) fn glass() -> BlinnPhong {
-    BlinnPhong {
-        diffuse: ColorInput::Constant(Rgb::BLACK),
-        kr: ColorInput::Constant(Rgb::WHITE),
-        ..BlinnPhong::default()
+        let members = self.source.structure(body, "BlinnPhong")?;
+        let is_given = |key: &str| {
+            members.iter().any(|(given, raw)| *given == key && self.source.optional(*raw).is_some())
+        };
+        let mut material = BlinnPhong::with_keys(&is_given);
+        self.fill(&members, "BlinnPhong", material.fields())?;
+        Ok(Material::BlinnPhong(material))
     }
 }

@@ -3,18 +3,16 @@
 mod assets;
 mod emitter;
 mod entity;
+mod fields;
 mod geometry;
 mod material;
 mod overrides;
-mod principled;
 pub(super) mod reread;
 mod settings;
 mod texture;
 mod transform;
 
 pub(super) use self::emitter::radians;
-pub(super) use self::material::glass;
-pub(super) use self::principled::usual_channel;
 
 use std::collections::HashMap;
 

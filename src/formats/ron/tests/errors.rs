@@ -141,7 +141,7 @@ fn wrong_types() {
     );
     entity_fails(
         "material: (kd: ^\"red\")",
-        "expected a diffuse colour, as (r, g, b), one number, Srgb(r, g, b) or \"#rrggbb\", found the string \"red\"",
+        "expected diffuse, as (r, g, b), one number, Srgb(r, g, b) or \"#rrggbb\", found the string \"red\"",
     );
     entity_fails(
         "shape: Sphere, caustics: ^false",
@@ -276,11 +276,11 @@ fn numbers_out_of_bounds() {
         entity_fails(&format!("camera: Pinhole(vertical_fov_degrees: ^{wrong})"), &reason);
     }
     entity_fails("light: Point(power_w: ^-5)", "a power must be at least 0, not -5");
-    entity_fails("material: (kd: (1, 1, ^-0.5))", "a diffuse colour must be at least 0, not -0.5");
-    entity_fails("material: (ks: ^-0.5)", "a specular colour must be at least 0, not -0.5");
-    entity_fails("material: (kr: ^-0.5)", "a reflection weight must be at least 0, not -0.5");
+    entity_fails("material: (kd: (1, 1, ^-0.5))", "diffuse must be at least 0, not -0.5");
+    entity_fails("material: (ks: ^-0.5)", "specular must be at least 0, not -0.5");
+    entity_fails("material: (kr: ^-0.5)", "kr must be at least 0, not -0.5");
     entity_fails("material: (shininess: ^-2)", "shininess must be at least 0, not -2");
-    entity_fails("material: (ior: ^0)", "an index of refraction must be above 0, not 0");
+    entity_fails("material: (ior: ^0)", "ior must be above 0, not 0");
     entity_fails(
         "light: Spot(power_w: 1, outer_degrees: ^91)",
         "half of a cone's angle must be from 0 to 90 degrees, not 91",

@@ -62,7 +62,7 @@ fn every_key_is_read() {
         attenuation_distance: 0.125,
         thickness: 0.25,
         priority: -2,
-        ..Volume::CLEAR
+        ..Volume::default()
     };
     assert_eq!(material.volume, Some(volume));
     assert_eq!(material.diffuse_transmission, scalar(0.25));
@@ -81,7 +81,7 @@ fn every_key_is_read() {
 fn defaults_are_those_of_the_world() {
     assert_eq!(principled("").0, Principled::default());
     let (glass, _) = principled("transmission: 1, volume: (), alpha_mode: Blend");
-    let volume = Volume::CLEAR;
+    let volume = Volume::default();
     assert_eq!((glass.volume, glass.alpha_mode), (Some(volume), AlphaMode::Blend));
     assert_eq!(principled("alpha_mode: Mask").0.alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
     // The names of the world are understood, too.
@@ -125,7 +125,7 @@ fn mistakes_are_reported() {
         ("roughness: 1.5", "roughness must be from 0 to 1, not 1.5"),
         ("metallic: true", "expected a number, found true"),
         ("base_color: (2, 0, 0)", "base_color must be from 0 to 1, not (2, 0, 0)"),
-        ("ior: -0.5", "an index of refraction must be at least 0, not -0.5"),
+        ("ior: -0.5", "ior must be at least 0, not -0.5"),
         ("alpha_mode: Blnd", "unknown alpha mode \"Blnd\" (did you mean \"Blend\"?)"),
         ("alpha_mode: 1", "expected an alpha mode: Opaque, Mask, Blend, found 1"),
         ("roughness: Image(\"a.png\", Gren)", "unknown channel \"Gren\" (did you mean \"Green\"?)"),
@@ -140,7 +140,7 @@ fn mistakes_are_reported() {
             "roughness: Texture(image: \"a.png\", uv_set: 2)",
             "uv_set must be a whole number from 0 to 1, not 2",
         ),
-        ("iridescence: (ior: 0.9)", "a film's index of refraction must be at least 1, not 0.9"),
+        ("iridescence: (ior: 0.9)", "ior must be at least 1, not 0.9"),
         ("volume: (attenuation_distance_m: 0)", "attenuation_distance_m must be above 0, not 0"),
         ("volume: (priority: 0.5)", "priority must be a whole number from -1000 to 1000, not 0.5"),
         ("volume: (attenuation_colour: 0)", "unknown field \"attenuation_colour\" in a volume (did you mean"),

@@ -9,9 +9,12 @@
 
 mod assets;
 mod components;
+mod fields;
 mod material;
 mod number;
 mod settings;
+#[cfg(test)]
+mod tables;
 mod texture;
 
 use std::collections::{HashMap, HashSet};

@@ -3,7 +3,6 @@
 use super::Written;
 use super::assets::AssetPaths;
 use super::number::{Keys, color, degrees, number, same, tuple, uniform_or_tuple};
-use crate::formats::ron::lower::usual_channel;
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
 use crate::world::{Assets, Channel, ColorInput, ScalarInput, Texture, TextureId};
@@ -29,18 +28,18 @@ impl WrittenTextures<'_> {
         }
     }
 
-    /// The number that is called `key`.
-    pub(super) fn scalar(&self, input: &ScalarInput, key: &str) -> Written {
+    /// A number or a texture's channel, which is named if it is not the usual one.
+    pub(super) fn scalar(&self, input: &ScalarInput, usual: Channel) -> Written {
         let Some((id, channel)) = input.texture else { return number(input.factor) };
         let mut keys = self.lookup(id, ColorSpace::Linear)?;
         let factor = input.factor;
         keys.push_unless(same(&[factor], &[1.0]), "factor", || number(factor))?;
-        self.finish(id, keys, (channel != usual_channel(key)).then_some(channel))
+        self.finish(id, keys, (channel != usual).then_some(channel))
     }
 
-    pub(super) fn channel(&self, id: TextureId, channel: Channel, key: &str) -> Written {
+    pub(super) fn channel(&self, id: TextureId, channel: Channel, usual: Channel) -> Written {
         let keys = self.lookup(id, ColorSpace::Linear)?;
-        self.finish(id, keys, (channel != usual_channel(key)).then_some(channel))
+        self.finish(id, keys, (channel != usual).then_some(channel))
     }
 
     pub(super) fn data(&self, id: TextureId) -> Written {

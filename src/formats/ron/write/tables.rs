@@ -1,0 +1,120 @@
+//! The tables of `scenes/README.md` are those of the code.
+
+use std::path::Path;
+
+use super::assets::AssetPaths;
+use super::texture::WrittenTextures;
+use crate::world::fields::{Field, Fields, Range, Slot};
+use crate::world::{Anisotropy, Assets, BlinnPhong, Iridescence, Principled, Volume};
+
+/// The type of a field, for people.
+fn kind(slot: &mut Slot) -> String {
+    let bounded = |noun: &str, range: &Range| match range {
+        Range::Above0 => format!("{noun}, above 0"),
+        Range::From(least) => format!("{noun}, at least {least}"),
+        Range::FromTo(least, most) => format!("{noun}, {least} to {most}"),
+    };
+    let color = |noun: &str, range: &Range| match range {
+        Range::FromTo(_, most) => format!("{noun}, up to {most}"),
+        _ => noun.to_owned(),
+    };
+    match slot {
+        Slot::Flag(_) => "`true` or `false`".into(),
+        Slot::Number(_, range) | Slot::OptionalNumber(_, range) => bounded("number", range),
+        Slot::Degrees(_) => "degrees".into(),
+        Slot::Priority(_) => "whole number, -1000 to 1000".into(),
+        Slot::Color(_, range) => color("colour", range),
+        Slot::ColorMap(_, range) => color("map", range),
+        Slot::NumberMap(..) => "number map".into(),
+        Slot::ChannelMap(..) => "texture, one channel".into(),
+        Slot::DataMap(_) => "texture".into(),
+        Slot::Normals(_) => "texture or `(texture: texture, scale: number)`".into(),
+        Slot::Bumps(_) => "`(texture: texture, height_m: m)`".into(),
+        Slot::Part(part) => keys(part.fields()),
+        Slot::OptionalPart(part) => keys(part.insert().fields()),
+        Slot::Form(form) => {
+            let names: Vec<String> = (0..form.names().len())
+                .map(|index| {
+                    form.set_form(index);
+                    let fields: Vec<String> = form.fields().iter_mut().map(key_and_kind).collect();
+                    let body =
+                        if fields.is_empty() { String::new() } else { format!("({})", fields.join(", ")) };
+                    format!("`{}{body}`", form.names()[index])
+                })
+                .collect();
+            let (last, first) = names.split_last().expect("forms");
+            format!("{} or {last}", first.join(", "))
+        }
+    }
+}
+
+fn key_and_kind(field: &mut Field) -> String {
+    format!("{}: {}", field.name, kind(&mut field.slot))
+}
+
+fn keys(fields: Vec<Field>) -> String {
+    let names: Vec<&str> = fields.iter().map(|field| field.name).collect();
+    format!("`({}: …)`", names.join(": …, "))
+}
+
+/// A default as a scene file has it.
+fn default_text(slot: Slot) -> String {
+    let is_part = matches!(slot, Slot::Part(_));
+    let is_infinite = matches!(&slot, Slot::Number(value, _) if value.is_infinite());
+    let assets = Assets::default();
+    let textures = WrittenTextures { assets: &assets, paths: &AssetPaths::numbers(&assets) };
+    match if is_infinite { None } else { textures.value(slot).expect("a default") } {
+        None if is_part => "all defaults".to_owned(),
+        None => "none".to_owned(),
+        Some(text) if text.starts_with(|c: char| c.is_ascii_alphabetic()) => format!("`{text}`"),
+        Some(text) => text,
+    }
+}
+
+/// A row for each field.
+fn table(part: &mut dyn Fields) -> String {
+    let mut text = "| field | type | default | meaning |\n|---|---|---|---|\n".to_owned();
+    let (mut plain, mut glass) = (part.defaults(&|_| false), part.defaults(&|key| key == "ior"));
+    let defaults = plain.fields().into_iter().zip(glass.fields());
+    for (mut field, (plain, glass)) in part.fields().into_iter().zip(defaults) {
+        let names = std::iter::once(&field.name).chain(field.aliases);
+        let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+        let (mut default, with_ior) = (default_text(plain.slot), default_text(glass.slot));
+        if with_ior != default {
+            default += &format!(", or {with_ior} with an `ior`");
+        }
+        let (names, kind, meaning) = (names.join(" or "), kind(&mut field.slot), field.doc.trim());
+        text += &format!("| {names} | {kind} | {default} | {meaning} |\n");
+    }
+    text
+}
+
+/// Compares the tables of the guide, between `<!-- NAME -->` and the next empty line, with those of the code; writes
+/// them if `UPDATE` is set.
+#[test]
+fn tables_of_the_guide_are_those_of_the_code() {
+    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/README.md");
+    let old = std::fs::read_to_string(&guide).expect("the guide");
+    let mut new = old.clone();
+    let parts: [(&str, &mut dyn Fields); 5] = [
+        ("BlinnPhong", &mut BlinnPhong::default()),
+        ("Principled", &mut Principled::default()),
+        ("volume", &mut Volume::default()),
+        ("anisotropy", &mut Anisotropy::default()),
+        ("iridescence", &mut Iridescence::default()),
+    ];
+    for (name, part) in parts {
+        let mark = format!("<!-- fields of {name} -->\n");
+        let start = new.find(&mark).unwrap_or_else(|| panic!("no {mark}")) + mark.len();
+        let end = new[start..].find("\n\n").map_or(new.len(), |length| start + length + 1);
+        new.replace_range(start..end, &table(part));
+    }
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(&guide, &new).expect("the guide");
+    } else {
+        assert!(
+            old == new,
+            "scenes/README.md is not as the code: UPDATE=1 cargo test --release tables_of_the_guide"
+        );
+    }
+}

@@ -1,0 +1,307 @@
+//! The fields of components: a table for each, from which follow reading and writing scene files, `--set`, the checks of
+//! a program's worlds and the tables of `scenes/README.md`.
+//!
+//! [`fields!`] declares a structure with its table, [`forms!`] an enumeration. To add a field, add a line there.
+
+use crate::math::Rgb;
+
+use super::assets::TextureId;
+use super::bounds::{above, check_color, within};
+use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
+
+/// The numbers that a field can have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Range {
+    /// Finite, and above 0.
+    Above0,
+    /// Finite, and at least the number.
+    From(f32),
+    /// Both ends belong to it.
+    FromTo(f32, f32),
+}
+
+impl Range {
+    /// From 0 to 1.
+    pub(crate) const UNIT: Range = Range::FromTo(0.0, 1.0);
+
+    /// True if a number is in it.
+    pub(crate) fn contains(self, value: f32) -> bool {
+        value.is_finite()
+            && match self {
+                Range::Above0 => value > 0.0,
+                Range::From(least) => value >= least,
+                Range::FromTo(least, most) => (least..=most).contains(&value),
+            }
+    }
+}
+
+impl std::fmt::Display for Range {
+    /// As in "must be at least 0".
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Range::Above0 => f.write_str("above 0"),
+            Range::From(least) => write!(f, "at least {least}"),
+            Range::FromTo(least, most) => write!(f, "from {least} to {most}"),
+        }
+    }
+}
+
+/// A field's value, by its kind. Each kind is read and written in one place.
+pub(crate) enum Slot<'a> {
+    /// `true` or `false`.
+    Flag(&'a mut bool),
+    /// A number, in metres or whatever its name says.
+    Number(&'a mut f32, Range),
+    /// A number that may be left out.
+    OptionalNumber(&'a mut Option<f32>, Range),
+    /// An angle in radians, written in degrees.
+    Degrees(&'a mut f32),
+    /// Which of several bodies fills a place.
+    Priority(&'a mut i32),
+    /// A colour, each part of it in the range.
+    Color(&'a mut Rgb, Range),
+    /// A colour or a texture of colours.
+    ColorMap(&'a mut ColorInput, Range),
+    /// A number from 0 to 1 or a channel of a texture, and which channel if the file does not name one.
+    NumberMap(&'a mut ScalarInput, Channel),
+    /// A texture's channel whose numbers are used as they are.
+    ChannelMap(&'a mut Option<(TextureId, Channel)>, Channel),
+    /// A texture whose channels are used as they are.
+    DataMap(&'a mut Option<TextureId>),
+    /// A normal map.
+    Normals(&'a mut Option<NormalMap>),
+    /// A bump map.
+    Bumps(&'a mut Option<BumpMap>),
+    /// A structure.
+    Part(&'a mut dyn Fields),
+    /// A structure that may be left out.
+    OptionalPart(&'a mut dyn OptionalFields),
+    /// One of several names, some of them with fields.
+    Form(&'a mut dyn Forms),
+}
+
+/// A field of a component.
+pub(crate) struct Field<'a> {
+    /// Its key in scene files.
+    pub name: &'static str,
+    /// Other keys for it.
+    pub aliases: &'static [&'static str],
+    /// Keys of older versions, which guides do not show.
+    pub old: &'static [&'static str],
+    /// Its meaning, for the tables of `scenes/README.md`.
+    #[cfg_attr(not(test), expect(dead_code, reason = "a test writes the tables"))]
+    pub doc: &'static str,
+    /// Its value.
+    pub slot: Slot<'a>,
+}
+
+impl Field<'_> {
+    /// True if a key stands for it.
+    pub(crate) fn is_called(&self, key: &str) -> bool {
+        self.name == key || self.aliases.contains(&key) || self.old.contains(&key)
+    }
+}
+
+/// A structure with its fields.
+pub(crate) trait Fields {
+    /// The name of the structure in messages, with an article.
+    fn what(&self) -> &'static str;
+
+    /// Its fields, in the order in which they are written.
+    fn fields(&mut self) -> Vec<Field<'_>>;
+
+    /// Another one with all fields at their defaults, for a structure whose keys `is_given` knows.
+    fn defaults(&self, is_given: &dyn Fn(&str) -> bool) -> Box<dyn Fields>;
+}
+
+/// A structure that may be left out.
+pub(crate) trait OptionalFields {
+    /// Inserts one with all fields at their defaults.
+    fn insert(&mut self) -> &mut dyn Fields;
+
+    /// The structure, if there is one.
+    fn part(&mut self) -> Option<&mut dyn Fields>;
+}
+
+impl<T: Fields + Default> OptionalFields for Option<T> {
+    fn insert(&mut self) -> &mut dyn Fields {
+        self.insert(T::default())
+    }
+
+    fn part(&mut self) -> Option<&mut dyn Fields> {
+        self.as_mut().map(|part| part as &mut dyn Fields)
+    }
+}
+
+/// An enumeration whose values have names, and perhaps fields.
+pub(crate) trait Forms {
+    /// The kind of thing in messages, without an article.
+    fn kind(&self) -> &'static str;
+
+    /// The names of all forms.
+    fn names(&self) -> &'static [&'static str];
+
+    /// The place of its form in [`Forms::names`].
+    fn form(&self) -> usize;
+
+    /// Turns into another form, with all fields at their defaults.
+    fn set_form(&mut self, form: usize);
+
+    /// The fields of its form.
+    fn fields(&mut self) -> Vec<Field<'_>>;
+}
+
+/// Declares a structure, its defaults and its table of fields. Each field is
+///
+/// ```text
+/// /// Meaning: the documentation, and the table's last column.
+/// name ["key", "other key"]: type = default, Kind(arguments);
+/// ```
+///
+/// where the keys may be left out if the only one is the name, `old ["key"]` behind them is a key of older versions, and Kind
+/// is a [`Slot`]. A `with` names the function that gives the defaults for a structure some of whose keys are given.
+macro_rules! fields {
+    (
+        $(#[$meta:meta])* pub struct $name:ident, $what:literal $(with $defaults:path)? {
+            $( $(#[doc = $doc:literal])+
+               $field:ident $([$key:literal $(, $alias:literal)*])? $(old [$old:literal])?: $type:ty = $default:expr,
+               $kind:ident $(($($argument:expr),+))?; )+
+        }
+    ) => {
+        $(#[$meta])*
+        pub struct $name { $( $(#[doc = $doc])+ pub $field: $type, )+ }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)+ }
+            }
+        }
+
+        impl $crate::world::fields::Fields for $name {
+            fn what(&self) -> &'static str {
+                $what
+            }
+
+            fn fields(&mut self) -> Vec<$crate::world::fields::Field<'_>> {
+                vec![$(
+                    $crate::world::fields::Field {
+                        name: $crate::world::fields::fields!(@key $field $($key)?),
+                        aliases: &[$($($alias),*)?],
+                        old: &[$($old)?],
+                        doc: concat!($($doc),+),
+                        slot: $crate::world::fields::Slot::$kind(&mut self.$field $(, $($argument),+)?),
+                    },
+                )+]
+            }
+
+            fn defaults(&self, is_given: &dyn Fn(&str) -> bool) -> Box<dyn $crate::world::fields::Fields> {
+                let _ = is_given;
+                Box::new($crate::world::fields::fields!(@defaults is_given $($defaults)?))
+            }
+        }
+    };
+    (@key $field:ident) => { stringify!($field) };
+    (@key $field:ident $key:literal) => { $key };
+    (@defaults $given:ident) => { Self::default() };
+    (@defaults $given:ident $defaults:path) => { $defaults($given) };
+}
+
+/// Declares an enumeration, its default and its table of forms. Each form is `Name` or
+/// `Name { /// Meaning. name ["key"]: type = default, Kind(arguments); … }`, as in [`fields!`].
+macro_rules! forms {
+    (
+        $(#[$meta:meta])* pub enum $name:ident, $kind_name:literal {
+            $( $(#[$form_meta:meta])* $form:ident $({
+                $( $(#[doc = $doc:literal])+
+                   $field:ident $([$key:literal])?: $type:ty = $default:expr,
+                   $kind:ident $(($($argument:expr),+))?; )+
+            })?, )+
+        }
+    ) => {
+        $(#[$meta])*
+        pub enum $name {
+            $( $(#[$form_meta])* $form $({ $( $(#[doc = $doc])+ $field: $type, )+ })?, )+
+        }
+
+        impl $crate::world::fields::Forms for $name {
+            fn kind(&self) -> &'static str {
+                $kind_name
+            }
+
+            fn names(&self) -> &'static [&'static str] {
+                &[$(stringify!($form)),+]
+            }
+
+            fn form(&self) -> usize {
+                let name = match self { $( Self::$form { .. } => stringify!($form), )+ };
+                self.names().iter().position(|known| *known == name).unwrap_or_default()
+            }
+
+            fn set_form(&mut self, form: usize) {
+                match self.names()[form] {
+                    $( stringify!($form) => *self = Self::$form $({ $($field: $default,)+ })?, )+
+                    _ => {}
+                }
+            }
+
+            fn fields(&mut self) -> Vec<$crate::world::fields::Field<'_>> {
+                match self {
+                    $( Self::$form $({ $($field,)+ })? => vec![$($(
+                        $crate::world::fields::Field {
+                            name: $crate::world::fields::fields!(@key $field $($key)?),
+                            aliases: &[],
+                            old: &[],
+                            doc: concat!($($doc),+),
+                            slot: $crate::world::fields::Slot::$kind($field $(, $($argument),+)?),
+                        },
+                    )+)?], )+
+                }
+            }
+        }
+    };
+}
+
+pub(crate) use {fields, forms};
+
+/// The textures of a structure.
+pub(crate) fn textures(part: &mut dyn Fields) -> Vec<TextureId> {
+    part.fields()
+        .into_iter()
+        .flat_map(|field| match field.slot {
+            Slot::ColorMap(ColorInput::Texture(id), _) => vec![*id],
+            Slot::NumberMap(ScalarInput { texture: Some((id, _)), .. }, _) => vec![*id],
+            Slot::ChannelMap(Some((id, _)), _) | Slot::DataMap(Some(id)) => vec![*id],
+            Slot::Normals(Some(NormalMap { texture, .. })) | Slot::Bumps(Some(BumpMap { texture, .. })) => {
+                vec![*texture]
+            }
+            Slot::Part(part) => textures(part),
+            Slot::OptionalPart(part) => part.part().map(textures).unwrap_or_default(),
+            _ => Vec::new(),
+        })
+        .collect()
+}
+
+/// Errors: the first number of a structure that is out of its range. Defaults need not be finite, and colours of a
+/// program may be above 1.
+pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
+    let mut defaults = part.defaults(&|_| false);
+    for (Field { name, slot, .. }, default) in part.fields().into_iter().zip(defaults.fields()) {
+        match (slot, default.slot) {
+            (Slot::Number(value, _), Slot::Number(default, _)) if value == default => {}
+            (Slot::Number(value, range) | Slot::OptionalNumber(Some(value), range), _) => match range {
+                Range::Above0 => above(name, *value, 0.0)?,
+                Range::From(least) => within(name, *value, least, f32::MAX)?,
+                Range::FromTo(least, most) => within(name, *value, least, most)?,
+            },
+            (Slot::Degrees(angle), _) => within(name, *angle, -f32::MAX, f32::MAX)?,
+            (Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _), _) => {
+                check_color(name, *color)?;
+            }
+            (Slot::NumberMap(input, _), _) => within(name, input.factor, 0.0, 1.0)?,
+            (Slot::Part(part), _) => check(part)?,
+            (Slot::OptionalPart(part), _) => part.part().map_or(Ok(()), check)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
