@@ -4,6 +4,7 @@
 use crate::math::{DMat3, DQuat, Mat4, Quat, Rgb, Vec2, Vec3};
 
 use super::assets::{ImageId, MaterialId, MeshId, TextureId};
+use super::fields::forms;
 
 /// What the author calls an entity. Names are unique in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -128,18 +129,20 @@ pub enum Shape {
     Mesh(MeshId),
 }
 
-/// How N sample points are spread over a square.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum Pattern {
-    /// Each on its own, uniformly at random.
-    Uniform,
-    /// One at random in each cell of a grid (stratified).
-    #[default]
-    Jittered,
-    /// The centres of the cells of a grid.
-    Regular,
-    /// All in the middle of the square: a pixel without antialiasing, to look at everything else alone.
-    Center,
+forms! {
+    /// How N sample points are spread over a square.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+    pub enum Pattern, "pattern" {
+        /// Each on its own, uniformly at random.
+        Uniform,
+        /// One at random in each cell of a grid (stratified).
+        #[default]
+        Jittered,
+        /// The centres of the cells of a grid.
+        Regular,
+        /// All in the middle of the square: a pixel without antialiasing, to look at everything else alone.
+        Center,
+    }
 }
 
 /// How irradiance depends on the distance from a light.

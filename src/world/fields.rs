@@ -8,6 +8,7 @@ use crate::math::Rgb;
 use super::assets::TextureId;
 use super::bounds::{above, check_color, within};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
+use super::settings::{Aov, Background, Caustics, Settings, Sharing, Transport};
 
 /// The numbers that a field can have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,8 +53,16 @@ pub(crate) enum Slot<'a> {
     Flag(&'a mut bool),
     /// A number, in metres or whatever its name says.
     Number(&'a mut f32, Range),
-    /// A number that may be left out.
+    /// A number or `None`.
     OptionalNumber(&'a mut Option<f32>, Range),
+    /// A whole number, from the least to the most.
+    Whole(&'a mut u32, u32, u32),
+    /// A whole number from 0 to the most, or `None`.
+    OptionalWhole(&'a mut Option<u32>, u32),
+    /// Any whole number.
+    Seed(&'a mut u64),
+    /// Width and height of an image.
+    Size(&'a mut [u32; 2]),
     /// An angle in radians, written in degrees.
     Degrees(&'a mut f32),
     /// Which of several bodies fills a place.
@@ -76,8 +85,22 @@ pub(crate) enum Slot<'a> {
     Part(&'a mut dyn Fields),
     /// A structure that may be left out.
     OptionalPart(&'a mut dyn OptionalFields),
+    /// Fields that stand among those of the structure itself.
+    Inline(&'a mut dyn Fields),
     /// One of several names, some of them with fields.
     Form(&'a mut dyn Forms),
+    /// A transport, or `Auto`: the one that suits the scene.
+    Transport(&'a mut Transport),
+    /// `Auto`, `Off` or a number of pixels.
+    Sharing(&'a mut Sharing),
+    /// `Auto`, `Off` or numbers of photons.
+    Caustics(&'a mut Caustics),
+    /// A colour or a gradient.
+    Background(&'a mut Background),
+    /// `Auto` or `Fixed`.
+    Exposure(&'a mut bool),
+    /// `All`, or a list of output variables.
+    Aovs(&'a mut Vec<Aov>),
 }
 
 /// A field of a component.
@@ -149,6 +172,17 @@ pub(crate) trait Forms {
 
     /// The fields of its form.
     fn fields(&mut self) -> Vec<Field<'_>>;
+}
+
+/// The fields of a structure, with those that stand among them.
+pub(crate) fn all_fields(part: &mut dyn Fields) -> Vec<Field<'_>> {
+    fn one(field: Field) -> Vec<Field> {
+        match field.slot {
+            Slot::Inline(part) => all_fields(part),
+            _ => vec![field],
+        }
+    }
+    part.fields().into_iter().flat_map(one).collect()
 }
 
 /// Declares a structure, its defaults and its table of fields. Each field is
@@ -261,7 +295,34 @@ macro_rules! forms {
     };
 }
 
-pub(crate) use {fields, forms};
+/// Gives an enumeration without fields, which is declared elsewhere, its table of forms.
+macro_rules! names {
+    ($name:ident, $kind:literal, [$($form:ident),+]) => {
+        impl $crate::world::fields::Forms for $name {
+            fn kind(&self) -> &'static str {
+                $kind
+            }
+
+            fn names(&self) -> &'static [&'static str] {
+                &[$(stringify!($form)),+]
+            }
+
+            fn form(&self) -> usize {
+                [$(Self::$form),+].iter().position(|form| form == self).unwrap_or_default()
+            }
+
+            fn set_form(&mut self, form: usize) {
+                *self = [$(Self::$form),+][form];
+            }
+
+            fn fields(&mut self) -> Vec<$crate::world::fields::Field<'_>> {
+                Vec::new()
+            }
+        }
+    };
+}
+
+pub(crate) use {fields, forms, names};
 
 /// The textures of a structure.
 pub(crate) fn textures(part: &mut dyn Fields) -> Vec<TextureId> {
@@ -285,23 +346,64 @@ pub(crate) fn textures(part: &mut dyn Fields) -> Vec<TextureId> {
 /// program may be above 1.
 pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
     let mut defaults = part.defaults(&|_| false);
-    for (Field { name, slot, .. }, default) in part.fields().into_iter().zip(defaults.fields()) {
+    for (Field { name, slot, .. }, default) in all_fields(part).into_iter().zip(all_fields(&mut *defaults)) {
         match (slot, default.slot) {
             (Slot::Number(value, _), Slot::Number(default, _)) if value == default => {}
-            (Slot::Number(value, range) | Slot::OptionalNumber(Some(value), range), _) => match range {
-                Range::Above0 => above(name, *value, 0.0)?,
-                Range::From(least) => within(name, *value, least, f32::MAX)?,
-                Range::FromTo(least, most) => within(name, *value, least, most)?,
-            },
+            (Slot::Number(value, range) | Slot::OptionalNumber(Some(value), range), _) => {
+                number(name, *value, range)?;
+            }
             (Slot::Degrees(angle), _) => within(name, *angle, -f32::MAX, f32::MAX)?,
             (Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _), _) => {
                 check_color(name, *color)?;
             }
             (Slot::NumberMap(input, _), _) => within(name, input.factor, 0.0, 1.0)?,
+            (Slot::Whole(value, least, most), _) => whole(name, *value, least, most)?,
+            (Slot::OptionalWhole(Some(value), most), _) => whole(name, *value, 0, most)?,
+            (Slot::Size(size), _) => {
+                for (name, value) in ["width", "height"].into_iter().zip(size) {
+                    whole(name, *value, 1, Settings::MOST_PIXELS_A_SIDE)?;
+                }
+            }
+            (Slot::Sharing(Sharing::Groups(pixels)), _) if !Sharing::SIZES.contains(pixels) => {
+                return Err(format!("{name} is {pixels}: it must be one of {:?}", Sharing::SIZES));
+            }
+            (Slot::Caustics(Caustics::Photons { photons, radius }), _) => {
+                above("the photons of caustics", *photons, 0.0)?;
+                within("the photons of caustics", *photons, 0.0, Caustics::MOST_PHOTONS)?;
+                within("the radius of caustics", *radius, Caustics::LEAST_RADIUS, Caustics::LARGEST_RADIUS)?;
+            }
+            (Slot::Background(Background::Constant(color)), _) => check_color(name, *color)?,
+            (Slot::Background(Background::Gradient { bottom, top }), _) => {
+                check_color(name, *bottom)?;
+                check_color(name, *top)?;
+            }
+            (Slot::Form(form), _) => {
+                let kind = form.kind();
+                for field in form.fields() {
+                    if let Slot::Number(value, range) = field.slot {
+                        number(&format!("the {kind}'s {}", field.name), *value, range)?;
+                    }
+                }
+            }
             (Slot::Part(part), _) => check(part)?,
             (Slot::OptionalPart(part), _) => part.part().map_or(Ok(()), check)?,
             _ => {}
         }
     }
     Ok(())
+}
+
+fn number(name: &str, value: f32, range: Range) -> Result<(), String> {
+    match range {
+        Range::Above0 => above(name, value, 0.0),
+        Range::From(least) => within(name, value, least, f32::MAX),
+        Range::FromTo(least, most) => within(name, value, least, most),
+    }
+}
+
+fn whole(name: &str, value: u32, least: u32, most: u32) -> Result<(), String> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(format!("{name} is {value}: it must be {least} to {most}"))
 }

@@ -6,66 +6,74 @@ use crate::bvh::BuildQuality;
 use crate::math::Rgb;
 
 use super::components::Pattern;
+use super::fields::{self, Field, Fields, Range, Slot, fields, forms, names};
 
-/// What a scene file says about rendering. The defaults are those of a file without settings.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
-    /// Width and height in pixels, each 1 to 65,536.
-    pub size: [u32; 2],
-    /// Samples a pixel (spp), 1 to 4,194,304.
-    pub samples: u32,
-    /// Bounces after the camera ray, 0 to 65,535; longer paths count as black. Under the path transport, a surface
-    /// that is met after the last bounce still shows what it emits: light may be scattered once more often than paths
-    /// bounce.
-    pub max_depth: u32,
-    /// Limits for bounces of each kind within these, under the path transport.
-    pub depth_limits: DepthLimits,
-    /// Under the Whitted transport, a branch ends when no component of its throughput is above this. The default of
-    /// 1/1024 is a quarter of the step of an 8-bit image at a radiance of 1. (The path transport plays Russian
-    /// roulette instead.)
-    pub min_throughput: f32,
-    /// The bounce at which the path transport's Russian roulette begins; `None` for never.
-    pub roulette_depth: Option<u32>,
-    /// What a path of the path transport adds to its sample after the first bounce is cut off at this radiance, in
-    /// W m⁻² sr⁻¹: fewer fireflies, but light is lost. `None` cuts off nothing.
-    pub clamp: Option<f32>,
-    /// Which numbers the path transport draws.
-    pub sampler: Sampler,
-    /// Whether pixels share the paths of their neighbours, under the path transport.
-    pub sharing: Sharing,
-    /// Whether photons bring the light that comes through glass or off mirrors.
-    pub caustics: Caustics,
-    /// Whether blocks of pixels get more samples where these reduce the error most, with as many rays in all as if
-    /// each pixel got `samples`.
-    pub adaptive: Adaptive,
-    /// How light travels; [`super::World::fitting_transport`] is the one that suits a world.
-    pub transport: Transport,
-    /// The seed of all random numbers: another seed gives another, equally valid noise.
-    pub seed: u64,
-    /// How samples are spread around a pixel's centre.
-    pub filter: PixelFilter,
-    /// Where in a pixel its samples go, before the filter is applied, under the Whitted transport.
-    pub pixel_pattern: Pattern,
-    /// What a ray sees that hits nothing.
-    pub background: Background,
-    /// Radiance in W m⁻² sr⁻¹ that every surface adds, times its diffuse colour, without any light; under the Whitted
-    /// transport.
-    pub ambient: Rgb,
-    /// From radiance to display values.
-    pub tonemap: Tonemap,
-    /// Exposure in stops: radiance is multiplied by 2 to this power before the tone curve.
-    pub exposure_ev: f32,
-    /// Whether the image itself sets the exposure, to which `exposure_ev` is then added: the log-average of its
-    /// luminance goes to 0.18 (Reinhard and others 2002).
-    pub auto_exposure: bool,
-    /// How much work goes into the acceleration structure.
-    pub build_quality: BuildQuality,
-    /// How many triangles may go into copies of meshes that are placed several times, beyond the first copy of each.
-    /// Meshes for which these do not suffice are placed as instances, which need little memory for each place and are
-    /// slower to trace. At most [`Settings::MOST_COPIED_TRIANGLES`].
-    pub copied_triangles: u32,
-    /// What the image holds besides light, each at most once.
-    pub aov: Vec<Aov>,
+fields! {
+    /// How to render. The defaults are those of a file without settings.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct Settings, "settings" {
+        /// width and height of the image
+        size: [u32; 2] = [960, 540], Size;
+        /// samples per pixel
+        samples: u32 = 16, Whole(1, Settings::MOST_SAMPLES);
+        /// bounces after the camera ray; what lies beyond is black, but under the path transport, a surface that is met
+        /// after the last bounce still shows what it emits; 64 under the path transport if a material bends light
+        max_depth: u32 = 8, Whole(0, Settings::MOST_DEPTH);
+        /// limits for bounces of each kind within these, under the path transport
+        depth_limits: DepthLimits = DepthLimits::default(), Inline;
+        /// under the Whitted transport, a reflection or refraction that counts for no more than this is left out (the path
+        /// transport plays Russian roulette instead)
+        min_throughput: f32 = 1.0 / 1024.0, Number(Range::From(0.0));
+        /// from this bounce on, the path transport ends at random paths that carry little, after a bounce off something
+        /// matte (Russian roulette)
+        roulette_depth: Option<u32> = Some(4), OptionalWhole(Settings::MOST_DEPTH);
+        /// the path transport cuts off at this radiance what a path brings from beyond its first hit: fewer fireflies, but
+        /// some light is lost
+        clamp: Option<f32> = None, OptionalNumber(Range::Above0);
+        /// direct light, mirrors and glass; or light that is scattered any number of times; `Auto` means `Path` for scenes
+        /// with glTF files, `Principled` materials or surroundings (`Environment`, `Sky`), else `Whitted`
+        transport: Transport = Transport::Whitted, Transport;
+        /// how the path transport spreads a pixel's samples over its decisions: stratified at every scale, in a grid, or
+        /// not at all
+        sampler: Sampler = Sampler::Sobol, Form;
+        /// how many neighbouring pixels share their paths under the path transport; `Auto` measures, block by block, where
+        /// this pays off
+        sharing: Sharing = Sharing::Auto, Sharing;
+        /// whether photons bring the light that glass and mirrors throw onto other things: caustics; `Auto` traces them
+        /// under the path transport wherever such light is found, as many as it takes; the numbers are the photons of a
+        /// sample for each pixel (at most 64), and the radius in widths of a pixel (0.01 to 64, 1.4 unless given) within
+        /// which the first sample gathers them
+        caustics: Caustics = Caustics::Auto, Caustics;
+        /// whether blocks of pixels get more samples where these reduce the error most, for as many rays as `samples` per
+        /// pixel would take
+        adaptive: Adaptive = Adaptive::Off, Form;
+        /// the seed of all random numbers: another seed gives another, equally valid noise
+        seed: u64 = 0, Seed;
+        /// weight of a sample by its distance from the pixel's centre; its `radius` is where the weight is zero, in pixels
+        filter: PixelFilter = PixelFilter::default(), Form;
+        /// where in a pixel its samples go, before the filter, under the Whitted transport
+        pixel_pattern: Pattern = Pattern::Jittered, Form;
+        /// radiance that rays see if they hit nothing, W m⁻² sr⁻¹, unless there is an environment or a sky; under the
+        /// Whitted transport it lights nothing by itself
+        background: Background = Background::default(), Background;
+        /// light from nowhere, W m⁻² sr⁻¹: every surface reflects it, times its diffuse colour; under the Whitted transport
+        ambient: Rgb = Rgb::BLACK, Color(Range::From(0.0));
+        /// how radiance becomes what a screen shows, for PNG files
+        tonemap: Tonemap = Tonemap::default(), Form;
+        /// exposure in stops: PNG files show radiance × 2 to this power
+        exposure_ev: f32 = 0.0, Number(Range::FromTo(-64.0, 64.0));
+        /// `Auto`: the exposure is chosen from the image, and `exposure_ev` is added to it: the log-average of its luminance
+        /// goes to 0.18 (Reinhard and others 2002)
+        auto_exposure ["exposure"]: bool = false, Exposure;
+        /// work put into the acceleration structure: the more, the faster the tracing
+        build_quality: BuildQuality = BuildQuality::Default, Form;
+        /// meshes that are placed several times are copied to each place as long as this takes no more triangles (or
+        /// vertices) in addition to the first copies; what would take more is placed as instances, which need little memory
+        /// and are slower to trace
+        copied_triangles: u32 = 1 << 18, Whole(0, Settings::MOST_COPIED_TRIANGLES);
+        /// what the image holds besides light
+        aov: Vec<Aov> = Vec::new(), Aovs;
+    }
 }
 
 impl Settings {
@@ -77,37 +85,19 @@ impl Settings {
     pub const MOST_DEPTH: u32 = 65_535;
     /// The most triangles that copies may take, so that no scene file takes more than some gigabytes for them.
     pub const MOST_COPIED_TRIANGLES: u32 = 1 << 24;
-}
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            size: [960, 540],
-            samples: 16,
-            max_depth: 8,
-            depth_limits: DepthLimits::default(),
-            min_throughput: 1.0 / 1024.0,
-            roulette_depth: Some(4),
-            clamp: None,
-            sampler: Sampler::Sobol,
-            sharing: Sharing::Auto,
-            caustics: Caustics::Auto,
-            adaptive: Adaptive::Off,
-            transport: Transport::Whitted,
-            seed: 0,
-            filter: PixelFilter::default(),
-            pixel_pattern: Pattern::Jittered,
-            background: Background::default(),
-            ambient: Rgb::BLACK,
-            tonemap: Tonemap::default(),
-            exposure_ev: 0.0,
-            auto_exposure: false,
-            build_quality: BuildQuality::Default,
-            copied_triangles: 1 << 18,
-            aov: Vec::new(),
-        }
+    /// Errors: the first setting that is out of its range.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        fields::check(&mut self.clone())
     }
 }
+
+names!(BuildQuality, "build quality", [Fast, Default, High]);
+names!(
+    Aov,
+    "output variable",
+    [Depth, Normal, Albedo, Position, Entity, Material, Coverage, Samples, Variance]
+);
 
 /// What a pixel can hold besides light: an arbitrary output variable. Means are over what the pixel's samples hit
 /// first; surfaces that are not there, by their alpha or from their back, do not count.
@@ -153,29 +143,31 @@ impl Aov {
     }
 }
 
-/// How many bounces of each kind a path may have, 0 to [`DepthLimits::MOST`]; with `None`, as many as
-/// [`Settings::max_depth`] allows. The kind is that of the lobe that a bounce was drawn from. As after the last
-/// bounce of all, one more ray still finds what shines.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct DepthLimits {
-    /// Of lobes that scatter light widely, to either side of the surface.
-    pub diffuse: Option<u32>,
-    /// Of mirrors and whatever else reflects light around the mirror image.
-    pub glossy: Option<u32>,
-    /// Through glass, smooth or rough.
-    pub transmission: Option<u32>,
+fields! {
+    /// Limits for bounces of each kind; with `None`, as many as [`Settings::max_depth`] allows. The kind is that of the
+    /// lobe that a bounce was sampled from. As after the last bounce of all, one more ray still finds what emits.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+    pub struct DepthLimits, "depth limits" {
+        /// the most bounces off matte surfaces (and through thin ones that scatter light), under the path transport
+        diffuse ["diffuse_depth"]: Option<u32> = None, OptionalWhole(DepthLimits::MOST);
+        /// the most bounces off sharp or blurred mirrors
+        glossy ["glossy_depth"]: Option<u32> = None, OptionalWhole(DepthLimits::MOST);
+        /// the most bounces through glass, smooth or rough
+        transmission ["transmission_depth"]: Option<u32> = None, OptionalWhole(DepthLimits::MOST);
+    }
 }
 
 impl DepthLimits {
     /// The largest limit.
     pub const MOST: u32 = 1000;
 
-    /// Those that there are, by the names that a scene file has for them.
-    pub(crate) fn given(&self) -> impl Iterator<Item = (&'static str, u32)> {
-        let Self { diffuse, glossy, transmission } = *self;
-        [("diffuse_depth", diffuse), ("glossy_depth", glossy), ("transmission_depth", transmission)]
-            .into_iter()
-            .filter_map(|(name, limit)| Some((name, limit?)))
+    /// The limits that there are, by their keys in scene files.
+    pub(crate) fn given(mut self) -> impl Iterator<Item = (&'static str, u32)> {
+        let limit = |field: Field<'_>| match field.slot {
+            Slot::OptionalWhole(Some(limit), _) => Some((field.name, *limit)),
+            _ => None,
+        };
+        self.fields().into_iter().filter_map(limit).collect::<Vec<_>>().into_iter()
     }
 }
 
@@ -191,16 +183,18 @@ pub enum Transport {
     Path,
 }
 
-/// How the samples of a pixel are spread over each use of random numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Sampler {
-    /// Points of Sobol's sequence, scrambled after Owen: stratified at every scale.
-    #[default]
-    Sobol,
-    /// One at random in each cell of a grid.
-    Jittered,
-    /// Each on its own.
-    Independent,
+forms! {
+    /// How the samples of a pixel are spread over each use of random numbers.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    pub enum Sampler, "sampler" {
+        /// Points of Sobol's sequence, scrambled after Owen: stratified at every scale.
+        #[default]
+        Sobol,
+        /// One at random in each cell of a grid.
+        Jittered,
+        /// Each on its own.
+        Independent,
+    }
 }
 
 /// Whether the pixels of a group lend each other the second vertices of their paths: without bias, and with far less
@@ -265,39 +259,43 @@ impl Caustics {
     }
 }
 
-/// Whether blocks of pixels get more samples where these reduce the error most.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Adaptive {
-    /// All pixels get the same number.
-    #[default]
-    Off,
-    /// In rounds, each chosen by the samples before it. That is slightly biased (Kirk and Arvo 1991).
-    On,
-    /// Chosen beforehand, by samples of a pilot that are then discarded: without bias.
-    Unbiased,
+forms! {
+    /// Whether blocks of pixels get more samples where these reduce the error most.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    pub enum Adaptive, "adaptive" {
+        /// All pixels get the same number.
+        #[default]
+        Off,
+        /// In rounds, each chosen by the samples before it. That is slightly biased (Kirk and Arvo 1991).
+        On,
+        /// Chosen beforehand, by samples of a pilot that are then discarded: without bias.
+        Unbiased,
+    }
 }
 
-/// The weight of a sample by its distance from the pixel's centre, sampled by
-/// importance: every sample counts the same and lands where the filter says.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum PixelFilter {
-    /// Constant over one pixel.
-    Box,
-    /// Falls linearly to zero at `radius`.
-    Tent {
-        /// In pixels.
-        radius: f32,
-    },
-    /// A Gaussian bell of standard deviation `radius / 3`, cut off at `radius`.
-    Gaussian {
-        /// In pixels.
-        radius: f32,
-    },
-    /// The four-term window of Blackman and Harris (Harris 1978) over ±`radius`.
-    BlackmanHarris {
-        /// In pixels.
-        radius: f32,
-    },
+forms! {
+    /// The weight of a sample by its distance from the pixel's centre, sampled by
+    /// importance: every sample counts the same and lands where the filter says.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    pub enum PixelFilter, "filter" {
+        /// Constant over one pixel.
+        Box,
+        /// Falls linearly to zero at `radius`.
+        Tent {
+            /// in pixels
+            radius: f32 = 1.0, Number(Range::Above0);
+        },
+        /// A Gaussian bell of standard deviation `radius / 3`, cut off at `radius`.
+        Gaussian {
+            /// in pixels
+            radius: f32 = 1.5, Number(Range::Above0);
+        },
+        /// The four-term window of Blackman and Harris (Harris 1978) over ±`radius`.
+        BlackmanHarris {
+            /// in pixels
+            radius: f32 = 1.5, Number(Range::Above0);
+        },
+    }
 }
 
 impl Default for PixelFilter {
@@ -327,20 +325,22 @@ impl Default for Background {
     }
 }
 
-/// From scene radiance to what a screen shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Tonemap {
-    /// Cut off at 1.
-    #[default]
-    Clamp,
-    /// Divides everything by the image's largest component.
-    ScaleByMaximum,
-    /// x (1 + x / w²) / (1 + x) on luminance with w = 4 (Reinhard and others 2002).
-    Reinhard,
-    /// The ACES reference rendering transform, Stephen Hill's fit, at the brightness of three.js.
-    Aces,
-    /// Sobotka's AgX, base look.
-    Agx,
-    /// Khronos PBR Neutral.
-    PbrNeutral,
+forms! {
+    /// From scene radiance to what a screen shows.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    pub enum Tonemap, "tonemap" {
+        /// Cut off at 1.
+        #[default]
+        Clamp,
+        /// Divides everything by the image's largest component.
+        ScaleByMaximum,
+        /// x (1 + x / w²) / (1 + x) on luminance with w = 4 (Reinhard and others 2002).
+        Reinhard,
+        /// The ACES reference rendering transform, Stephen Hill's fit, at the brightness of three.js.
+        Aces,
+        /// Sobotka's AgX, base look.
+        Agx,
+        /// Khronos PBR Neutral.
+        PbrNeutral,
+    }
 }

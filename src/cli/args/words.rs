@@ -82,20 +82,7 @@ impl Words {
             seed,
             build_quality,
             // The size is an option for reading. The rest has no option but --set, which is for reading, too.
-            size: _,
-            min_throughput: _,
-            roulette_depth: _,
-            clamp: _,
-            filter: _,
-            pixel_pattern: _,
-            background: _,
-            ambient: _,
-            copied_triangles: _,
-            // No sample depends on these.
-            tonemap: _,
-            exposure_ev: _,
-            auto_exposure: _,
-            aov: _,
+            ..
         } = settings;
         let mut words = Words::default();
         words.option("--spp", changed(samples, &authored.samples));

@@ -2,19 +2,9 @@
 //! depends on their form (a colour is a tuple, a number or a texture), and `lower` has to
 //! know where they stand.
 
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use super::source::Raw;
-
-/// A value for which `None` does not mean the same as leaving it out.
-#[derive(Default)]
-pub(super) struct Nullable<'a>(pub Option<Raw<'a>>);
-
-impl<'de: 'a, 'a> Deserialize<'de> for Nullable<'a> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Raw::deserialize(deserializer).map(|raw| Self(Some(raw)))
-    }
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
@@ -23,60 +13,6 @@ pub(super) struct Scene<'a> {
     pub materials: Option<Raw<'a>>,
     pub entities: Raw<'a>,
     pub edits: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Photons<'a> {
-    pub photons: Option<Raw<'a>>,
-    pub radius: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Settings<'a> {
-    pub size: Option<Raw<'a>>,
-    pub samples: Option<Raw<'a>>,
-    pub max_depth: Option<Raw<'a>>,
-    #[serde(default)]
-    pub diffuse_depth: Nullable<'a>,
-    #[serde(default)]
-    pub glossy_depth: Nullable<'a>,
-    #[serde(default)]
-    pub transmission_depth: Nullable<'a>,
-    pub min_throughput: Option<Raw<'a>>,
-    #[serde(default)]
-    pub roulette_depth: Nullable<'a>,
-    pub clamp: Option<Raw<'a>>,
-    pub transport: Option<Raw<'a>>,
-    pub sampler: Option<Raw<'a>>,
-    pub sharing: Option<Raw<'a>>,
-    pub caustics: Option<Raw<'a>>,
-    pub adaptive: Option<Raw<'a>>,
-    pub seed: Option<Raw<'a>>,
-    pub filter: Option<Raw<'a>>,
-    pub pixel_pattern: Option<Raw<'a>>,
-    pub background: Option<Raw<'a>>,
-    pub ambient: Option<Raw<'a>>,
-    pub tonemap: Option<Raw<'a>>,
-    pub exposure_ev: Option<Raw<'a>>,
-    pub exposure: Option<Raw<'a>>,
-    pub build_quality: Option<Raw<'a>>,
-    pub copied_triangles: Option<Raw<'a>>,
-    pub aov: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct FilterRadius<'a> {
-    pub radius: Option<Raw<'a>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Gradient<'a> {
-    pub bottom: Raw<'a>,
-    pub top: Raw<'a>,
 }
 
 #[derive(Deserialize)]

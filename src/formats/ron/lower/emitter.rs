@@ -1,14 +1,14 @@
 //! `light` and `camera`.
 
 use super::Lowering;
-use super::settings::{MOST_SAMPLES, PATTERNS};
 use crate::error::LoadError;
 use crate::formats::environment_preset::SkyOptions;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, SceneText, VariantText};
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, Wrap};
-use crate::world::{Camera, Falloff, Light, Outline, Pattern, Texture};
+use crate::world::fields::Forms;
+use crate::world::{Camera, Falloff, Light, Outline, Pattern, Settings, Texture};
 
 const LIGHTS: &[&str] = &["Point", "Spot", "Photometric", "Directional", "Environment", "Sky", "Area"];
 const OUTLINES: &[(&str, Outline)] = &[("Rectangle", Outline::Rectangle), ("Disc", Outline::Disc)];
@@ -164,7 +164,8 @@ fn area<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Light, L
         let [width, height] = source.tuple(raw, "(width, height)")?;
         Ok(Vec2::new(side(width)?, side(height)?))
     })?;
-    let samples = read.samples.map_or(Ok(1), |raw| source.whole(raw, "samples", 1, MOST_SAMPLES))?;
+    let samples =
+        read.samples.map_or(Ok(1), |raw| source.whole(raw, "samples", 1, Settings::MOST_SAMPLES.into()))?;
     Ok(Light::Area {
         power_w: source.color(read.power_w, "a power")?,
         size_m,
@@ -182,7 +183,9 @@ fn falloff<'a>(source: &SceneText<'a>, raw: Option<Raw<'a>>) -> Result<Falloff, 
 }
 
 fn pattern<'a>(source: &SceneText<'a>, raw: Option<Raw<'a>>) -> Result<Pattern, LoadError> {
-    raw.map_or(Ok(Pattern::default()), |raw| source.choice(raw, "pattern", PATTERNS))
+    const PATTERNS: [Pattern; 4] = [Pattern::Uniform, Pattern::Jittered, Pattern::Regular, Pattern::Center];
+    let known: Vec<(&str, Pattern)> = Pattern::default().names().iter().copied().zip(PATTERNS).collect();
+    raw.map_or(Ok(Pattern::default()), |raw| source.choice(raw, "pattern", &known))
 }
 
 fn field_of_view<'a>(source: &SceneText<'a>, raw: Option<Raw<'a>>) -> Result<f32, LoadError> {

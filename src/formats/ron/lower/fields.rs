@@ -3,7 +3,8 @@
 use super::{Lowering, radians};
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, SceneText};
-use crate::world::fields::{Field, Fields, Forms, Range, Slot};
+use crate::world::Settings;
+use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 
 /// Keys and values as they stand in the file.
 type Members<'a> = [(&'a str, Raw<'a>)];
@@ -13,22 +14,28 @@ impl<'a> Lowering<'_, 'a> {
     pub(super) fn structure(&mut self, raw: Raw<'a>, to: &mut dyn Fields) -> Result<(), LoadError> {
         let what = to.what();
         let members = self.source.structure(raw, what)?;
-        self.fill(&members, what, to.fields())
+        self.fill(&members, what, None, all_fields(to))
     }
 
-    /// Sets the fields that members give.
+    /// Sets the fields that members give; messages call them those of the owner, if there is one.
     pub(super) fn fill(
         &mut self,
         members: &Members<'a>,
         what: &str,
+        owner: Option<&str>,
         fields: Vec<Field>,
     ) -> Result<(), LoadError> {
         self.source.check_keys(members, what, &fields)?;
         for field in fields {
-            let given = members.iter().find(|(key, _)| field.is_called(key));
-            let Field { name, slot, .. } = field;
-            if let Some(raw) = given.and_then(|(_, raw)| self.source.optional(*raw)) {
-                self.read(raw, name, slot)?;
+            let Some((_, raw)) = members.iter().find(|(key, _)| field.is_called(key)) else { continue };
+            match (self.source.optional(*raw), field.slot) {
+                (Some(raw), slot) => match owner {
+                    Some(owner) => self.read(raw, &format!("the {owner}'s {}", field.name), slot)?,
+                    None => self.read(raw, field.name, slot)?,
+                },
+                (None, Slot::OptionalNumber(to, _)) => *to = None,
+                (None, Slot::OptionalWhole(to, _)) => *to = None,
+                (None, _) => {}
             }
         }
         Ok(())
@@ -55,7 +62,19 @@ impl<'a> Lowering<'_, 'a> {
             Slot::DataMap(to) => *to = Some(self.data_input(raw)?),
             Slot::Normals(to) => *to = Some(self.normal_map(raw)?),
             Slot::Bumps(to) => *to = Some(self.bump_map(raw)?),
-            Slot::Part(to) => self.structure(raw, to)?,
+            Slot::Whole(to, least, most) => {
+                *to = source.whole(raw, name, least.into(), most.into())? as u32;
+            }
+            Slot::OptionalWhole(to, most) => *to = Some(source.whole(raw, name, 0, most.into())? as u32),
+            Slot::Seed(to) => *to = source.whole(raw, name, 0, u64::MAX)?,
+            Slot::Size(to) => *to = source.size(raw, Settings::MOST_PIXELS_A_SIDE)?,
+            Slot::Transport(to) => *to = source.transport(raw)?.unwrap_or_default(),
+            Slot::Sharing(to) => *to = source.sharing(raw)?,
+            Slot::Caustics(to) => *to = source.caustics(raw)?,
+            Slot::Background(to) => *to = source.background(raw)?,
+            Slot::Exposure(to) => *to = source.exposure(raw)?,
+            Slot::Aovs(to) => *to = source.aovs(raw)?,
+            Slot::Part(to) | Slot::Inline(to) => self.structure(raw, to)?,
             Slot::OptionalPart(to) => self.structure(raw, to.insert())?,
             Slot::Form(to) => self.form(raw, to)?,
         }
@@ -64,25 +83,25 @@ impl<'a> Lowering<'_, 'a> {
 
     /// `Name` or `Name(key: value, …)`.
     fn form(&mut self, raw: Raw<'a>, to: &mut dyn Forms) -> Result<(), LoadError> {
-        let (source, names) = (self.source, to.names());
+        let (source, names, kind) = (self.source, to.names(), to.kind());
         let Some(variant) = source.variant(raw) else {
-            let article = if to.kind().starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
-            return Err(source.expected(raw, &format!("{article} {}: {}", to.kind(), names.join(", "))));
+            let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+            return Err(source.expected(raw, &format!("{article} {kind}: {}", names.join(", "))));
         };
         let found = names.iter().position(|name| *name == variant.name);
-        to.set_form(found.ok_or_else(|| source.unknown(variant.name, to.kind(), names))?);
+        to.set_form(found.ok_or_else(|| source.unknown(variant.name, kind, names))?);
         let fields = to.fields();
         if fields.is_empty() {
             return source.no_fields(variant);
         }
         let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
-        self.fill(&members, variant.name, fields)
+        self.fill(&members, variant.name, Some(kind), fields)
     }
 }
 
 impl<'a> SceneText<'a> {
     /// A number in a range; `name` is that of its field.
-    fn number_in(&self, raw: Raw<'a>, name: &str, range: Range) -> Result<f32, LoadError> {
+    pub(super) fn number_in(&self, raw: Raw<'a>, name: &str, range: Range) -> Result<f32, LoadError> {
         let number = self.number(raw)?;
         if range.contains(number) {
             Ok(number)

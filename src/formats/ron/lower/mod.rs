@@ -57,7 +57,7 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
     let (mut transport, mut names_depth) = (None, false);
     if let Some(settings) = scene.settings {
         source.clock().refused.set(Some("settings stay what they are: keys are for entities and materials"));
-        (lowering.world.settings, transport, names_depth) = settings::settings(source, settings)?;
+        (lowering.world.settings, transport, names_depth) = lowering.settings(settings)?;
         source.clock().refused.set(None);
     }
     if let Some(materials) = scene.materials {

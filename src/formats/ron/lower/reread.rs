@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hecs::Entity;
 
-use super::{LoweredAssets, Lowering, settings, transform};
+use super::{LoweredAssets, Lowering, transform};
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::formats::ron::query::Kind;
@@ -87,9 +87,12 @@ fn material_names(world: &World) -> HashMap<String, MaterialId> {
 }
 
 /// Reads settings again.
-pub fn reread_settings(world: &mut World, text: &str) -> Result<(), LoadError> {
+pub fn reread_settings(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<(), LoadError> {
     let source = SceneText::new(text, Path::new(""), 0.0);
-    let (settings, transport, names_depth) = settings::settings(&source, source.root()?)?;
+    let assets = LoweredAssets::new(Path::new(""), files);
+    let mut lowering =
+        Lowering { source: &source, world: World::default(), assets, materials: HashMap::new() };
+    let (settings, transport, names_depth) = lowering.settings(source.root()?)?;
     let depth = world.settings.max_depth;
     world.settings = settings;
     if names_depth {

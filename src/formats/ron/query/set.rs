@@ -85,7 +85,7 @@ impl EditRunner {
         if reader.accept("settings.") {
             // The dot belongs to the path.
             reader.rest = &text[scan::offset_of(text, reader.rest).unwrap_or(1) - 1..];
-            return statement(text, reader)?.change_settings(world);
+            return statement(text, reader)?.change_settings(world, files);
         }
         let query = reader.either()?;
         let query_text = text[..text.len() - reader.rest.len()].trim();
@@ -212,10 +212,10 @@ impl Statement<'_> {
     }
 
     /// Changes the settings, which count as one thing.
-    fn change_settings(&self, world: &mut World) -> Result<usize, QueryError> {
+    fn change_settings(&self, world: &mut World, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
         let whole = |reason: String| self.error(self.path.first().unwrap_or(&self.value), reason);
         let new = self.edited(&settings_text(world).map_err(whole)?)?;
-        reread_settings(world, &new).map_err(|error| self.explained(&error))?;
+        reread_settings(world, &new, files).map_err(|error| self.explained(&error))?;
         Ok(1)
     }
 

@@ -258,7 +258,7 @@ fn numbers_out_of_bounds() {
     );
     settings_fail("glossy_depth: ^1001", "glossy_depth must be a whole number from 0 to 1000, not 1001");
     settings_fail("min_throughput: ^-1", "min_throughput must be at least 0, not -1");
-    settings_fail("filter: Tent(radius: ^0)", "a filter's radius in pixels must be above 0, not 0");
+    settings_fail("filter: Tent(radius: ^0)", "the filter's radius must be above 0, not 0");
     settings_fail(
         "aov: [Depth, ^Depht]",
         "unknown output variable \"Depht\" (did you mean \"Depth\"?); output variables: Depth, Normal, Albedo, \
@@ -270,7 +270,7 @@ fn numbers_out_of_bounds() {
         "expected a kind of exposure (in stops it is exposure_ev): Fixed, Auto, found 2",
     );
     settings_fail("exposure_ev: ^inf", "expected a finite number, found inf");
-    settings_fail("ambient: (0, ^-1, 0)", "a radiance must be at least 0, not -1");
+    settings_fail("ambient: (0, ^-1, 0)", "ambient must be at least 0, not -1");
     for wrong in ["0", "180", "-10", "179.999999999"] {
         let reason = format!("an angle of view must be above 0 and below 180 degrees, not {wrong}");
         entity_fails(&format!("camera: Pinhole(vertical_fov_degrees: ^{wrong})"), &reason);

@@ -248,9 +248,9 @@ fn rows_of_a_matrix_are_rows() {
 fn numbers_are_rounded_once() {
     for text in ["0.1", "16777217", "1e-45", "3.4028235e38", "0.30000000000000004", "1_000.5", "+2.5", "7e0"]
     {
-        let world = read(&format!("(settings: (exposure_ev: {text}), entities: [])")).unwrap();
+        let world = read(&format!("(settings: (min_throughput: {text}), entities: [])")).unwrap();
         let expected: f32 = text.replace('_', "").parse().unwrap();
-        assert_eq!(world.settings.exposure_ev.to_bits(), expected.to_bits(), "{text}");
+        assert_eq!(world.settings.min_throughput.to_bits(), expected.to_bits(), "{text}");
     }
 }
 

@@ -354,7 +354,7 @@ fn settings() -> impl Strategy<Value = Settings> {
     let depth = || prop::option::of(0..=DepthLimits::MOST);
     let depths = (depth(), depth(), depth());
     let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()), depths);
-    let exposure = (float(), any::<bool>());
+    let exposure = (-64.0..=64.0_f32, any::<bool>());
     let copied = 0..=Settings::MOST_COPIED_TRIANGLES;
     (numbers, limits, filter, pattern(), background, color(), choices, (exposure, copied)).prop_map(
         |(

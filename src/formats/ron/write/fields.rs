@@ -3,8 +3,8 @@
 use super::Written;
 use super::number::{Keys, color, degrees, number, same};
 use super::texture::WrittenTextures;
-use crate::world::fields::{Field, Fields, Forms, Slot};
-use crate::world::{BumpMap, ColorInput, NormalMap, ScalarInput};
+use crate::world::fields::{Field, Fields, Forms, Slot, all_fields};
+use crate::world::{Aov, Background, BumpMap, Caustics, ColorInput, NormalMap, ScalarInput, Sharing};
 
 impl WrittenTextures<'_> {
     /// The keys of a structure that are not at their defaults.
@@ -13,8 +13,13 @@ impl WrittenTextures<'_> {
         let given: Vec<_> =
             part.fields().iter().filter(|field| given(field)).map(|field| field.name).collect();
         let mut defaults = part.defaults(&|key| given.contains(&key));
+        self.differences(part, &mut *defaults)
+    }
+
+    /// The keys of a structure that are not at other ones'.
+    pub(super) fn differences(&self, part: &mut dyn Fields, defaults: &mut dyn Fields) -> Written<Keys> {
         let mut keys = Keys::default();
-        for (Field { name, slot, .. }, default) in part.fields().into_iter().zip(defaults.fields()) {
+        for (Field { name, slot, .. }, default) in all_fields(part).into_iter().zip(all_fields(defaults)) {
             if let Some(text) = self.unless_default(slot, default.slot)? {
                 keys.push(name, text);
             }
@@ -37,9 +42,22 @@ impl WrittenTextures<'_> {
             (Slot::NumberMap(a, _), Slot::NumberMap(b, _)) => {
                 a.texture.is_none() && same(&[a.factor], &[b.factor])
             }
-            (Slot::Form(a), Slot::Form(b)) => a.form() == b.form(),
+            (Slot::Size(a), Slot::Size(b)) => a == b,
+            (Slot::Whole(a, ..), Slot::Whole(b, ..)) => a == b,
+            (Slot::OptionalWhole(a, _), Slot::OptionalWhole(b, _)) => a == b,
+            (Slot::Seed(a), Slot::Seed(b)) => a == b,
+            (Slot::Transport(a), Slot::Transport(b)) => a == b,
+            (Slot::Sharing(a), Slot::Sharing(b)) => a == b,
+            (Slot::Caustics(a), Slot::Caustics(b)) => a == b,
+            (Slot::Background(a), Slot::Background(b)) => a == b,
+            (Slot::Exposure(a), Slot::Exposure(b)) => a == b,
+            (Slot::Aovs(a), Slot::Aovs(b)) => a == b,
             _ => false,
         };
+        if let (Slot::Form(_), Slot::Form(default)) = (&slot, default) {
+            let default = self.form(default)?;
+            return Ok(self.value(slot)?.filter(|text| *text != default));
+        }
         if is_default { Ok(None) } else { self.value(slot) }
     }
 
@@ -78,7 +96,26 @@ impl WrittenTextures<'_> {
                 None => return Ok(None),
             },
             Slot::Form(form) => self.form(form)?,
-            Slot::OptionalNumber(None, _)
+            Slot::Whole(value, ..) | Slot::OptionalWhole(Some(value), _) => value.to_string(),
+            Slot::OptionalWhole(None, _) => "None".to_owned(),
+            Slot::Seed(seed) => seed.to_string(),
+            Slot::Size([width, height]) => format!("({width}, {height})"),
+            Slot::Transport(transport) => format!("{transport:?}"),
+            Slot::Sharing(Sharing::Groups(pixels)) => pixels.to_string(),
+            Slot::Sharing(sharing) => format!("{sharing:?}"),
+            Slot::Caustics(Caustics::Photons { photons, radius }) => {
+                format!("(photons: {}, radius: {})", number(*photons)?, number(*radius)?)
+            }
+            Slot::Caustics(caustics) => format!("{caustics:?}"),
+            Slot::Background(Background::Constant(radiance)) => color(*radiance)?,
+            Slot::Background(Background::Gradient { bottom, top }) => {
+                format!("Gradient(bottom: {}, top: {})", color(*bottom)?, color(*top)?)
+            }
+            Slot::Exposure(is_chosen) => if *is_chosen { "Auto" } else { "Fixed" }.to_owned(),
+            Slot::Aovs(aovs) if aovs[..] == Aov::ALL => "All".to_owned(),
+            Slot::Aovs(aovs) => format!("{aovs:?}"),
+            Slot::Inline(_)
+            | Slot::OptionalNumber(None, _)
             | Slot::ChannelMap(None, _)
             | Slot::DataMap(None)
             | Slot::Normals(None)

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::assets::AssetPaths;
 use super::texture::WrittenTextures;
-use crate::world::fields::{Field, Fields, Range, Slot};
-use crate::world::{Anisotropy, Assets, BlinnPhong, Iridescence, Principled, Volume};
+use crate::world::fields::{Field, Fields, Range, Slot, all_fields};
+use crate::world::{Anisotropy, Aov, Assets, BlinnPhong, Iridescence, Principled, Settings, Volume};
 
 /// The type of a field, for people.
 fn kind(slot: &mut Slot) -> String {
@@ -30,6 +30,22 @@ fn kind(slot: &mut Slot) -> String {
         Slot::DataMap(_) => "texture".into(),
         Slot::Normals(_) => "texture or `(texture: texture, scale: number)`".into(),
         Slot::Bumps(_) => "`(texture: texture, height_m: m)`".into(),
+        Slot::Whole(_, least, most) => format!("{} to {}", grouped(*least), grouped(*most)),
+        Slot::OptionalWhole(_, most) => format!("0 to {} or `None`", grouped(*most)),
+        Slot::Seed(_) => "whole number".into(),
+        Slot::Size(_) => {
+            format!("(width, height), pixels, each 1 to {}", grouped(Settings::MOST_PIXELS_A_SIDE))
+        }
+        Slot::Transport(_) => "`Whitted`, `Path` or `Auto`".into(),
+        Slot::Sharing(_) => "`Auto`, `Off`, or 2, 4, 8, 16, 32 or 64".into(),
+        Slot::Caustics(_) => "`Auto`, `Off` or `(photons: number, radius: pixels)`".into(),
+        Slot::Background(_) => "colour or `Gradient(bottom: colour, top: colour)`".into(),
+        Slot::Exposure(_) => "`Fixed` or `Auto`".into(),
+        Slot::Aovs(_) => {
+            let names: Vec<String> = Aov::ALL.iter().map(|aov| format!("`{aov:?}`")).collect();
+            format!("`All` or a list of {}", names.join(", "))
+        }
+        Slot::Inline(_) => unreachable!("fields of the structure itself"),
         Slot::Part(part) => keys(part.fields()),
         Slot::OptionalPart(part) => keys(part.insert().fields()),
         Slot::Form(form) => {
@@ -48,6 +64,13 @@ fn kind(slot: &mut Slot) -> String {
     }
 }
 
+/// A number with commas between thousands.
+fn grouped(number: u32) -> String {
+    let digits = number.to_string();
+    let comma = |i: usize| i > 0 && (digits.len() - i) % 3 == 0;
+    digits.char_indices().map(|(i, c)| if comma(i) { format!(",{c}") } else { c.to_string() }).collect()
+}
+
 fn key_and_kind(field: &mut Field) -> String {
     format!("{}: {}", field.name, kind(&mut field.slot))
 }
@@ -61,9 +84,12 @@ fn keys(fields: Vec<Field>) -> String {
 fn default_text(slot: Slot) -> String {
     let is_part = matches!(slot, Slot::Part(_));
     let is_infinite = matches!(&slot, Slot::Number(value, _) if value.is_infinite());
+    let is_transport = matches!(slot, Slot::Transport(_));
     let assets = Assets::default();
     let textures = WrittenTextures { assets: &assets, paths: &AssetPaths::numbers(&assets) };
     match if is_infinite { None } else { textures.value(slot).expect("a default") } {
+        _ if is_transport => "`Auto`".to_owned(),
+        Some(text) if text == "[]" => "none".to_owned(),
         None if is_part => "all defaults".to_owned(),
         None => "none".to_owned(),
         Some(text) if text.starts_with(|c: char| c.is_ascii_alphabetic()) => format!("`{text}`"),
@@ -75,8 +101,8 @@ fn default_text(slot: Slot) -> String {
 fn table(part: &mut dyn Fields) -> String {
     let mut text = "| field | type | default | meaning |\n|---|---|---|---|\n".to_owned();
     let (mut plain, mut glass) = (part.defaults(&|_| false), part.defaults(&|key| key == "ior"));
-    let defaults = plain.fields().into_iter().zip(glass.fields());
-    for (mut field, (plain, glass)) in part.fields().into_iter().zip(defaults) {
+    let defaults = all_fields(&mut *plain).into_iter().zip(all_fields(&mut *glass));
+    for (mut field, (plain, glass)) in all_fields(part).into_iter().zip(defaults) {
         let names = std::iter::once(&field.name).chain(field.aliases);
         let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
         let (mut default, with_ior) = (default_text(plain.slot), default_text(glass.slot));
@@ -96,7 +122,8 @@ fn tables_of_the_guide_are_those_of_the_code() {
     let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/README.md");
     let old = std::fs::read_to_string(&guide).expect("the guide");
     let mut new = old.clone();
-    let parts: [(&str, &mut dyn Fields); 5] = [
+    let parts: [(&str, &mut dyn Fields); 6] = [
+        ("settings", &mut Settings::default()),
         ("BlinnPhong", &mut BlinnPhong::default()),
         ("Principled", &mut Principled::default()),
         ("volume", &mut Volume::default()),
