@@ -1,13 +1,11 @@
 //! Checks a world: what it refers to must be there, and its numbers must be numbers that they can be. Readers of
 //! files make no other worlds. Programs may, and whatever comes after this relies on it.
 
-use std::f32::consts::{FRAC_PI_2, PI};
-
 use hecs::Entity;
 
 use crate::error::CompileError;
-use crate::world::bounds::{above, check_color, within};
-use crate::world::fields::{self, Fields};
+use crate::world::bounds::{above, within};
+use crate::world::fields::{self, Fields, Forms};
 use crate::world::transforms::entity_error;
 use crate::world::{
     Assets, Camera, Image, Light, Material, MaterialId, Mesh, Overrides, Parent, Settings, Shape, Texels,
@@ -62,7 +60,7 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
             Material::BlinnPhong(material) => material,
             Material::Principled(material) => &mut **material,
         };
-        for id in fields::textures(part) {
+        for id in fields::textures(part.fields()) {
             exists("texture", id.0, assets.textures.len()).map_err(&place)?;
         }
         fields::check(part).map_err(place)?;
@@ -157,9 +155,12 @@ fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
         check_shape(&shape, assets)?;
     }
     if let Ok(light) = entities.get::<&Light>(entity) {
-        check_light(&light, assets)?;
+        if let Light::Spot { inner_angle, outer_angle, .. } = *light {
+            within("inner_degrees", inner_angle.to_degrees(), 0.0, outer_angle.to_degrees())?;
+        }
+        check_form(&mut Light::clone(&light), assets)?;
     }
-    entities.get::<&Camera>(entity).map_or(Ok(()), |camera| check_camera(&camera, assets))
+    entities.get::<&Camera>(entity).map_or(Ok(()), |camera| check_form(&mut Camera::clone(&camera), assets))
 }
 
 fn check_shape(shape: &Shape, assets: &Assets) -> Result<(), String> {
@@ -180,61 +181,14 @@ fn check_shape(shape: &Shape, assets: &Assets) -> Result<(), String> {
     }
 }
 
-fn check_light(light: &Light, assets: &Assets) -> Result<(), String> {
-    match light {
-        Light::Point { power_w, falloff: _ } => check_color("power_w", *power_w),
-        Light::Spot { power_w, inner_angle, outer_angle, falloff: _ } => {
-            check_color("power_w", *power_w)?;
-            within("inner_angle", *inner_angle, 0.0, *outer_angle)?;
-            within("outer_angle", *outer_angle, 0.0, FRAC_PI_2)
-        }
-        Light::Photometric { power_w, profile } => {
-            check_color("power_w", *power_w)?;
-            exists("texture", profile.0, assets.textures.len())
-        }
-        Light::Directional { irradiance, angle } => {
-            check_color("irradiance", *irradiance)?;
-            within("angle", *angle, 0.0, PI)
-        }
-        Light::Environment { radiance, image } => {
-            check_color("radiance", *radiance)?;
-            image.map_or(Ok(()), |id| exists("image", id.0, assets.images.len()))
-        }
-        Light::Sky { elevation, azimuth, haze, radiance } => {
-            check_color("radiance", *radiance)?;
-            within("elevation", *elevation, -FRAC_PI_2, FRAC_PI_2)?;
-            within("azimuth", *azimuth, -f32::MAX, f32::MAX)?;
-            within("haze", *haze, 0.0, 100.0)
-        }
-        Light::Area { power_w, size_m, outline: _, samples, pattern: _, visible: _ } => {
-            check_color("power_w", *power_w)?;
-            above("its width", size_m.x, 0.0)?;
-            above("its height", size_m.y, 0.0)?;
-            (1..=Settings::MOST_SAMPLES)
-                .contains(samples)
-                .then_some(())
-                .ok_or_else(|| format!("samples is {samples}: it must be 1 to {}", Settings::MOST_SAMPLES))
-        }
+fn check_form(form: &mut dyn Forms, assets: &Assets) -> Result<(), String> {
+    for id in fields::textures(form.fields()) {
+        exists("texture", id.0, assets.textures.len())?;
     }
-}
-
-fn check_camera(camera: &Camera, assets: &Assets) -> Result<(), String> {
-    let angle = |fov: f32| {
-        let is_angle = fov > 0.0 && fov < PI;
-        is_angle
-            .then_some(())
-            .ok_or_else(|| format!("vertical_fov is {fov}: it must be above 0 and below pi, in radians"))
-    };
-    match camera {
-        Camera::Pinhole { vertical_fov } => angle(*vertical_fov),
-        Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, aperture, pattern: _ } => {
-            angle(*vertical_fov)?;
-            within("lens_radius_m", *lens_radius_m, 0.0, f32::MAX)?;
-            above("focus_distance_m", *focus_distance_m, 0.0)?;
-            aperture.map_or(Ok(()), |id| exists("image", id.0, assets.images.len()))
-        }
-        Camera::Orthographic { height_m } => above("height_m", *height_m, 0.0),
+    for id in fields::images(form.fields()) {
+        exists("image", id.0, assets.images.len())?;
     }
+    fields::check_form(form)
 }
 
 #[cfg(test)]
@@ -306,7 +260,7 @@ mod tests {
             ("entity 2: mesh 1 does not exist", |w| spawn(w, Shape::Mesh(MeshId(1)))),
             ("entity 2: radius_m is -1", |w| spawn(w, Shape::Sphere { radius_m: -1.0 })),
             ("entity 2: material 1 does not exist", |w| spawn(w, MaterialId(1))),
-            ("entity 2: vertical_fov is 45", |w| spawn(w, Camera::Pinhole { vertical_fov: 45.0 })),
+            ("entity 2: vertical_fov_degrees is 2578", |w| spawn(w, Camera::Pinhole { vertical_fov: 45.0 })),
             ("entity 2: height_m is 0", |w| spawn(w, Camera::Orthographic { height_m: 0.0 })),
             ("entity 2: power_w is [-1.0", |w| {
                 spawn(w, Light::Point { power_w: Rgb::splat(-1.0), falloff: Falloff::Constant })
@@ -317,7 +271,7 @@ mod tests {
             ("entity 2: image 4 does not exist", |w| {
                 spawn(w, Light::Environment { radiance: Rgb::WHITE, image: Some(ImageId(4)) })
             }),
-            ("entity 2: inner_angle is 1: it must be 0 to 0.5", |w| {
+            ("entity 2: inner_degrees is 57.29578: it must be 0 to 28.64789", |w| {
                 let (power_w, falloff) = (Rgb::WHITE, Falloff::Constant);
                 spawn(w, Light::Spot { power_w, inner_angle: 1.0, outer_angle: 0.5, falloff })
             }),

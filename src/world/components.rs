@@ -4,7 +4,8 @@
 use crate::math::{DMat3, DQuat, Mat4, Quat, Rgb, Vec2, Vec3};
 
 use super::assets::{ImageId, MaterialId, MeshId, TextureId};
-use super::fields::forms;
+use super::fields::{Range, forms, radians};
+use super::settings::Settings;
 
 /// What the author calls an entity. Names are unique in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -145,24 +146,28 @@ forms! {
     }
 }
 
-/// How irradiance depends on the distance from a light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Falloff {
-    /// As 1/d².
-    #[default]
-    InverseSquare,
-    /// As at one metre, at every distance.
-    Constant,
+forms! {
+    /// The dependence of irradiance on the distance from a light.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Falloff, "falloff" {
+        /// As 1/d².
+        #[default]
+        InverseSquare,
+        /// As at one metre, at every distance.
+        Constant,
+    }
 }
 
-/// The shape of an area light within its rectangle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Outline {
-    /// The whole rectangle.
-    #[default]
-    Rectangle,
-    /// The ellipse that touches its sides.
-    Disc,
+forms! {
+    /// The shape of an area light within its rectangle.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Outline, "outline" {
+        /// The whole rectangle.
+        #[default]
+        Rectangle,
+        /// The ellipse that touches its sides.
+        Disc,
+    }
 }
 
 impl Outline {
@@ -175,82 +180,83 @@ impl Outline {
     }
 }
 
-/// What sends light into the scene.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Light {
-    /// From the local origin into all directions: intensity Φ/4π.
-    Point {
-        /// Φ in W.
-        power_w: Rgb,
-        /// With distance.
-        falloff: Falloff,
-    },
-    /// A point light (of intensity Φ/4π) that shines only within a cone about −Z.
-    Spot {
-        /// Φ in W of the point light without its cone.
-        power_w: Rgb,
-        /// Half angle in radians within which the intensity is full; 0 to `outer_angle`.
-        inner_angle: f32,
-        /// Half angle in radians beyond which nothing arrives; at most π/2.
-        outer_angle: f32,
-        /// With distance.
-        falloff: Falloff,
-    },
-    /// From the local origin, with an intensity that depends on the direction: a measured lamp that hangs with its
-    /// axis along −Z.
-    Photometric {
-        /// Φ in W, over all directions.
-        power_w: Rgb,
-        /// The relative intensity. Columns go about the axis, from +X towards +Y, once around; rows go from straight
-        /// ahead, the first, to straight back, the last. Only the proportions count.
-        profile: TextureId,
-    },
-    /// Parallel light along −Z.
-    Directional {
-        /// On a surface perpendicular to the light, in W m⁻².
-        irradiance: Rgb,
-        /// The full angle that the source covers in the sky, in radians, 0 to π; 0 for a point. The Whitted transport
-        /// treats every source as a point.
-        angle: f32,
-    },
-    /// Light from all around, infinitely far away: what rays see that hit nothing. The entity's rotation turns it.
-    /// Only the first one counts, of these and of [`Light::Sky`].
-    Environment {
-        /// Radiance in W m⁻² sr⁻¹; a factor on the image if there is one.
-        radiance: Rgb,
-        /// Equirectangular: its centre lies along −Z, its top along +Y, u grows to the right
-        /// as seen from within.
-        image: Option<ImageId>,
-    },
-    /// A clear sky with its sun over a grey ground, infinitely far away, after Hillaire, "A scalable and production
-    /// ready sky and atmosphere rendering technique" (2020). The entity's rotation turns it. It counts as a
-    /// [`Light::Environment`] and a [`Light::Directional`].
-    Sky {
-        /// Height of the sun above the horizon in radians, −π/2 to π/2; negative after sunset.
-        elevation: f32,
-        /// Where the sun stands in radians: 0 along −Z, growing to +X.
-        azimuth: f32,
-        /// How many times the haze of a clear day, 0 to 100.
-        haze: f32,
-        /// A factor. With [`Rgb::WHITE`], a white surface in the noon sun has a radiance of about 1.
-        radiance: Rgb,
-    },
-    /// A rectangle or a disc in the local XY plane, centred at the origin, that emits
-    /// towards −Z with the same radiance Φ/(πA) in all directions.
-    Area {
-        /// Φ in W.
-        power_w: Rgb,
-        /// Width along X and height along Y in metres: of a disc both diameters.
-        size_m: Vec2,
-        /// The shape within that rectangle.
-        outline: Outline,
-        /// Shadow rays for each hit under the Whitted transport, at least 1.
-        samples: u32,
-        /// How they are spread over the light.
-        pattern: Pattern,
-        /// Whether rays can hit it (it then hides what is behind it, too).
-        visible: bool,
-    },
+forms! {
+    /// Sends light into the scene.
+    #[derive(Clone, Debug, PartialEq)]
+    pub enum Light, "light" {
+        /// From the local origin into all directions: intensity Φ/4π.
+        Point {
+            /// Φ, the power
+            power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            /// whether the light weakens with distance, or is everywhere as at 1 m
+            falloff: Falloff = Falloff::InverseSquare, Form;
+        },
+        /// A point light (of intensity Φ/4π) that shines only within a cone about −Z.
+        Spot {
+            /// Φ, the power of the point light without its cone
+            power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            /// half of the angle within which the light is at full strength; at most the outer one
+            inner_angle ["inner_degrees"]: f32 = radians(30.0), Degrees(Range::FromTo(0.0, 90.0));
+            /// half of the angle beyond which there is none; between the two it fades smoothly
+            outer_angle ["outer_degrees"]: f32 = radians(45.0), Degrees(Range::FromTo(0.0, 90.0));
+            /// as of `Point`
+            falloff: Falloff = Falloff::InverseSquare, Form;
+        },
+        /// From the local origin, with an intensity that depends on the direction: a measured lamp that hangs with its
+        /// axis along −Z.
+        Photometric {
+            /// Φ, the power over all directions
+            power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            /// the relative intensity: an `.ies` file, or an equirectangular image; in a program's world, columns go
+            /// about the axis, from +X towards +Y, once around, and rows from straight ahead to straight back
+            profile: TextureId = TextureId(0), Profile, required;
+        },
+        /// Parallel light along −Z.
+        Directional {
+            /// irradiance of a surface perpendicular to the light, W m⁻²
+            irradiance: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            /// the full angle that the source covers in the sky (the sun: 0.53); 0 for a point, as which the Whitted
+            /// transport treats every source
+            angle ["angle_degrees"]: f32 = 0.0, Degrees(Range::FromTo(0.0, 180.0));
+        },
+        /// Light from all around, infinitely far away: what rays see that hit nothing. The entity's rotation turns it.
+        /// Only the first one counts, of these and of [`Light::Sky`].
+        Environment {
+            /// radiance, W m⁻² sr⁻¹; a factor on the image if there is one
+            radiance: Rgb = Rgb::WHITE, Color(Range::From(0.0));
+            /// an equirectangular image: its centre lies along −Z, its top along +Y
+            image: Option<ImageId> = None, Image;
+        },
+        /// A clear sky with its sun over a grey ground, infinitely far away, after Hillaire, "A scalable and production
+        /// ready sky and atmosphere rendering technique" (2020). The entity's rotation turns it. It counts as a
+        /// [`Light::Environment`] and a [`Light::Directional`].
+        Sky {
+            /// the sun's height above the horizon; negative after sunset
+            elevation ["elevation_degrees"] old ["elevation"]: f32 = radians(45.0), Degrees(Range::FromTo(-90.0, 90.0));
+            /// the sun's direction: 0 along −Z, 90 along +X
+            azimuth ["azimuth_degrees"] old ["azimuth"]: f32 = radians(220.0), Azimuth;
+            /// how many times as much haze as on a clear day
+            haze: f32 = 1.0, Number(Range::FromTo(0.0, 100.0));
+            /// a factor; with 1, a white surface in the noon sun has a radiance of about 1
+            radiance: Rgb = Rgb::WHITE, Color(Range::From(0.0));
+        },
+        /// A rectangle or a disc in the local XY plane, centred at the origin, that emits
+        /// towards −Z with the same radiance Φ/(πA) in all directions.
+        Area {
+            /// Φ, the power
+            power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            /// width along X and height along Y; of a disc both diameters
+            size_m: Vec2 = Vec2::ONE, Sides, required;
+            /// the shape within that rectangle
+            outline: Outline = Outline::Rectangle, Form;
+            /// shadow rays for each hit, under the Whitted transport
+            samples: u32 = 1, Whole(1, Settings::MOST_SAMPLES);
+            /// how they are spread over the light
+            pattern: Pattern = Pattern::Jittered, Form;
+            /// whether rays can hit it (it then hides what is behind it, too)
+            visible: bool = false, Flag;
+        },
+    }
 }
 
 /// Marks an entity whose [`Light`] sends no photons: its caustics are left to chance.
@@ -264,33 +270,35 @@ impl Light {
     }
 }
 
-/// How a camera turns image points into rays. The scale of its entity does not count.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Camera {
-    /// All rays pass through the local origin.
-    Pinhole {
-        /// The full vertical angle of view in radians, in (0, π).
-        vertical_fov: f32,
-    },
-    /// Rays pass through a lens around the local origin; those of one image point meet in the focal plane.
-    ThinLens {
-        /// The full vertical angle of view in radians, in (0, π).
-        vertical_fov: f32,
-        /// In metres, at least 0.
-        lens_radius_m: f32,
-        /// From the lens to the plane in focus, along −Z, in metres; above 0.
-        focus_distance_m: f32,
-        /// A picture of the opening, over the square around the lens, top up: the brighter a texel, the more light
-        /// comes through. `None` for a round opening.
-        aperture: Option<ImageId>,
-        /// How a pixel's samples are spread over the lens, under the Whitted transport.
-        pattern: Pattern,
-    },
-    /// Parallel rays along −Z.
-    Orthographic {
-        /// Height of the image in metres.
-        height_m: f32,
-    },
+forms! {
+    /// Turns image points into rays. The scale of its entity does not count.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum Camera, "camera" {
+        /// All rays pass through the local origin.
+        Pinhole {
+            /// the full vertical angle of view
+            vertical_fov ["vertical_fov_degrees"]: f32 = radians(45.0), Degrees(Range::Between(0.0, 180.0));
+        },
+        /// Rays pass through a lens around the local origin; those of one image point meet in the focal plane.
+        ThinLens {
+            /// the full vertical angle of view
+            vertical_fov ["vertical_fov_degrees"]: f32 = radians(45.0), Degrees(Range::Between(0.0, 180.0));
+            /// the lens's radius
+            lens_radius_m: f32 = 0.0, Number(Range::From(0.0)), required;
+            /// from the lens to the plane in focus, along −Z
+            focus_distance_m: f32 = 1.0, Number(Range::Above0), required;
+            /// an image of the opening, over the square around the lens, top up: the brighter a texel, the more light comes
+            /// through; without one the opening is round
+            aperture: Option<ImageId> = None, Image;
+            /// how a pixel's samples are spread over the lens, under the Whitted transport
+            pattern: Pattern = Pattern::Jittered, Form;
+        },
+        /// Parallel rays along −Z.
+        Orthographic {
+            /// height of the image
+            height_m: f32 = 2.0, Number(Range::Above0);
+        },
+    }
 }
 
 /// How far a plane's corners may be from one plane, over its diameter.

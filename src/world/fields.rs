@@ -3,9 +3,9 @@
 //!
 //! [`fields!`] declares a structure with its table, [`forms!`] an enumeration. To add a field, add a line there.
 
-use crate::math::Rgb;
+use crate::math::{Rgb, Vec2};
 
-use super::assets::TextureId;
+use super::assets::{ImageId, TextureId};
 use super::bounds::{above, check_color, within};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
 use super::settings::{Aov, Background, Caustics, Settings, Sharing, Transport};
@@ -13,12 +13,16 @@ use super::settings::{Aov, Background, Caustics, Settings, Sharing, Transport};
 /// The numbers that a field can have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Range {
+    /// Any finite number.
+    Finite,
     /// Finite, and above 0.
     Above0,
     /// Finite, and at least the number.
     From(f32),
     /// Both ends belong to it.
     FromTo(f32, f32),
+    /// Neither end belongs to it.
+    Between(f32, f32),
 }
 
 impl Range {
@@ -29,9 +33,11 @@ impl Range {
     pub(crate) fn contains(self, value: f32) -> bool {
         value.is_finite()
             && match self {
+                Range::Finite => true,
                 Range::Above0 => value > 0.0,
                 Range::From(least) => value >= least,
                 Range::FromTo(least, most) => (least..=most).contains(&value),
+                Range::Between(least, most) => least < value && value < most,
             }
     }
 }
@@ -40,9 +46,11 @@ impl std::fmt::Display for Range {
     /// As in "must be at least 0".
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
+            Range::Finite => f.write_str("finite"),
             Range::Above0 => f.write_str("above 0"),
             Range::From(least) => write!(f, "at least {least}"),
             Range::FromTo(least, most) => write!(f, "from {least} to {most}"),
+            Range::Between(least, most) => write!(f, "above {least} and below {most}"),
         }
     }
 }
@@ -63,8 +71,16 @@ pub(crate) enum Slot<'a> {
     Seed(&'a mut u64),
     /// Width and height of an image.
     Size(&'a mut [u32; 2]),
-    /// An angle in radians, written in degrees.
-    Degrees(&'a mut f32),
+    /// An angle in radians, written in degrees, of which the range is.
+    Degrees(&'a mut f32, Range),
+    /// The same, reduced to one turn.
+    Azimuth(&'a mut f32),
+    /// Width and height in metres, above 0, or one number for both.
+    Sides(&'a mut Vec2),
+    /// An image.
+    Image(&'a mut Option<ImageId>),
+    /// A photometric profile.
+    Profile(&'a mut TextureId),
     /// Which of several bodies fills a place.
     Priority(&'a mut i32),
     /// A colour, each part of it in the range.
@@ -114,6 +130,8 @@ pub(crate) struct Field<'a> {
     /// Its meaning, for the tables of `scenes/README.md`.
     #[cfg_attr(not(test), expect(dead_code, reason = "a test writes the tables"))]
     pub doc: &'static str,
+    /// True if a scene file must give it.
+    pub required: bool,
     /// Its value.
     pub slot: Slot<'a>,
 }
@@ -172,6 +190,9 @@ pub(crate) trait Forms {
 
     /// The fields of its form.
     fn fields(&mut self) -> Vec<Field<'_>>;
+
+    /// Another one of its form, with all fields at their defaults.
+    fn defaults(&self) -> Box<dyn Forms>;
 }
 
 /// The fields of a structure, with those that stand among them.
@@ -222,6 +243,7 @@ macro_rules! fields {
                         name: $crate::world::fields::fields!(@key $field $($key)?),
                         aliases: &[$($($alias),*)?],
                         old: &[$($old)?],
+                        required: false,
                         doc: concat!($($doc),+),
                         slot: $crate::world::fields::Slot::$kind(&mut self.$field $(, $($argument),+)?),
                     },
@@ -234,6 +256,8 @@ macro_rules! fields {
             }
         }
     };
+    (@is) => { false };
+    (@is required) => { true };
     (@key $field:ident) => { stringify!($field) };
     (@key $field:ident $key:literal) => { $key };
     (@defaults $given:ident) => { Self::default() };
@@ -241,14 +265,15 @@ macro_rules! fields {
 }
 
 /// Declares an enumeration, its default and its table of forms. Each form is `Name` or
-/// `Name { /// Meaning. name ["key"]: type = default, Kind(arguments); … }`, as in [`fields!`].
+/// `Name { /// Meaning. name ["key"]: type = default, Kind(arguments); … }`, as in [`fields!`]; `, required` behind the
+/// kind is for fields that a scene file must give.
 macro_rules! forms {
     (
         $(#[$meta:meta])* pub enum $name:ident, $kind_name:literal {
             $( $(#[$form_meta:meta])* $form:ident $({
                 $( $(#[doc = $doc:literal])+
-                   $field:ident $([$key:literal])?: $type:ty = $default:expr,
-                   $kind:ident $(($($argument:expr),+))?; )+
+                   $field:ident $([$key:literal])? $(old [$old:literal])?: $type:ty = $default:expr,
+                   $kind:ident $(($($argument:expr),+))? $(, $required:ident)?; )+
             })?, )+
         }
     ) => {
@@ -284,12 +309,19 @@ macro_rules! forms {
                         $crate::world::fields::Field {
                             name: $crate::world::fields::fields!(@key $field $($key)?),
                             aliases: &[],
-                            old: &[],
+                            old: &[$($old)?],
+                            required: $crate::world::fields::fields!(@is $($required)?),
                             doc: concat!($($doc),+),
                             slot: $crate::world::fields::Slot::$kind($field $(, $($argument),+)?),
                         },
                     )+)?], )+
                 }
+            }
+
+            fn defaults(&self) -> Box<dyn $crate::world::fields::Forms> {
+                let mut defaults = self.clone();
+                defaults.set_form(self.form());
+                Box::new(defaults)
             }
         }
     };
@@ -318,15 +350,19 @@ macro_rules! names {
             fn fields(&mut self) -> Vec<$crate::world::fields::Field<'_>> {
                 Vec::new()
             }
+
+            fn defaults(&self) -> Box<dyn $crate::world::fields::Forms> {
+                Box::new(*self)
+            }
         }
     };
 }
 
 pub(crate) use {fields, forms, names};
 
-/// The textures of a structure.
-pub(crate) fn textures(part: &mut dyn Fields) -> Vec<TextureId> {
-    part.fields()
+/// The textures of fields.
+pub(crate) fn textures(fields: Vec<Field>) -> Vec<TextureId> {
+    fields
         .into_iter()
         .flat_map(|field| match field.slot {
             Slot::ColorMap(ColorInput::Texture(id), _) => vec![*id],
@@ -335,8 +371,9 @@ pub(crate) fn textures(part: &mut dyn Fields) -> Vec<TextureId> {
             Slot::Normals(Some(NormalMap { texture, .. })) | Slot::Bumps(Some(BumpMap { texture, .. })) => {
                 vec![*texture]
             }
-            Slot::Part(part) => textures(part),
-            Slot::OptionalPart(part) => part.part().map(textures).unwrap_or_default(),
+            Slot::Profile(texture) => vec![*texture],
+            Slot::Part(part) => textures(part.fields()),
+            Slot::OptionalPart(part) => part.part().map(|part| textures(part.fields())).unwrap_or_default(),
             _ => Vec::new(),
         })
         .collect()
@@ -346,13 +383,28 @@ pub(crate) fn textures(part: &mut dyn Fields) -> Vec<TextureId> {
 /// program may be above 1.
 pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
     let mut defaults = part.defaults(&|_| false);
-    for (Field { name, slot, .. }, default) in all_fields(part).into_iter().zip(all_fields(&mut *defaults)) {
+    check_fields(all_fields(part), all_fields(&mut *defaults))
+}
+
+/// As [`check`], for a form.
+pub(crate) fn check_form(form: &mut dyn Forms) -> Result<(), String> {
+    let mut defaults = form.defaults();
+    check_fields(form.fields(), defaults.fields())
+}
+
+fn check_fields(fields: Vec<Field>, defaults: Vec<Field>) -> Result<(), String> {
+    for (Field { name, slot, .. }, default) in fields.into_iter().zip(defaults) {
         match (slot, default.slot) {
             (Slot::Number(value, _), Slot::Number(default, _)) if value == default => {}
             (Slot::Number(value, range) | Slot::OptionalNumber(Some(value), range), _) => {
                 number(name, *value, range)?;
             }
-            (Slot::Degrees(angle), _) => within(name, *angle, -f32::MAX, f32::MAX)?,
+            (Slot::Degrees(angle, range), _) => number(name, angle.to_degrees(), range)?,
+            (Slot::Azimuth(angle), _) => number(name, *angle, Range::Finite)?,
+            (Slot::Sides(size), _) => {
+                above("its width", size.x, 0.0)?;
+                above("its height", size.y, 0.0)?;
+            }
             (Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _), _) => {
                 check_color(name, *color)?;
             }
@@ -379,11 +431,7 @@ pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
             }
             (Slot::Form(form), _) => {
                 let kind = form.kind();
-                for field in form.fields() {
-                    if let Slot::Number(value, range) = field.slot {
-                        number(&format!("the {kind}'s {}", field.name), *value, range)?;
-                    }
-                }
+                check_form(form).map_err(|reason| format!("the {kind}'s {reason}"))?;
             }
             (Slot::Part(part), _) => check(part)?,
             (Slot::OptionalPart(part), _) => part.part().map_or(Ok(()), check)?,
@@ -395,9 +443,14 @@ pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
 
 fn number(name: &str, value: f32, range: Range) -> Result<(), String> {
     match range {
+        Range::Finite => within(name, value, -f32::MAX, f32::MAX),
         Range::Above0 => above(name, value, 0.0),
         Range::From(least) => within(name, value, least, f32::MAX),
         Range::FromTo(least, most) => within(name, value, least, most),
+        Range::Between(least, most) if value > least && value < most => Ok(()),
+        Range::Between(least, most) => {
+            Err(format!("{name} is {value}: it must be above {least} and below {most}"))
+        }
     }
 }
 
@@ -406,4 +459,19 @@ fn whole(name: &str, value: u32, least: u32, most: u32) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("{name} is {value}: it must be {least} to {most}"))
+}
+
+/// The images of fields that are no textures.
+pub(crate) fn images(fields: Vec<Field>) -> Vec<ImageId> {
+    let image = |field: Field| match field.slot {
+        Slot::Image(image) => *image,
+        _ => None,
+    };
+    fields.into_iter().filter_map(image).collect()
+}
+
+/// An angle as worlds store it. Degrees are 64-bit numbers so that every 32-bit number of radians can be written in
+/// degrees.
+pub(crate) const fn radians(degrees: f64) -> f32 {
+    (degrees * (std::f64::consts::PI / 180.0)) as f32
 }

@@ -272,7 +272,7 @@ fields! {
         /// from 0, round, to 1, as long as can be
         strength: f32 = 0.0, Number(Range::UNIT);
         /// the angle from the tangent, counter-clockwise; radians in a program's worlds
-        rotation ["rotation_degrees"]: f32 = 0.0, Degrees;
+        rotation ["rotation_degrees"]: f32 = 0.0, Degrees(Range::Finite);
         /// red and green: the direction, 0 to 1 for −1 to 1; blue: a factor on the strength
         texture: Option<TextureId> = None, DataMap;
     }

@@ -1,10 +1,11 @@
 //! Reads the fields of a component by their table ([`crate::world::fields`]).
 
-use super::{Lowering, radians};
+use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, SceneText};
+use crate::math::Vec2;
 use crate::world::Settings;
-use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
+use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields, radians};
 
 /// Keys and values as they stand in the file.
 type Members<'a> = [(&'a str, Raw<'a>)];
@@ -14,21 +15,27 @@ impl<'a> Lowering<'_, 'a> {
     pub(super) fn structure(&mut self, raw: Raw<'a>, to: &mut dyn Fields) -> Result<(), LoadError> {
         let what = to.what();
         let members = self.source.structure(raw, what)?;
-        self.fill(&members, what, None, all_fields(to))
+        self.fill(&members, (what, raw.0), None, all_fields(to))
     }
 
     /// Sets the fields that members give; messages call them those of the owner, if there is one.
     pub(super) fn fill(
         &mut self,
         members: &Members<'a>,
-        what: &str,
+        (what, place): (&str, &str),
         owner: Option<&str>,
         fields: Vec<Field>,
     ) -> Result<(), LoadError> {
-        self.source.check_keys(members, what, &fields)?;
+        let source = self.source;
+        source.check_keys(members, what, &fields)?;
         for field in fields {
-            let Some((_, raw)) = members.iter().find(|(key, _)| field.is_called(key)) else { continue };
-            match (self.source.optional(*raw), field.slot) {
+            let Some((_, raw)) = members.iter().find(|(key, _)| field.is_called(key)) else {
+                if field.required {
+                    return Err(source.error(place, format!("{what} needs the field \"{}\"", field.name)));
+                }
+                continue;
+            };
+            match (source.optional(*raw), field.slot) {
                 (Some(raw), slot) => match owner {
                     Some(owner) => self.read(raw, &format!("the {owner}'s {}", field.name), slot)?,
                     None => self.read(raw, field.name, slot)?,
@@ -47,7 +54,17 @@ impl<'a> Lowering<'_, 'a> {
             Slot::Flag(to) => *to = source.flag(raw)?,
             Slot::Number(to, range) => *to = source.number_in(raw, name, range)?,
             Slot::OptionalNumber(to, range) => *to = Some(source.number_in(raw, name, range)?),
-            Slot::Degrees(to) => *to = radians(source.number(raw)?),
+            Slot::Degrees(to, range) => {
+                let degrees: f64 = source.number(raw)?;
+                if !range.contains(degrees as f32) {
+                    return Err(source.out_of_range(raw, name, &format!("{range} degrees")));
+                }
+                *to = radians(degrees);
+            }
+            Slot::Azimuth(to) => *to = radians(source.number::<f64>(raw)?.rem_euclid(360.0)),
+            Slot::Sides(to) => *to = source.sides(raw, name)?,
+            Slot::Image(to) => *to = Some(self.assets.image(source, raw, &mut self.world)?),
+            Slot::Profile(to) => *to = self.profile(raw)?,
             Slot::Priority(to) => *to = source.priority(raw)?,
             Slot::Color(to, range) => {
                 *to = source.color(raw, name)?;
@@ -82,7 +99,7 @@ impl<'a> Lowering<'_, 'a> {
     }
 
     /// `Name` or `Name(key: value, …)`.
-    fn form(&mut self, raw: Raw<'a>, to: &mut dyn Forms) -> Result<(), LoadError> {
+    pub(super) fn form(&mut self, raw: Raw<'a>, to: &mut dyn Forms) -> Result<(), LoadError> {
         let (source, names, kind) = (self.source, to.names(), to.kind());
         let Some(variant) = source.variant(raw) else {
             let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
@@ -95,7 +112,7 @@ impl<'a> Lowering<'_, 'a> {
             return source.no_fields(variant);
         }
         let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
-        self.fill(&members, variant.name, Some(kind), fields)
+        self.fill(&members, (variant.name, variant.name), Some(kind), fields)
     }
 }
 
@@ -108,6 +125,18 @@ impl<'a> SceneText<'a> {
         } else {
             Err(self.out_of_range(raw, name, &range.to_string()))
         }
+    }
+
+    /// A number or `(width, height)`, above 0.
+    fn sides(&self, raw: Raw<'a>, name: &str) -> Result<Vec2, LoadError> {
+        let side = |raw| self.number_in(raw, name, Range::Above0);
+        self.keyed(raw, |raw| {
+            if !raw.0.starts_with('(') {
+                return side(raw).map(Vec2::splat);
+            }
+            let [width, height] = self.tuple(raw, "(width, height)")?;
+            Ok(Vec2::new(side(width)?, side(height)?))
+        })
     }
 
     /// Refuses keys that stand for no field, and second ones for a field.

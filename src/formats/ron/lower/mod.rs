@@ -12,8 +12,6 @@ mod settings;
 mod texture;
 mod transform;
 
-pub(super) use self::emitter::radians;
-
 use std::collections::HashMap;
 
 use self::assets::LoweredAssets;

@@ -1,11 +1,12 @@
 //! What may come from a picture: colours, numbers and normals.
 
-use super::{Lowering, radians};
+use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, VariantText};
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
+use crate::world::fields::radians;
 use crate::world::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
 
 const INPUTS: &[&str] = &["Image", "Texture"];

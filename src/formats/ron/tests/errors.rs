@@ -245,7 +245,7 @@ fn numbers_out_of_bounds() {
     for wrong in ["0", "16777217", "16.5", "-1", "99999999999999999999"] {
         settings_fail(&format!("samples: ^{wrong}"), &format!("{samples} {wrong}"));
     }
-    entity_fails("light: Area(power_w: 1, size_m: 1, samples: ^0)", &format!("{samples} 0"));
+    entity_fails("light: Area(power_w: 1, size_m: 1, samples: ^0)", &format!("the light's {samples} 0"));
     settings_fail("size: (10, ^0)", "the height in pixels must be a whole number from 1 to 65536, not 0");
     settings_fail(
         "size: (^65537, 1)",
@@ -272,10 +272,11 @@ fn numbers_out_of_bounds() {
     settings_fail("exposure_ev: ^inf", "expected a finite number, found inf");
     settings_fail("ambient: (0, ^-1, 0)", "ambient must be at least 0, not -1");
     for wrong in ["0", "180", "-10", "179.999999999"] {
-        let reason = format!("an angle of view must be above 0 and below 180 degrees, not {wrong}");
+        let reason =
+            format!("the camera's vertical_fov_degrees must be above 0 and below 180 degrees, not {wrong}");
         entity_fails(&format!("camera: Pinhole(vertical_fov_degrees: ^{wrong})"), &reason);
     }
-    entity_fails("light: Point(power_w: ^-5)", "a power must be at least 0, not -5");
+    entity_fails("light: Point(power_w: ^-5)", "the light's power_w must be at least 0, not -5");
     entity_fails("material: (kd: (1, 1, ^-0.5))", "diffuse must be at least 0, not -0.5");
     entity_fails("material: (ks: ^-0.5)", "specular must be at least 0, not -0.5");
     entity_fails("material: (kr: ^-0.5)", "kr must be at least 0, not -0.5");
@@ -283,7 +284,7 @@ fn numbers_out_of_bounds() {
     entity_fails("material: (ior: ^0)", "ior must be above 0, not 0");
     entity_fails(
         "light: Spot(power_w: 1, outer_degrees: ^91)",
-        "half of a cone's angle must be from 0 to 90 degrees, not 91",
+        "the light's outer_degrees must be from 0 to 90 degrees, not 91",
     );
     entity_fails(
         "light: Spot(power_w: 1, inner_degrees: 50, outer_degrees: ^40)",
@@ -293,11 +294,8 @@ fn numbers_out_of_bounds() {
         "light: Spot(power_w: 1, inner_degrees: ^50)",
         "outer_degrees (45) must be at least inner_degrees (50)",
     );
-    entity_fails(
-        "light: Area(power_w: 1, size_m: (1, ^0))",
-        "a side of an area light must be above 0, not 0",
-    );
-    entity_fails("camera: Orthographic(height_m: ^0)", "the image's height must be above 0, not 0");
+    entity_fails("light: Area(power_w: 1, size_m: (1, ^0))", "the light's size_m must be above 0, not 0");
+    entity_fails("camera: Orthographic(height_m: ^0)", "the camera's height_m must be above 0, not 0");
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn mistakes_say_where() {
     fails("(entities: [(light: Point(power_w: Keys(^[])))])", "there is no key");
     fails(
         "(entities: [(light: Point(power_w: Keys([(0, 1), (1, ^-6)])))])",
-        "a power must be at least 0, not -6",
+        "the light's power_w must be at least 0, not -6",
     );
     fails(
         "(entities: [(light: Point(power_w: Keys([(0, ^Keys([(0, 1)]))])))])",

@@ -150,7 +150,7 @@ fn mistakes_are_reported() {
     }
     let light = read("(entities: [(light: Directional(irradiance: 1, angle_degrees: 200))])").err().unwrap();
     assert!(
-        light.to_string().ends_with("the angle of a source must be from 0 to 180 degrees, not 200"),
+        light.to_string().ends_with("the light's angle_degrees must be from 0 to 180 degrees, not 200"),
         "{light}"
     );
 }

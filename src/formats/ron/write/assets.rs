@@ -8,7 +8,7 @@ use crate::world::{Assets, ImageId, MeshId, TextureId};
 
 /// Paths as seen from the scene's folder.
 pub(super) struct AssetPaths<'a> {
-    assets: &'a Assets,
+    pub assets: &'a Assets,
     folder: PathBuf,
     /// How many meshes came from one file.
     meshes_of: HashMap<&'a Path, usize>,

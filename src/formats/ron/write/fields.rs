@@ -1,7 +1,7 @@
 //! Writes the fields of a component by their table ([`crate::world::fields`]).
 
 use super::Written;
-use super::number::{Keys, color, degrees, number, same};
+use super::number::{Keys, color, degrees, number, same, uniform_or_tuple};
 use super::texture::WrittenTextures;
 use crate::world::fields::{Field, Fields, Forms, Slot, all_fields};
 use crate::world::{Aov, Background, BumpMap, Caustics, ColorInput, NormalMap, ScalarInput, Sharing};
@@ -31,9 +31,9 @@ impl WrittenTextures<'_> {
     fn unless_default(&self, slot: Slot, default: Slot) -> Written<Option<String>> {
         let is_default = match (&slot, &default) {
             (Slot::Flag(a), Slot::Flag(b)) => a == b,
-            (Slot::Number(a, _), Slot::Number(b, _)) | (Slot::Degrees(a), Slot::Degrees(b)) => {
-                same(&[**a], &[**b])
-            }
+            (Slot::Number(a, _), Slot::Number(b, _))
+            | (Slot::Degrees(a, _), Slot::Degrees(b, _))
+            | (Slot::Azimuth(a), Slot::Azimuth(b)) => same(&[**a], &[**b]),
             (Slot::Priority(a), Slot::Priority(b)) => a == b,
             (Slot::Color(a, _), Slot::Color(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::ColorMap(ColorInput::Constant(a), _), Slot::ColorMap(ColorInput::Constant(b), _)) => {
@@ -66,7 +66,10 @@ impl WrittenTextures<'_> {
         let text = match slot {
             Slot::Flag(flag) => flag.to_string(),
             Slot::Number(value, _) | Slot::OptionalNumber(Some(value), _) => number(*value)?,
-            Slot::Degrees(angle) => degrees(*angle)?,
+            Slot::Degrees(angle, _) | Slot::Azimuth(angle) => degrees(*angle)?,
+            Slot::Sides(size) => uniform_or_tuple(&size.to_array())?,
+            Slot::Image(Some(image)) => self.paths.image(*image)?,
+            Slot::Profile(texture) => self.paths.image_of(*texture)?,
             Slot::Priority(priority) => priority.to_string(),
             Slot::Color(value, _) => color(*value)?,
             Slot::ColorMap(input, _) => self.color(input)?,
@@ -118,21 +121,30 @@ impl WrittenTextures<'_> {
             | Slot::OptionalNumber(None, _)
             | Slot::ChannelMap(None, _)
             | Slot::DataMap(None)
+            | Slot::Image(None)
             | Slot::Normals(None)
             | Slot::Bumps(None) => return Ok(None),
         };
         Ok(Some(text))
     }
 
-    /// `Name`, or `Name(key: value, …)` with all its fields.
-    fn form(&self, form: &mut dyn Forms) -> Written {
-        let name = form.names()[form.form()];
+    /// `Name`, or `Name(key: value, …)` with its numbers, which `--set` may multiply, and whatever else is required or
+    /// not at its default.
+    pub(super) fn form(&self, form: &mut dyn Forms) -> Written {
+        let (name, mut defaults) = (form.names()[form.form()], form.defaults());
         let mut keys = Keys::default();
-        for field in form.fields() {
-            if let Some(text) = self.value(field.slot)? {
-                keys.push(field.name, text);
+        let fields = form.fields();
+        let has_fields = !fields.is_empty();
+        for (Field { name, required, slot, .. }, default) in fields.into_iter().zip(defaults.fields()) {
+            let is_number = matches!(slot, Slot::Number(..) | Slot::Degrees(..) | Slot::Azimuth(_));
+            let text = match required || is_number {
+                true => self.value(slot)?,
+                false => self.unless_default(slot, default.slot)?,
+            };
+            if let Some(text) = text {
+                keys.push(name, text);
             }
         }
-        Ok(if keys.is_empty() { name.to_owned() } else { keys.finish(name) })
+        Ok(if has_fields { keys.finish(name) } else { name.to_owned() })
     }
 }

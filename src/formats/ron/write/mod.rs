@@ -54,7 +54,7 @@ pub(super) fn component_text(
     material: Option<MaterialId>,
 ) -> Result<Option<String>, String> {
     let paths = AssetPaths::numbers(&world.assets);
-    let of = |id: MaterialId| material::material(&lookup(world, id)?.material, &world.assets, &paths);
+    let of = |id: MaterialId| material::material(&lookup(world, id)?.material, &paths);
     if let Some(id) = material {
         return of(id).map(Some);
     }
@@ -69,10 +69,10 @@ pub(super) fn component_text(
             entities.get::<&Shape>(entity).ok().map(|it| components::shape(&it, &paths)).transpose()?
         }
         Component::Light => {
-            entities.get::<&Light>(entity).ok().map(|it| components::light(&it, &paths)).transpose()?
+            entities.get::<&Light>(entity).ok().map(|it| components::form(&*it, &paths)).transpose()?
         }
         Component::Camera => {
-            entities.get::<&Camera>(entity).ok().map(|it| components::camera(&it, &paths)).transpose()?
+            entities.get::<&Camera>(entity).ok().map(|it| components::form(&*it, &paths)).transpose()?
         }
         Component::Material => {
             let several = "it has several materials: Material[\"…\"] means one of them";
@@ -112,7 +112,7 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
     let materials = world.assets.materials.iter().enumerate().skip(1);
     let materials = materials.map(|(number, named)| {
         let name = world.assets.material_name(MaterialId(number as u32)).into_owned();
-        (name, best(&|paths| material::material(&named.material, &world.assets, paths)))
+        (name, best(&|paths| material::material(&named.material, paths)))
     });
     let name_of = |id: MaterialId| format!("{:?}", world.assets.material_name(id));
     let entities = world.in_order().into_iter().map(|entity| {
@@ -127,11 +127,11 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
         keys.extend(get.get::<&Shape>(entity).ok().map(|it| ("shape", best(&|p| components::shape(&it, p)))));
         keys.extend(get.get::<&Model>(entity).ok().map(|it| ("gltf", best(&|p| p.model(&it.0)))));
         keys.extend(get.get::<&MaterialId>(entity).ok().map(|it| ("material", name_of(*it))));
-        keys.extend(get.get::<&Light>(entity).ok().map(|it| ("light", best(&|p| components::light(&it, p)))));
+        keys.extend(get.get::<&Light>(entity).ok().map(|it| ("light", best(&|p| components::form(&*it, p)))));
         let without_caustics = get.satisfies::<&WithoutCaustics>(entity);
         keys.extend(without_caustics.then(|| ("caustics", "false".to_owned())));
         keys.extend(
-            get.get::<&Camera>(entity).ok().map(|it| ("camera", best(&|p| components::camera(&it, p)))),
+            get.get::<&Camera>(entity).ok().map(|it| ("camera", best(&|p| components::form(&*it, p)))),
         );
         (world.name_of(entity), keys)
     });
@@ -145,7 +145,7 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
 /// A camera as the scene file at `scene_path` would have it.
 pub fn camera(world: &World, camera: &Camera, scene_path: &Path) -> Result<String, SaveError> {
     let paths = AssetPaths::new(&world.assets, scene_path);
-    components::camera(camera, &paths).map_err(|reason| SaveError::new(scene_path, reason))
+    components::form(camera, &paths).map_err(|reason| SaveError::new(scene_path, reason))
 }
 
 /// The transform of something that stands at one point and looks at another, as in a scene file.
@@ -181,7 +181,7 @@ fn text(world: &World, scene_path: &Path) -> Written {
     if !named.is_empty() {
         text.push_str("    materials: {\n");
         for (id, name) in named {
-            let material = material::material(&lookup(world, *id)?.material, &world.assets, &paths)?;
+            let material = material::material(&lookup(world, *id)?.material, &paths)?;
             text.push_str(&format!("        {}: {material},\n", quote(name)?));
         }
         text.push_str("    },\n");
@@ -226,7 +226,7 @@ fn one_entity(
     let written = |id: MaterialId| match materials.get(&id) {
         Some(name) => quote(name),
         None => {
-            let written = material::material(&lookup(world, id)?.material, &world.assets, paths)?;
+            let written = material::material(&lookup(world, id)?.material, paths)?;
             Ok(written.strip_prefix("BlinnPhong").map_or(written.clone(), str::to_owned))
         }
     };
@@ -239,13 +239,13 @@ fn one_entity(
         keys.push(format!("material: {}", written(*id).map_err(within)?));
     }
     if let Ok(light) = world.entities.get::<&Light>(entity) {
-        keys.push(format!("light: {}", components::light(&light, paths).map_err(within)?));
+        keys.push(format!("light: {}", components::form(&*light, paths).map_err(within)?));
     }
     if world.entities.satisfies::<(&Light, &WithoutCaustics)>(entity) {
         keys.push("caustics: false".to_owned());
     }
     if let Ok(camera) = world.entities.get::<&Camera>(entity) {
-        keys.push(format!("camera: {}", components::camera(&camera, paths).map_err(within)?));
+        keys.push(format!("camera: {}", components::form(&*camera, paths).map_err(within)?));
     }
     if keys.is_empty() {
         // An entity needs a key, and this one is at its default anyway.

@@ -1,8 +1,8 @@
 //! Numbers that read back as the same bits, and what is made of them.
 
 use super::Written;
-use crate::formats::ron::lower::radians;
 use crate::math::{Rgb, Vec2, Vec3};
+use crate::world::fields::radians;
 
 /// The shortest digits that lead back to `value`.
 pub(super) fn number(value: f32) -> Written {

@@ -9,6 +9,6 @@ use crate::world::{Assets, Settings, Transport};
 pub(super) fn settings(settings: &Settings, fitting: Transport, fitting_depth: u32) -> Written {
     let (mut settings, assets) = (settings.clone(), Assets::default());
     let mut defaults = Settings { transport: fitting, max_depth: fitting_depth, ..Settings::default() };
-    let textures = WrittenTextures { assets: &assets, paths: &AssetPaths::numbers(&assets) };
+    let textures = WrittenTextures { paths: &AssetPaths::numbers(&assets) };
     Ok(textures.differences(&mut settings, &mut defaults)?.finish(""))
 }

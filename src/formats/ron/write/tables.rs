@@ -4,13 +4,18 @@ use std::path::Path;
 
 use super::assets::AssetPaths;
 use super::texture::WrittenTextures;
-use crate::world::fields::{Field, Fields, Range, Slot, all_fields};
-use crate::world::{Anisotropy, Aov, Assets, BlinnPhong, Iridescence, Principled, Settings, Volume};
+use crate::math::Rgb;
+use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
+use crate::world::{
+    Anisotropy, Aov, Assets, BlinnPhong, Camera, Falloff, Iridescence, Light, Principled, Settings, Volume,
+};
 
 /// The type of a field, for people.
 fn kind(slot: &mut Slot) -> String {
     let bounded = |noun: &str, range: &Range| match range {
+        Range::Finite => noun.to_owned(),
         Range::Above0 => format!("{noun}, above 0"),
+        Range::Between(least, most) => format!("{noun}, above {least} and below {most}"),
         Range::From(least) => format!("{noun}, at least {least}"),
         Range::FromTo(least, most) => format!("{noun}, {least} to {most}"),
     };
@@ -21,7 +26,10 @@ fn kind(slot: &mut Slot) -> String {
     match slot {
         Slot::Flag(_) => "`true` or `false`".into(),
         Slot::Number(_, range) | Slot::OptionalNumber(_, range) => bounded("number", range),
-        Slot::Degrees(_) => "degrees".into(),
+        Slot::Degrees(_, range) => bounded("degrees", range),
+        Slot::Azimuth(_) => "degrees".into(),
+        Slot::Sides(_) => "number or (width, height), m".into(),
+        Slot::Image(_) | Slot::Profile(_) => "path".into(),
         Slot::Priority(_) => "whole number, -1000 to 1000".into(),
         Slot::Color(_, range) => color("colour", range),
         Slot::ColorMap(_, range) => color("map", range),
@@ -86,7 +94,7 @@ fn default_text(slot: Slot) -> String {
     let is_infinite = matches!(&slot, Slot::Number(value, _) if value.is_infinite());
     let is_transport = matches!(slot, Slot::Transport(_));
     let assets = Assets::default();
-    let textures = WrittenTextures { assets: &assets, paths: &AssetPaths::numbers(&assets) };
+    let textures = WrittenTextures { paths: &AssetPaths::numbers(&assets) };
     match if is_infinite { None } else { textures.value(slot).expect("a default") } {
         _ if is_transport => "`Auto`".to_owned(),
         Some(text) if text == "[]" => "none".to_owned(),
@@ -115,6 +123,23 @@ fn table(part: &mut dyn Fields) -> String {
     text
 }
 
+/// A row for each field of each form.
+fn table_of_forms(of: &mut dyn Forms) -> String {
+    let mut text = format!("| {} | field | type | default | meaning |\n|---|---|---|---|---|\n", of.kind());
+    for (index, form) in of.names().iter().enumerate() {
+        of.set_form(index);
+        let mut form = format!(" `{form}`");
+        let mut defaults = of.defaults();
+        for (mut field, default) in of.fields().into_iter().zip(defaults.fields()) {
+            let default = if field.required { "—".to_owned() } else { default_text(default.slot) };
+            let (name, kind, meaning) = (field.name, kind(&mut field.slot), field.doc.trim());
+            text += &format!("|{form} | `{name}` | {kind} | {default} | {meaning} |\n");
+            form.clear();
+        }
+    }
+    text
+}
+
 /// Compares the tables of the guide, between `<!-- NAME -->` and the next empty line, with those of the code; writes
 /// them if `UPDATE` is set.
 #[test]
@@ -122,6 +147,10 @@ fn tables_of_the_guide_are_those_of_the_code() {
     let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/README.md");
     let old = std::fs::read_to_string(&guide).expect("the guide");
     let mut new = old.clone();
+    let forms: [(&str, &mut dyn Forms); 2] = [
+        ("lights", &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() }),
+        ("cameras", &mut Camera::Orthographic { height_m: 1.0 }),
+    ];
     let parts: [(&str, &mut dyn Fields); 6] = [
         ("settings", &mut Settings::default()),
         ("BlinnPhong", &mut BlinnPhong::default()),
@@ -130,11 +159,13 @@ fn tables_of_the_guide_are_those_of_the_code() {
         ("anisotropy", &mut Anisotropy::default()),
         ("iridescence", &mut Iridescence::default()),
     ];
-    for (name, part) in parts {
+    let tables = parts.into_iter().map(|(name, part)| (name, table(part)));
+    let tables = tables.chain(forms.into_iter().map(|(name, forms)| (name, table_of_forms(forms))));
+    for (name, table) in tables {
         let mark = format!("<!-- fields of {name} -->\n");
         let start = new.find(&mark).unwrap_or_else(|| panic!("no {mark}")) + mark.len();
         let end = new[start..].find("\n\n").map_or(new.len(), |length| start + length + 1);
-        new.replace_range(start..end, &table(part));
+        new.replace_range(start..end, &table);
     }
     if std::env::var_os("UPDATE").is_some() {
         std::fs::write(&guide, &new).expect("the guide");

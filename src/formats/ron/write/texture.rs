@@ -5,12 +5,11 @@ use super::assets::AssetPaths;
 use super::number::{Keys, color, degrees, number, same, tuple, uniform_or_tuple};
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
-use crate::world::{Assets, Channel, ColorInput, ScalarInput, Texture, TextureId};
+use crate::world::{Channel, ColorInput, ScalarInput, Texture, TextureId};
 
 /// Where textures and images are.
 #[derive(Clone, Copy)]
 pub(super) struct WrittenTextures<'a> {
-    pub assets: &'a Assets,
     pub paths: &'a AssetPaths<'a>,
 }
 
@@ -48,7 +47,7 @@ impl WrittenTextures<'_> {
     }
 
     fn get(&self, id: TextureId) -> Written<&Texture> {
-        let texture = self.assets.textures.get(id.0 as usize);
+        let texture = self.paths.assets.textures.get(id.0 as usize);
         texture.ok_or_else(|| format!("there is no texture of number {}", id.0))
     }
 
