@@ -1,4 +1,4 @@
-//! What the program, the tests and the benchmarks of this crate use beyond its public interface. Nothing here is
+//! The parts of this crate that its program, tests and benchmarks use beyond the public interface. Nothing here is
 //! stable: names and meanings may change in any release.
 //!
 //! To document all of it: `cargo doc --no-deps --document-private-items`.

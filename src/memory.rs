@@ -194,6 +194,7 @@ pub fn parse(text: &str) -> Result<u64, String> {
 }
 
 /// True if the system limits how much the process may map (`ulimit -v` or `-d`).
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub fn addresses_are_limited() -> bool {
     address_limits().iter().any(Option::is_some)
 }

@@ -255,7 +255,7 @@ fn accept<T: Float, A: HitSink>(
             primitive: word.number() | flag,
             instance: visit.instance,
         };
-        if visit.conditional && !is_there(&mut found, word, sides[lane], fars[lane], &visit, best) {
+        if visit.conditional && !accepts(&mut found, word, sides[lane], fars[lane], &visit, best) {
             continue;
         }
         if A::ANY {
@@ -277,7 +277,7 @@ pub(super) fn is_better(found: &Hit, best: &Hit) -> bool {
 
 /// True if the hit counts, perhaps moved to where the ray leaves a sphere.
 #[inline(always)]
-fn is_there(hit: &mut Hit, word: PrimitiveRef, side: f32, far: f32, visit: &LeafContext, best: &Hit) -> bool {
+fn accepts(hit: &mut Hit, word: PrimitiveRef, side: f32, far: f32, visit: &LeafContext, best: &Hit) -> bool {
     let front = side > 0.0;
     let sidedness = visit.filter.culling().of(visit.given().unwrap_or(word.sidedness()));
     let here = match sidedness {

@@ -14,8 +14,6 @@ pub(super) const BATCH: usize = 16;
 /// The prefetch distance in rays.
 const AHEAD: usize = 4 * BATCH;
 
-type Quad = [f32; 4];
-
 /// A prepared ray in rows of four numbers.
 ///
 /// ```text
@@ -24,7 +22,7 @@ type Quad = [f32; 4];
 /// ```
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(32))]
-pub(super) struct RayRow([Quad; ROWS]);
+pub(super) struct RayRow([[f32; 4]; ROWS]);
 
 const ROWS: usize = 6;
 
@@ -104,7 +102,7 @@ impl RayRow {
 }
 
 #[inline(always)]
-fn three(quad: &Quad) -> [f32; 3] {
+fn three(quad: &[f32; 4]) -> [f32; 3] {
     [quad[0], quad[1], quad[2]]
 }
 
@@ -118,7 +116,7 @@ pub(super) struct PreparedRays {
     /// The child word of the root.
     root: u32,
     /// The rows, in the order of [`Float::mixed`].
-    rows: [[Quad; BATCH]; ROWS],
+    rows: [[[f32; 4]; BATCH]; ROWS],
 }
 
 /// [`PreparedRays::fill`] as a kernel.

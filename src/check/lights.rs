@@ -105,7 +105,7 @@ impl PlacedLight {
     }
 
     /// True if it emits into a direction.
-    fn shines(&self, direction: Vec3) -> bool {
+    fn emits(&self, direction: Vec3) -> bool {
         direction.dot(self.axis) > self.cos_limit
     }
 
@@ -114,7 +114,7 @@ impl PlacedLight {
         if self.reaches_anything(checked, tracer) {
             return None;
         }
-        let ways: Vec<Vec3> = directions(4 * RAYS).filter(|way| self.shines(*way)).collect();
+        let ways: Vec<Vec3> = directions(4 * RAYS).filter(|way| self.emits(*way)).collect();
         let step = (ways.len() / RAYS as usize).max(1);
         let met: Vec<Option<Met>> =
             ways.iter().step_by(step).map(|way| tracer.first(self.place, *way, f32::INFINITY)).collect();
@@ -160,7 +160,7 @@ impl PlacedLight {
         }
         let seen: Vec<Vec3> = checked.probes.seen().map(|(_, place)| place).collect();
         let behind = !seen.is_empty()
-            && seen.iter().all(|place| !self.shines((*place - self.place).normalize_or_zero()));
+            && seen.iter().all(|place| !self.emits((*place - self.place).normalize_or_zero()));
         if is_dark && behind {
             let at = seen[seen.len() / 2];
             let what = "it faces away from everything that is seen: lamps shine along -Z";
@@ -189,7 +189,7 @@ impl PlacedLight {
             let (distance, direction) = (to.length(), to.normalize_or_zero());
             let is_before = Vec3::from_array(features.normal).dot(direction) < 0.0;
             is_before
-                && self.shines(direction)
+                && self.emits(direction)
                 && tracer
                     .first(self.place, direction, distance)
                     .is_none_or(|met| met.distance >= 0.98 * distance)

@@ -1,7 +1,7 @@
 //! Bodies that scatter light: checks that lights can illuminate them.
 
 use super::{Checked, Finding, is_smooth};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::world::Transport;
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
@@ -10,15 +10,15 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         return;
     }
     // Rays can hit emissive materials and the environment.
-    let shines = scene.materials.iter().any(Material::emits) || !scene.environment.is_black();
-    let scatters = |material: &&Material| {
+    let emits = scene.materials.iter().any(MaterialRecord::emits) || !scene.environment.is_black();
+    let scatters = |material: &&MaterialRecord| {
         material.encloses
             && material.medium.scatters()
             && material.transmission.factor > 0.0
             && is_smooth(material)
-            && !material.straight
+            && !material.passes_shadow_rays
     };
-    if !scene.lights.is_empty() && !shines && scene.materials.iter().any(|material| scatters(&material)) {
+    if !scene.lights.is_empty() && !emits && scene.materials.iter().any(|material| scatters(&material)) {
         findings.push(Finding::new(
             None,
             "there is a body that scatters light, and none of the lamps' light is scattered in it: it bends light, and no ray can hit the lamps that there are",

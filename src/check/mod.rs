@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use crate::error::words;
 use crate::integrator::RenderSetup;
-use crate::scene::{CompiledScene, Material};
+use crate::scene::{CompiledScene, MaterialRecord};
 use crate::world::World;
 pub use exposure::{FinishedImage, of_image};
 use probes::Probes;
@@ -95,7 +95,7 @@ pub fn check(world: &World, setup: &RenderSetup, all: bool) -> Vec<Finding> {
 }
 
 /// True if light through the glass leaves in discrete directions, which light samples cannot hit.
-fn is_smooth(material: &Material) -> bool {
+fn is_smooth(material: &MaterialRecord) -> bool {
     material.roughness.factor < 0.03
 }
 

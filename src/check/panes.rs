@@ -6,7 +6,7 @@ use crate::compile::light_names;
 use crate::error::words;
 use crate::math::Vec3;
 use crate::scene::emitters::{flag, kind};
-use crate::scene::{Material, WhittedLight};
+use crate::scene::{MaterialRecord, WhittedLight};
 use crate::world::{Caustics, Transport};
 
 /// The fraction of the places facing a light that a pane must darken for a finding.
@@ -26,7 +26,8 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     // Refracted light comes from photons, or from rays that hit emitters.
     let settings = &world.settings;
     let has_photons = settings.caustics != Caustics::Off;
-    let is_pane = |material: &Material| is_pane(material) && !(has_photons && material.makes_caustics());
+    let is_pane =
+        |material: &MaterialRecord| is_pane(material) && !(has_photons && material.makes_caustics());
     if settings.transport != Transport::Path || !scene.materials.iter().any(is_pane) {
         return;
     }
@@ -58,7 +59,7 @@ fn pane_before(
     checked: &Checked,
     tracer: &mut ProbeTracer,
     light: &WhittedLight,
-    is_pane: &dyn Fn(&Material) -> bool,
+    is_pane: &dyn Fn(&MaterialRecord) -> bool,
 ) -> Option<(u32, f32)> {
     let scene = checked.scene;
     let (kind, row) = scene.emitters.row(light.emitter);
@@ -94,6 +95,9 @@ fn pane_before(
 }
 
 /// True for smooth glass that refracts.
-fn is_pane(material: &Material) -> bool {
-    !material.straight && !material.thin && material.transmission.factor > 0.5 && is_smooth(material)
+fn is_pane(material: &MaterialRecord) -> bool {
+    !material.passes_shadow_rays
+        && !material.thin
+        && material.transmission.factor > 0.5
+        && is_smooth(material)
 }

@@ -103,7 +103,7 @@ struct Sided<'a> {
 impl HitPredicate for Sided<'_> {
     fn accepts(&self, _: usize, crossing: &Crossing) -> bool {
         crossed(self.scene, crossing, FaceCulling::AsBuilt)
-            .is_some_and(|material| !(self.to_lights && material.straight))
+            .is_some_and(|material| !(self.to_lights && material.passes_shadow_rays))
     }
 }
 

@@ -43,23 +43,24 @@ pub enum Oddity {
 impl std::fmt::Display for Outlier {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         let ([x, y], sample) = (self.pixel, self.sample);
+        let names: Vec<String> = self.materials.iter().map(|name| words(name)).collect();
+        let through =
+            if names.is_empty() { String::new() } else { format!(", through {},", names.join(", ")) };
         match self.oddity {
             Oddity::Bright(share) => write!(
                 f,
-                "one sample brings {:.1} % of the image's light: {sample} of pixel {x},{y}",
+                "firefly: sample {sample} of pixel ({x}, {y}){through} holds {:.1} % of the image's light",
                 100.0 * share
-            )?,
+            ),
             Oddity::NoNumber(count) => write!(
                 f,
-                "samples are not numbers (NaN) and count as black ({count} times): the first is {sample} of pixel {x},{y}"
-            )?,
+                "samples are not numbers (NaN) and count as black ({count} times): the first is {sample} of pixel ({x}, {y})"
+            ),
             Oddity::Cut(count, brightest) => write!(
                 f,
-                "samples are brighter than {brightest:.4e} W/(m² sr) and count as that ({count} times): the first is {sample} of pixel {x},{y}"
-            )?,
+                "samples are brighter than {brightest:.4e} W/(m² sr) and count as that ({count} times): the first is {sample} of pixel ({x}, {y})"
+            ),
         }
-        let names: Vec<String> = self.materials.iter().map(|name| words(name)).collect();
-        if names.is_empty() { Ok(()) } else { write!(f, ", by way of {}", names.join(", ")) }
     }
 }
 
@@ -67,9 +68,9 @@ impl std::fmt::Display for Outlier {
 pub fn outliers(session: &Session) -> Vec<Outlier> {
     let film = session.film();
     let mut outliers = Vec::new();
-    let (no_numbers, cut) = (film.no_numbers(), film.cut());
+    let (non_finite, cut) = (film.non_finite(), film.clamped());
     let noted = [
-        (no_numbers.first, Oddity::NoNumber(no_numbers.count)),
+        (non_finite.first, Oddity::NoNumber(non_finite.count)),
         (cut.first, Oddity::Cut(cut.count, film.brightest())),
     ];
     for (first, oddity) in noted {
@@ -112,7 +113,7 @@ fn suspects(film: &Film) -> Vec<([u32; 2], f32)> {
 
 /// Returns the brightest sample of each pixel, and its fraction of the light; nothing if there are too many samples.
 fn brightest(session: &Session, pixels: &[[u32; 2]]) -> Vec<(u32, f32)> {
-    if pixels.is_empty() || session.gathered().samples.count() > LONGEST {
+    if pixels.is_empty() || session.state().samples.count() > LONGEST {
         return Vec::new();
     }
     let mut found = vec![(0, 0.0, 0.0); pixels.len()];
@@ -167,8 +168,8 @@ mod tests {
         film.add(3, 1, 0, Rgb::new(1.0, f32::INFINITY, 0.0));
         let mut whole = Film::new(Region::whole([4, 4]), FilmScale::default());
         whole.merge(&film);
-        assert_eq!((whole.no_numbers().count, whole.no_numbers().first), (1, Some([2, 1, 5])));
-        assert_eq!((whole.cut().count, whole.cut().first), (1, Some([1, 3, 0])));
+        assert_eq!((whole.non_finite().count, whole.non_finite().first), (1, Some([2, 1, 5])));
+        assert_eq!((whole.clamped().count, whole.clamped().first), (1, Some([1, 3, 0])));
         assert_eq!(film.radiance()[2 * 4 + 1].r, 0.0);
     }
 }

@@ -14,7 +14,7 @@ use crate::integrator::bounces::LobeKind;
 use crate::integrator::observe::Components;
 use crate::integrator::path_event::PathEvent;
 use crate::math::NONE;
-use crate::study::explain::{self, ExplainedLightRay, Followed, GivenNames, Life, Shares, Step};
+use crate::study::explain::{self, ExplainedLightRay, Followed, GivenNames, SampleTrace, Shares, Step};
 use crate::world::Adaptive;
 
 /// `rayfront explain`.
@@ -111,7 +111,7 @@ fn mean(film: &Film) -> Components {
     film.radiance().first().map_or([0.0; 3], |pixel| pixel.to_array())
 }
 
-fn text(lives: &[Life], film: &Film) -> String {
+fn text(lives: &[SampleTrace], film: &Film) -> String {
     let mut lines = Vec::new();
     for life in lives {
         lines.push(format!("sample {}  radiance {}", life.sample, triple(life.radiance())));
@@ -224,7 +224,7 @@ fn light_line(lit: &ExplainedLightRay, only_one: bool) -> String {
     format!("      light       \"{light}\"{sample} {far}: {brings}{}", share(lit.share))
 }
 
-fn json(arguments: &Explain, lives: &[Life], film: &Film) -> Value {
+fn json(arguments: &Explain, lives: &[SampleTrace], film: &Film) -> Value {
     json!({
         "scene": output::path_json(&arguments.scene),
         "pixel": arguments.pixel,

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use crate::view::watched::{LOOK, Watched};
+use crate::view::watched::{POLL_INTERVAL, Watched};
 use crate::world::SourceFiles;
 
 /// The state of requests to end the program.
@@ -151,7 +151,7 @@ pub(super) fn while_unchanged<T>(
                 if files.have_changed() {
                     return interrupt.stop();
                 }
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_INTERVAL);
             }
         };
         // If no thread can be started, the change is noticed after this image.

@@ -128,7 +128,7 @@ impl Job {
         progress: OnProgress,
     ) -> Result<(), Failure> {
         let (view, samples) = (&self.header.view, self.header.settings.samples);
-        let pass = session.gathered().pass.as_ref().map(|pass| pass.samples.start);
+        let pass = session.state().pass.as_ref().map(|pass| pass.samples.start);
         let next = pass.or_else(|| session.next_sample()).unwrap_or(0);
         let (moment, end) = view.moment_of(next, samples);
         let count = count.min(end.saturating_sub(next)).max(1);
@@ -236,18 +236,16 @@ pub struct RunRequest<'a> {
 impl RunRequest<'_> {
     /// Returns the path of checkpoints, whether that file is kept, and the interval between saves.
     fn checkpoint(&self) -> Option<(PathBuf, bool, Duration)> {
-        const USUAL: Duration = Duration::from_secs(60);
         let every = match self.stop.checkpoint {
             None if self.watched.is_some() => return None,
             Some(CheckpointEvery::Off) => return None,
             Some(CheckpointEvery::Time(time)) => time,
-            None => USUAL,
+            None => Duration::from_secs(60),
         };
-        if let Some(film) = &self.outputs.film {
-            return Some((film.clone(), true, every));
+        match &self.outputs.film {
+            Some(film) => Some((film.clone(), true, every)),
+            None => Some((self.outputs.images.first()?.with_extension(checkpoint::EXTENSION), false, every)),
         }
-        let beside = self.outputs.images.first()?.with_extension(checkpoint::EXTENSION);
-        Some((beside, false, every))
     }
 }
 
@@ -283,7 +281,7 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
     let needs = MemoryEstimate { region, to_openexr, denoises, schedule, wave, shown, saves_film, has_film };
     needs.check(&job.setup, &job.header.settings)?;
     let mut session = match found {
-        Some(film) => go_on_with(&mut job, film, wanted.work)?,
+        Some(film) => resumed_session(&mut job, film, wanted.work)?,
         None => job.session(wanted.work),
     };
     job.header.note.hosts.extend(process_times::host().filter(|host| !job.header.note.hosts.contains(host)));
@@ -315,7 +313,7 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
     job.phases.render_cpu = process_times::cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     job.header.note.seconds = before + job.phases.render.as_secs_f64();
     job.header.note.stopped_by = stopped_by;
-    describe(&mut job.header, session.gathered());
+    describe(&mut job.header, session.state());
     session.free_workers();
     if let Some(fault) = output::uneven_blur(&job.header).filter(|_| !images.is_empty()) {
         output::note(format_args!("warning: {fault}"));
@@ -327,12 +325,12 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
     // The film is saved before the images, because these can be made again from it.
     if let Some(checkpoint) = &checkpoint {
         let ends = [!session.is_done(), interrupt.is_set()];
-        checkpoint.save_end(&job.header, session.gathered(), ends, &mut saved);
+        checkpoint.save_end(&job.header, session.state(), ends, &mut saved);
     } else if let Some(path) = &outputs.film {
-        saved.film(path, save(path, &job.header, session.gathered()));
+        saved.film(path, save(path, &job.header, session.state()));
     }
     if outputs.to_stdout {
-        saved.pixels(write_to_stdout(&job.header, session.gathered()));
+        saved.pixels(write_to_stdout(&job.header, session.state()));
     }
     job.phases.save = start.elapsed();
     finish(job, wanted, &session, &images, saved)?;
@@ -397,7 +395,7 @@ fn finish(
         (false, true) => String::new(),
     };
     saved.report(output::print_text(&text, wanted.outputs.takes_stdout()));
-    saved.end(&header, session.gathered())
+    saved.end(&header, session.state())
 }
 
 /// Returns the probable mistakes in a finished image. `told` is true if findings about its scene have been reported.
@@ -410,9 +408,7 @@ fn faults(
     let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
     let shown =
         check::FinishedImage { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
-    let finding = check::of_image(session.setup(), &shown, told);
     let outliers = check::outliers(session).into_iter().map(|outlier| {
-        // Every sample is of one moment.
         let (moment, _) = header.view.moment_of(outlier.sample, header.settings.samples);
         let recipe = Recipe {
             path: header.scene.path.clone(),
@@ -423,17 +419,18 @@ fn faults(
             is_moved: false,
         };
         let replay = command_line::of_explain(&recipe, outlier.pixel, outlier.sample);
-        format!("{outlier} ({replay} tells how)")
+        format!("{outlier} ({replay} shows its path)")
     });
-    finding.map(|finding| finding.to_string()).into_iter().chain(outliers).collect()
+    let finding = check::of_image(session.setup(), &shown, told).map(|finding| finding.to_string());
+    finding.into_iter().chain(outliers).collect()
 }
 
 /// Returns a session that continues a film.
-fn go_on_with(job: &mut Job, film: FilmFile, work: &WorkOptions) -> Result<Session, Failure> {
+fn resumed_session(job: &mut Job, film: FilmFile, work: &WorkOptions) -> Result<Session, Failure> {
     let (note, begun) = (film.header.note.clone(), film.header.begun.is_some());
-    let Some(gathered) = gathered_of(film) else {
-        return Err(Failure::file("the film says of itself what cannot be: render it again"));
-    };
+    let wrong =
+        || Failure::file("the film's header is inconsistent (sample ranges and tiles): render it again");
+    let gathered = gathered_of(film).ok_or_else(wrong)?;
     let count = gathered.samples.count();
     let session = job
         .going_on(work, gathered)
@@ -441,11 +438,10 @@ fn go_on_with(job: &mut Job, film: FilmFile, work: &WorkOptions) -> Result<Sessi
     let header = &mut job.header;
     if !work.quiet && !session.is_done() {
         let more = if begun { ", and of some tiles more" } else { "" };
-        let total = header.wanted[1] - header.wanted[0];
-        output::note(format_args!("going on with {count} of {total} samples{more}"));
+        let [start, end] = header.wanted;
+        output::note(format_args!("going on with {count} of {} samples{more}", end - start));
     }
-    header.note.hosts = note.hosts;
-    header.note.seconds = note.seconds;
+    (header.note.hosts, header.note.seconds) = (note.hosts, note.seconds);
     Ok(session)
 }
 
@@ -475,13 +471,13 @@ fn passes(
             }
         };
         job.advance(session, count, &stop, &watch)?;
-        if session.gathered().pass.is_none() {
+        if session.state().pass.is_none() {
             looking.passed(session);
         }
         // The last state is saved by the caller.
         let goes_on = !session.is_done() && !stop.is_set();
         if let Some(checkpoint) = checkpoint.filter(|checkpoint| goes_on && checkpoint.is_due()) {
-            checkpoint.save(session.gathered());
+            checkpoint.save(session.state());
         }
     }
     looking.finish(session);

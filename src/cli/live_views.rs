@@ -104,7 +104,7 @@ impl AttachedViews<'_> {
         }
         // The final image is shown at the end.
         if !session.is_done() {
-            self.look_if_it_is_time(&|look| look(session.gathered()));
+            self.look_if_it_is_time(&|look| look(session.state()));
         }
     }
 

@@ -208,7 +208,8 @@ fn add(merged: &mut Option<Merged>, film: FilmFile, path: &Path, arguments: &Mer
     if let (Some(part), Some(job)) = (arguments.audit, known) {
         audited.push(audit::audit(job, &film, path, part, &arguments.work)?);
     }
-    let gathered = gathered_of(film).ok_or_else(|| wrong("it says of itself what cannot be".into()))?;
+    let gathered = gathered_of(film)
+        .ok_or_else(|| wrong("its header is inconsistent (sample ranges and tiles)".into()))?;
     match merged {
         None => {
             let gathered = RenderState { pass: None, ..gathered };
@@ -301,7 +302,7 @@ fn write_images(
         None => Err(gathered),
     };
     let (session, gathered) = match &held {
-        Ok(session) => (Some(session), session.gathered()),
+        Ok(session) => (Some(session), session.state()),
         Err(gathered) => (None, gathered),
     };
     if let Some(fault) = output::uneven_blur(&header).filter(|_| !images.is_empty()) {
@@ -353,7 +354,7 @@ fn write_images(
         if let Some(noise) = noise {
             text += &format!(
                 "noise     {}\n",
-                super::report::noise_line(noise, gathered.film.samples_per_pixel())
+                super::report::noise_line(noise, gathered.film.samples_per_pixel(), false)
             );
         }
         text + &format!("film      {}\n", header.film_hash)

@@ -114,9 +114,9 @@ impl<'a> OutputImage<'a> {
         let mut paths: Vec<PathBuf> = images.iter().map(|path| denoised_name(path)).collect();
         paths.retain(|path| {
             let outcome = save(path, &output);
-            let is_there = outcome.is_ok();
+            let exists = outcome.is_ok();
             saved.pixels(outcome);
-            is_there
+            exists
         });
         paths
     }

@@ -40,11 +40,11 @@ pub fn allocate(job: &mut Job, arguments: &Render) -> Result<u8, Failure> {
             "--max-time: {reason}: raise --max-time, or --adaptive=off"
         )));
     }
-    job.header.allocation.clone_from(&session.gathered().allocation);
+    job.header.allocation.clone_from(&session.state().allocation);
     if let Some(path) = saved {
         let mut header = job.header.clone();
-        describe(&mut header, session.gathered());
-        save(path, &header, session.gathered())?;
+        describe(&mut header, session.state());
+        save(path, &header, session.state())?;
         if arguments.part.pilot_only && !arguments.work.quiet {
             output::print_text(
                 &format!("pilot     {}: {} samples\n", path.display(), output::samples(&header)),

@@ -9,29 +9,32 @@ pub fn cpu_seconds() -> Option<f64> {
     Some(ticks / 100.0)
 }
 
+/// The threads whose CPU time is measured.
+enum CpuClock {
+    Process,
+    Thread,
+}
+
 /// Returns the CPU time of all threads in seconds, finer than [`cpu_seconds`], if the system provides it.
 pub fn process_cpu_seconds() -> Option<f64> {
-    clock::seconds(clock::Of::Process)
+    clock::seconds(CpuClock::Process)
 }
 
 /// Returns the CPU time of the calling thread in seconds, if the system provides it.
 pub fn thread_cpu_seconds() -> Option<f64> {
-    clock::seconds(clock::Of::Thread)
+    clock::seconds(CpuClock::Thread)
 }
 
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple", target_os = "freebsd"))]
 mod clock {
     use rustix::time::ClockId;
 
-    pub(super) enum Of {
-        Process,
-        Thread,
-    }
+    use super::CpuClock;
 
-    pub(super) fn seconds(of: Of) -> Option<f64> {
+    pub(super) fn seconds(of: CpuClock) -> Option<f64> {
         let time = rustix::time::clock_gettime(match of {
-            Of::Process => ClockId::ProcessCPUTime,
-            Of::Thread => ClockId::ThreadCPUTime,
+            CpuClock::Process => ClockId::ProcessCPUTime,
+            CpuClock::Thread => ClockId::ThreadCPUTime,
         });
         Some(time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9)
     }
@@ -39,12 +42,9 @@ mod clock {
 
 #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple", target_os = "freebsd")))]
 mod clock {
-    pub(super) enum Of {
-        Process,
-        Thread,
-    }
+    use super::CpuClock;
 
-    pub(super) fn seconds(_: Of) -> Option<f64> {
+    pub(super) fn seconds(_: CpuClock) -> Option<f64> {
         None
     }
 }

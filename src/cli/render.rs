@@ -18,7 +18,7 @@ use crate::files::are_same;
 use crate::formats::film_file::{FilmFile, RenderedView};
 use crate::formats::picture::supported;
 use crate::render::on_threads;
-use crate::view::watched::{LOOK, Watched};
+use crate::view::watched::{POLL_INTERVAL, Watched};
 use crate::world::Adaptive;
 
 pub(super) fn run(arguments: &Render) -> Result<ExitCode, Failure> {
@@ -69,7 +69,7 @@ fn watch(arguments: &Render, scene: &Path, outputs: &Outputs, onlookers: &LiveVi
             if interrupt.is_set() {
                 return Ok(interrupt.exit_code());
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 }

@@ -34,18 +34,17 @@ fn count(n: u64) -> String {
     if n < 100_000 { n.to_string() } else { format!("{:.2} M", n as f64 / 1e6) }
 }
 
-/// Formats the noise, relative to the brightness, and the number of samples that halve it.
-pub fn noise_line(noise: f64, samples: f64) -> String {
-    // The error is inversely proportional to the square root of the number of samples.
-    let more = (3.0 * samples).round() as u64;
+/// Formats the noise, relative to the brightness, and the number of samples that halve it; `with_options` adds the words
+/// to type.
+pub fn noise_line(noise: f64, samples: f64, with_options: bool) -> String {
     if noise < 5e-5 {
-        return "0.00 % of the brightness, estimated".into();
+        return "0.00 % of the mean brightness (estimate)".into();
     }
-    format!(
-        "{:.2} % of the brightness, estimated; about {} samples more halve it",
-        100.0 * noise,
-        count(more)
-    )
+    // The error is inversely proportional to the square root of the number of samples.
+    let needed = (4.0 * samples).round() as u64;
+    let options = if with_options { format!(" (--spp {needed}), or --denoise") } else { String::new() };
+    let (noise, needed) = (100.0 * noise, count(needed));
+    format!("{noise:.2} % of the mean brightness (estimate); halved at {needed} samples per pixel{options}")
 }
 
 /// The data of a report.
@@ -170,7 +169,8 @@ impl RenderReport<'_> {
             line(&mut out, "stopped", format!("by {rule}; the same image: {again}"));
         }
         if let Some(noise) = self.session.film().relative_noise() {
-            line(&mut out, "noise", noise_line(noise, self.session.film().samples_per_pixel()));
+            let samples = self.session.film().samples_per_pixel();
+            line(&mut out, "noise", noise_line(noise, samples, self.denoised.is_none()));
         }
         if let Some((denoised, paths)) = self.denoised {
             let paths: Vec<_> = paths.iter().map(|path| path.display().to_string()).collect();

@@ -51,7 +51,7 @@ impl StopRules {
     pub fn holds(&self, session: &Session) -> Option<String> {
         let (done, _) = session.samples_done();
         let elapsed = self.begun.elapsed();
-        if session.gathered().pass.is_some() || done == 0 {
+        if session.state().pass.is_some() || done == 0 {
             return None;
         }
         if let Some(limit) = self.until

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{Failure, Fault, args, output};
 use crate::integrator::Schedule;
-use crate::study::facts::{facts, title};
+use crate::study::descriptions::{describe, title};
 use crate::study::verify::{self, Difference, First, Verification, Way};
 
 /// `rayfront verify`.
@@ -70,7 +70,7 @@ fn threads(way: &Way) -> String {
     format!("{} thread{}", way.threads, if way.threads == 1 { "" } else { "s" })
 }
 
-fn describe(way: &Way) -> String {
+fn way_text(way: &Way) -> String {
     format!("{}, {}, {}", schedule(way), way.isa.name(), threads(way))
 }
 
@@ -107,7 +107,7 @@ fn text(arguments: &Verify, found: &Verification) -> String {
     });
     for outcome in found.outcomes.iter().filter(|o| o.hash == expected && !o.equals(first)) {
         lines
-            .push(format!("depths, normals, ids or images without noise differ: {}", describe(&outcome.way)));
+            .push(format!("depths, normals, ids or images without noise differ: {}", way_text(&outcome.way)));
     }
     if let Some(difference) = &found.difference {
         lines.extend(tell(difference));
@@ -120,7 +120,7 @@ fn tell(difference: &Difference) -> Vec<String> {
     let mut lines =
         vec![String::new(), format!("pixel      {x},{y} is the first of {} that differ", difference.pixels)];
     for side in &difference.sides {
-        lines.push(format!("{:10} {}: {:?} quanta", "", describe(&side.way), side.sum.total()));
+        lines.push(format!("{:10} {}: {:?} quanta", "", way_text(&side.way), side.sum.total()));
     }
     let Some(first) = &difference.first else {
         lines.push(
@@ -144,7 +144,7 @@ fn tell(difference: &Difference) -> Vec<String> {
 /// Returns the events of both sides, line by line.
 fn columns(difference: &Difference, first: &First) -> Vec<String> {
     let [a, b] = [0, 1].map(|side| match &first.happened[side] {
-        Some(what) => (title(what), facts(what)),
+        Some(what) => (title(what), describe(what)),
         None => ("nothing", Vec::new()),
     });
     let names = difference.sides.map(|side| schedule(&side.way));
@@ -189,7 +189,7 @@ fn json(arguments: &Verify, found: &Verification) -> Value {
                 json!(difference.sides[i].sum.total().map(|sum| i64::try_from(sum).unwrap_or(i64::MAX)));
             let happened = difference.first.as_ref().and_then(|first| first.happened[i]);
             side["event"] = happened.map_or(Value::Null, |what| json!(title(&what)));
-            side["facts"] = happened.map_or(Value::Null, |what| facts(&what).into_iter().collect());
+            side["facts"] = happened.map_or(Value::Null, |what| describe(&what).into_iter().collect());
             side
         };
         let place = difference.first.as_ref().map(|first| first.place);

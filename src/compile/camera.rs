@@ -6,7 +6,7 @@ use super::environment::radiances;
 use crate::error::CompileError;
 use crate::math::{Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
-use crate::scene::{Aperture, Camera, Projection};
+use crate::scene::{Aperture, CompiledCamera, Projection};
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::world::{self, Image, World};
 
@@ -21,7 +21,7 @@ pub(super) fn compile(
     order: &[Entity],
     transforms: &WorldTransforms,
     name: Option<&str>,
-) -> Result<(Camera, Option<Aperture>), CompileError> {
+) -> Result<(CompiledCamera, Option<Aperture>), CompileError> {
     let mut cameras = order.iter().filter_map(|&entity| {
         let camera = world.entities.get::<&world::Camera>(entity).ok()?;
         Some((entity, *camera))
@@ -51,7 +51,7 @@ pub(super) fn compile(
         }
         _ => None,
     };
-    let camera = Camera {
+    let camera = CompiledCamera {
         origin: point(matrix, Vec3::ZERO),
         right: right.as_vec3(),
         up: up.normalize().as_vec3(),

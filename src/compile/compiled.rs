@@ -10,7 +10,7 @@ use super::{
 use crate::bvh::Bvh;
 use crate::error::CompileError;
 use crate::math::{Aabb, Vec3};
-use crate::scene::{CompiledScene, Environment, Geometry, Material, Textures};
+use crate::scene::{CompiledScene, Environment, Geometry, MaterialRecord, Textures};
 use crate::world::{Sharing, Transport, World, transforms};
 
 /// A scene, with the inputs and the result of each system.
@@ -136,10 +136,10 @@ pub fn compile_after(
 fn set_sidedness(
     bvh: &mut Arc<Bvh>,
     geometry: &Geometry,
-    materials: &[Material],
+    materials: &[MaterialRecord],
     before: Option<&CompiledScene>,
 ) {
-    let presence = |materials: &[Material]| -> Vec<_> {
+    let presence = |materials: &[MaterialRecord]| -> Vec<_> {
         materials.iter().flat_map(|m| [false, true].map(|mirrored| m.sidedness(mirrored))).collect()
     };
     let is_as_before = |before: &CompiledScene| {

@@ -6,11 +6,11 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use crate::scene::material::Coverage;
-use crate::scene::{Geometry, Material};
+use crate::scene::{Geometry, MaterialRecord};
 
 /// Material records to which variants are added, with their names and, for each added record, its original material.
 pub(super) struct Records<'a> {
-    pub materials: &'a mut Vec<Material>,
+    pub materials: &'a mut Vec<MaterialRecord>,
     pub names: &'a mut Vec<String>,
     pub added: &'a mut Vec<u32>,
 }
@@ -79,7 +79,7 @@ struct ContactRecords<'a> {
 }
 
 impl ContactRecords<'_> {
-    fn material(&self, triangle: u32) -> &Material {
+    fn material(&self, triangle: u32) -> &MaterialRecord {
         let part = self.geometry.triangle_parts[triangle as usize];
         &self.records.materials[self.geometry.parts.material[part as usize] as usize]
     }
@@ -92,9 +92,9 @@ impl ContactRecords<'_> {
         let new = *parts.entry((old, beside)).or_insert_with(|| {
             let part = geometry.part(old);
             let changed = if beside == HIDDEN {
-                Material { hidden: true, ..material }
+                MaterialRecord { hidden: true, ..material }
             } else {
-                Material { beside, ..material }
+                MaterialRecord { beside, ..material }
             };
             records.materials.push(changed);
             records.names.push(records.names[part.material as usize].clone());

@@ -12,7 +12,7 @@ use crate::math::{Aabb, NONE, Rgb, Vec3};
 use crate::sampling::pattern::Grid;
 use crate::scene::emitters::{Emitters, flag, kind};
 use crate::scene::environment::Environment;
-use crate::scene::material::{Coverage, Material};
+use crate::scene::material::{Coverage, MaterialRecord};
 use crate::scene::{Geometry, Textures, WhittedLight};
 use crate::world::{Outline, Pattern};
 
@@ -23,7 +23,7 @@ pub(super) const MOST_PLACED: usize = 1 << 20;
 /// Surfaces that can be hit and may emit light.
 pub(super) struct EmittingSurfaces<'a> {
     pub geometry: &'a Geometry,
-    pub materials: &'a [Material],
+    pub materials: &'a [MaterialRecord],
     pub textures: &'a Textures,
     /// The triangles of each instance.
     pub placed: &'a [Range<u32>],
@@ -47,7 +47,7 @@ impl EmitterInputs {
         geometry: &Arc<Geometry>,
         textures: &Arc<Textures>,
         environment: &Arc<Environment>,
-        materials: &[Material],
+        materials: &[MaterialRecord],
         lamps: &WorldLights,
     ) -> EmitterInputs {
         let shining: Vec<_> = materials.iter().enumerate().filter(|(_, material)| material.emits()).collect();
@@ -271,7 +271,7 @@ fn parallelogram(geometry: &Geometry, index: usize, front: Vec3) -> Option<[Vec3
 }
 
 /// The flags that a surface's material gives its emitter.
-fn flags_of(material: &Material) -> u32 {
+fn flags_of(material: &MaterialRecord) -> u32 {
     let textured = material.emission.texture != NONE;
     let covered = material.coverage != Coverage::Whole;
     let flags = [
@@ -363,18 +363,18 @@ fn in_the_world(
     room: &mut usize,
 ) -> usize {
     let EmittingSurfaces { geometry, materials, .. } = surfaces;
-    let shines = |part: u32| {
+    let emits = |part: u32| {
         let material = geometry.parts.material[part as usize];
         materials.get(material as usize)?.emits().then_some(material)
     };
-    if !(0..geometry.parts.material.len() as u32).any(|part| shines(part).is_some()) {
+    if !(0..geometry.parts.material.len() as u32).any(|part| emits(part).is_some()) {
         return 0;
     }
     let triangles = geometry.world_triangles as usize;
     let spheres = geometry.world_spheres as usize;
     out.of_primitive = vec![NONE; triangles + spheres];
     let shining = |copy: &&Range<u32>| {
-        (copy.start..copy.end).filter(|i| shines(geometry.triangle_parts[*i as usize]).is_some()).count()
+        (copy.start..copy.end).filter(|i| emits(geometry.triangle_parts[*i as usize]).is_some()).count()
     };
     let mut left_out: Vec<&Range<u32>> = Vec::new();
     for copy in surfaces.copies {
@@ -385,7 +385,7 @@ fn in_the_world(
     }
     let mut next = left_out.iter().copied().peekable();
     for index in 0..triangles {
-        let Some(material) = shines(geometry.triangle_parts[index]) else { continue };
+        let Some(material) = emits(geometry.triangle_parts[index]) else { continue };
         while next.next_if(|copy| copy.end as usize <= index).is_some() {}
         if next.peek().is_some_and(|copy| copy.start as usize <= index) {
             continue;
@@ -401,7 +401,7 @@ fn in_the_world(
         }
     }
     for index in 0..spheres {
-        let Some(material) = shines(geometry.sphere_parts[index]) else { continue };
+        let Some(material) = emits(geometry.sphere_parts[index]) else { continue };
         let record = &materials[material as usize];
         let [x, y, z, radius] = geometry.spheres[index];
         let mut row = row_of(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ZERO, record.emission.factor.into());

@@ -301,10 +301,8 @@ struct GeometryBuilder {
 impl GeometryBuilder {
     /// Reserves room for all meshes up front: an array that grows holds its content twice while it does.
     fn reserve(&mut self, inputs: &GeometryInputs, uses: &[u32], copied: &[bool]) {
-        let times = uses
-            .iter()
-            .zip(copied)
-            .map(|(uses, copied)| if *copied { *uses } else { (*uses).min(1) } as usize);
+        let places = |(uses, copied): (&u32, &bool)| if *copied { *uses } else { (*uses).min(1) } as usize;
+        let times = uses.iter().zip(copied).map(places);
         let total = |count: fn(&Mesh) -> usize| -> usize {
             let meshes = inputs.meshes.iter().zip(times.clone());
             meshes.map(|(ByPtr(mesh), times)| times * count(mesh)).sum()

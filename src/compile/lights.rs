@@ -7,7 +7,7 @@ use super::photometric::{self, BeamCone};
 use super::sky::{Air, SUN_ANGLE};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, TextureId, World};
 
@@ -114,7 +114,7 @@ pub(super) fn compile(
     world: &World,
     order: &[Entity],
     transforms: &WorldTransforms,
-    materials: &mut Vec<Material>,
+    materials: &mut Vec<MaterialRecord>,
     names: &mut Vec<String>,
 ) -> Result<CompiledLights, CompileError> {
     let mut out = CompiledLights::default();
@@ -214,13 +214,13 @@ fn cut_out(corners: [Vec3; 4], outline: Outline) -> Vec<Vec3> {
 }
 
 /// A black material that emits to the front.
-fn surface(radiance: Rgb) -> Material {
+fn surface(radiance: Rgb) -> MaterialRecord {
     let material = BlinnPhong {
         diffuse: ColorInput::Constant(Rgb::BLACK),
         emission: ColorInput::Constant(radiance),
         ..BlinnPhong::default()
     };
-    Material { one_sided_emission: true, ..materials::from_blinn_phong(&material) }
+    MaterialRecord { one_sided_emission: true, ..materials::from_blinn_phong(&material) }
 }
 
 /// The sun of a sky; none for other lights.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::classic;
 use crate::math::{NONE, Rgb};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::scene::bodies::{Bodies, Body};
 use crate::scene::material::{
     BumpParam, ColorParam, Coverage, Medium, NormalParam, ScalarParam, ThinFilmParam, WhittedParams,
@@ -16,7 +16,7 @@ use crate::world::{
 };
 
 /// The records for a transport, and their human-readable names.
-pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, Vec<String>) {
+pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<MaterialRecord>, Vec<String>) {
     let record = |material: &world::Material| match material {
         world::Material::BlinnPhong(material) => {
             match from_dissolve(material).filter(|_| transport == Transport::Path) {
@@ -27,9 +27,9 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, 
         world::Material::Principled(material) => from_principled(material, assets),
     };
     let records = assets.materials.iter().map(|named| record(&named.material));
-    let finish = |record: Material| Material {
+    let finish = |record: MaterialRecord| MaterialRecord {
         textured: record.looks_up(),
-        straight: transport == Transport::Path && record.lets_straight_on(),
+        passes_shadow_rays: transport == Transport::Path && record.lets_straight_on(),
         ..record
     };
     let records = records.map(finish);
@@ -38,16 +38,21 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<Material>, 
 }
 
 /// Numbers the bodies that materials enclose under a transport.
-pub(super) fn number_bodies(materials: &mut [Material], transport: Transport) -> Bodies {
+pub(super) fn number_bodies(materials: &mut [MaterialRecord], transport: Transport) -> Bodies {
     Bodies::number(materials, |material| {
-        let &Material {
-            encloses, priority, dispersion, straight, classic: WhittedParams { ior, .. }, ..
+        let &MaterialRecord {
+            encloses,
+            priority,
+            dispersion,
+            passes_shadow_rays: straight,
+            classic: WhittedParams { ior, .. },
+            ..
         } = material;
-        let (index, is_there) = match transport {
+        let (index, exists) = match transport {
             Transport::Path => (material.index(), encloses),
             Transport::Whitted => (ior, encloses && ior > 0.0),
         };
-        is_there.then_some(Body { material: 0, priority, index, dispersion, straight })
+        exists.then_some(Body { material: 0, priority, index, dispersion, passes_shadow_rays: straight })
     })
 }
 
@@ -65,7 +70,7 @@ enum RecordVariant {
 /// Records for sheets, beside those of the materials: they have no front, and may be thin where materials have a
 /// volume.
 pub(super) struct TwoSidedVariants<'a> {
-    pub materials: &'a mut Vec<Material>,
+    pub materials: &'a mut Vec<MaterialRecord>,
     pub names: &'a mut Vec<String>,
     pub transport: Transport,
     /// The number of records that are the materials' own.
@@ -77,7 +82,11 @@ pub(super) struct TwoSidedVariants<'a> {
 }
 
 impl<'a> TwoSidedVariants<'a> {
-    pub fn new(materials: &'a mut Vec<Material>, names: &'a mut Vec<String>, transport: Transport) -> Self {
+    pub fn new(
+        materials: &'a mut Vec<MaterialRecord>,
+        names: &'a mut Vec<String>,
+        transport: Transport,
+    ) -> Self {
         let own = materials.len();
         Self { materials, names, transport, own, known: HashMap::new(), added: Vec::new() }
     }
@@ -96,7 +105,7 @@ impl<'a> TwoSidedVariants<'a> {
         self.add(
             id,
             RecordVariant::TwoSided,
-            Material { hides_back: false, one_sided_emission: false, ..record },
+            MaterialRecord { hides_back: false, one_sided_emission: false, ..record },
         )
     }
 
@@ -112,7 +121,11 @@ impl<'a> TwoSidedVariants<'a> {
     /// The material of an interface, which encloses nothing.
     fn interface(&mut self, id: MaterialId) -> MaterialId {
         let record = self.materials[id.0 as usize];
-        self.add(id, RecordVariant::Interface, Material { encloses: false, medium: Medium::CLEAR, ..record })
+        self.add(
+            id,
+            RecordVariant::Interface,
+            MaterialRecord { encloses: false, medium: Medium::CLEAR, ..record },
+        )
     }
 
     /// The material of a sheet of a thickness in metres, filled with the medium of a body of this material. (Light that
@@ -123,7 +136,7 @@ impl<'a> TwoSidedVariants<'a> {
         let depth = std::array::from_fn(|i| extinction[i] * (1.0 - albedo[i]) * thickness);
         let WhittedParams { kt, ior, .. } = record.classic;
         let left = |i: usize| kt[i] * libm::exp(-f64::from(depth[i])) as f32;
-        let sheet = Material {
+        let sheet = MaterialRecord {
             thin: true,
             dispersion: 0.0,
             encloses: false,
@@ -137,10 +150,14 @@ impl<'a> TwoSidedVariants<'a> {
             ..record
         };
         let straight = self.transport == Transport::Path && sheet.lets_straight_on();
-        self.add(id, RecordVariant::Thin(depth.map(f32::to_bits)), Material { straight, ..sheet })
+        self.add(
+            id,
+            RecordVariant::Thin(depth.map(f32::to_bits)),
+            MaterialRecord { passes_shadow_rays: straight, ..sheet },
+        )
     }
 
-    fn add(&mut self, id: MaterialId, variant: RecordVariant, record: Material) -> MaterialId {
+    fn add(&mut self, id: MaterialId, variant: RecordVariant, record: MaterialRecord) -> MaterialId {
         *self.known.entry((id, variant)).or_insert_with(|| {
             self.materials.push(record);
             self.names.push(self.names[id.0 as usize].clone());
@@ -226,12 +243,12 @@ fn single_scattering_albedo(color: f32) -> f32 {
     (1.0 - root * root).clamp(0.0, 1.0) as f32
 }
 
-fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
+fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
     let classic = classic::from_principled(m, assets);
     let m = &without_unseen_boundary(m);
     let volume = m.volume.filter(|_| m.transmission.factor != 0.0 || m.diffuse_transmission.factor != 0.0);
     let solid = volume.is_some() && m.transmission.factor > 0.0;
-    Material {
+    MaterialRecord {
         base_color: color(m.base_color),
         alpha: scalar(m.alpha),
         coverage: match m.alpha_mode {
@@ -258,7 +275,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> Material {
         transmission: scalar(m.transmission),
         thin: !solid,
         dispersion: if solid { m.dispersion } else { 0.0 },
-        straight: false,
+        passes_shadow_rays: false,
         encloses: volume.is_some(),
         body: 0,
         beside: 0,
@@ -319,7 +336,7 @@ fn film(m: &Iridescence) -> ThinFilmParam {
 /// A surface that transmits the same part of each colour without refraction, as `d` in an OBJ's library means it: that
 /// part of the surface is absent. (Otherwise the path transport takes materials with an index of refraction for glass,
 /// which has no `diffuse`.)
-pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<Material> {
+pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<MaterialRecord> {
     let through = m.kt.r;
     let is_even = m.kt == Rgb::splat(through) && through > 0.0 && through < 1.0;
     (m.ior == Some(1.0) && is_even).then(|| {
@@ -329,7 +346,7 @@ pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<Material> {
             |color: ColorParam| ColorParam { factor: color.factor.map(|c| (c / there).min(1.0)), ..color };
         let record =
             from_blinn_phong(&BlinnPhong { ior: None, kr: ColorInput::Constant(Rgb::BLACK), ..m.clone() });
-        Material {
+        MaterialRecord {
             base_color: whole(record.base_color),
             specular_color: whole(record.specular_color),
             emission: ColorParam { factor: record.emission.factor.map(|c| c / there), ..record.emission },
@@ -343,23 +360,23 @@ pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<Material> {
 /// The classic model with its energy bounded: a Lambertian lobe of albedo kd; the highlight as a GGX lobe of the same
 /// width (α² = 2/(s + 2), Walter and others 2007) and constant reflectance ks; the mirror image as a smooth lobe of
 /// reflectance kr. Materials with an ior are smooth glass.
-pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
+pub(super) fn from_blinn_phong(m: &BlinnPhong) -> MaterialRecord {
     let none = ScalarParam::constant(0.0);
     let one = ScalarParam::constant(1.0);
     let is_black = |input: ColorInput| matches!(input, ColorInput::Constant(c) if c.is_black());
     let width = (2.0 / (m.shininess as f64 + 2.0)).sqrt().sqrt() as f32;
     let mirror = !is_black(m.kr);
-    let shines = !is_black(m.specular);
+    let emits = !is_black(m.specular);
     let glass = m.ior.is_some();
     // One of the two is the base's own reflection; with a mirror the highlight lies above it. Glass shows lights by its
     // own reflection.
     let (reflection, roughness) = if mirror || glass { (m.kr, 0.0) } else { (m.specular, width) };
     let layer = match m.specular {
-        ColorInput::Constant(c) if mirror && shines && !glass => c,
+        ColorInput::Constant(c) if mirror && emits && !glass => c,
         _ => Rgb::BLACK,
     };
     let white = ColorParam::constant([1.0; 3]);
-    Material {
+    MaterialRecord {
         base_color: if glass { ColorParam::constant(m.kt.to_array()) } else { color(m.diffuse) },
         alpha: one,
         coverage: Coverage::Whole,
@@ -373,14 +390,14 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> Material {
         unlit: false,
         caustics: m.caustics,
         ior: m.ior.unwrap_or(1.5),
-        specular: if mirror || shines || glass { one } else { none },
+        specular: if mirror || emits || glass { one } else { none },
         specular_color: if glass { white } else { color(reflection) },
         f0: if glass { reflectance(m.ior.unwrap_or(1.5)) } else { 1.0 },
         constant_fresnel: !glass,
         transmission: if glass { one } else { none },
         thin: false,
         dispersion: 0.0,
-        straight: false,
+        passes_shadow_rays: false,
         encloses: m.ior.is_some(),
         body: 0,
         beside: 0,

@@ -71,16 +71,16 @@ type IsUsed = fn(&Principled) -> bool;
 const OF_SURFACES: [(&str, IsUsed); 9] = [
     ("normal maps", |m| m.normal.is_some()),
     ("bump maps", |m| m.bump.is_some()),
-    ("clearcoat", |m| is_there(m.clearcoat)),
+    ("clearcoat", |m| exists(m.clearcoat)),
     ("sheen", |m| !is_black(m.sheen_color)),
     ("anisotropy", |m| m.anisotropy.strength > 0.0),
-    ("iridescence", |m| is_there(m.iridescence.factor)),
+    ("iridescence", |m| exists(m.iridescence.factor)),
     ("dispersion", |m| m.dispersion > 0.0),
-    ("diffuse_transmission", |m| is_there(m.diffuse_transmission)),
+    ("diffuse_transmission", |m| exists(m.diffuse_transmission)),
     ("attenuation", |m| m.volume.is_some_and(|volume| volume.attenuation_distance.is_finite())),
 ];
 
-fn is_there(input: ScalarInput) -> bool {
+fn exists(input: ScalarInput) -> bool {
     input.factor > 0.0
 }
 

@@ -1,5 +1,5 @@
-//! Checks a world: what it refers to must be there, and its numbers must be numbers that they can be. Readers of
-//! files make no other worlds. Programs may, and whatever comes after this relies on it.
+//! Validation of a world: references must exist, and numbers must be in range. Readers of files produce only valid
+//! worlds; programs may not, and all later stages rely on validity.
 
 use hecs::Entity;
 
@@ -12,7 +12,7 @@ use crate::world::{
     World,
 };
 
-/// Errors: the first thing that is wrong.
+/// Checks a world; the error describes the first fault.
 pub(super) fn check(world: &World, order: &[Entity]) -> Result<(), CompileError> {
     check_settings(&world.settings)?;
     check_assets(&world.assets)?;
@@ -26,7 +26,7 @@ fn invalid(place: impl Into<String>, reason: impl Into<String>) -> CompileError 
     CompileError::Invalid { place: place.into(), reason: reason.into() }
 }
 
-/// Errors: the first setting that is out of its range.
+/// Checks all settings; the error describes the first one that is out of its range.
 pub fn check_settings(settings: &Settings) -> Result<(), CompileError> {
     settings.check().map_err(|reason| invalid("settings", reason))
 }
@@ -75,7 +75,7 @@ fn exists(what: &str, id: u32, count: usize) -> Result<(), String> {
     Err(format!("{what} {id} does not exist: there are {count}, and the first has the number 0"))
 }
 
-/// Errors: what is wrong with a mesh of a world that has so many materials.
+/// Checks a mesh of a world that has `materials` materials; the error describes the first fault.
 pub fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
     let Mesh {
         name: _,
@@ -105,7 +105,7 @@ pub fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
     {
         return Err(format!("{what} has {given} elements: it must have {wanted}, or none"));
     }
-    // The largest index alone is compared: that is quick for millions.
+    // Comparing only the largest index is fast for millions of triangles.
     let largest = triangles.iter().flatten().copied().max();
     if largest.is_some_and(|index| index as usize >= vertices) {
         let outside = |triangle: &&[u32; 3]| triangle.iter().any(|index| *index as usize >= vertices);
@@ -215,9 +215,9 @@ mod tests {
         world
     }
 
-    /// Whatever is wrong is told with the place, and nothing panics.
+    /// Every fault is reported with its place, and nothing panics.
     #[test]
-    fn what_a_program_says_wrongly_is_told() {
+    fn compile_reports_each_fault_of_a_world_with_its_place() {
         assert!(compile(&world(), None).is_ok());
         type Mistake = (&'static str, fn(&mut World));
         fn of_mesh(world: &mut World) -> &mut Mesh {
@@ -287,7 +287,7 @@ mod tests {
             let told = compile(&wrong, None).err().map(|error| error.to_string());
             assert!(told.as_ref().is_some_and(|told| told.contains(message)), "{message}: {told:?}");
         }
-        // A texture that is there.
+        // A texture that exists.
         let mut right = world();
         sheen(&mut right, 0);
         assert!(compile(&right, None).is_ok());

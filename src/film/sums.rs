@@ -150,8 +150,8 @@ pub struct Film {
     /// The inverse of the unit.
     inverse: f32,
     pixels: Vec<PixelSum>,
-    no_numbers: RejectedCounts,
-    cut: RejectedCounts,
+    non_finite: RejectedCounts,
+    clamped: RejectedCounts,
 }
 
 /// The number of parts of samples that were changed when they were added, and the first of them.
@@ -188,8 +188,8 @@ impl Film {
             unit,
             inverse: unit.inverse(),
             pixels,
-            no_numbers: RejectedCounts::default(),
-            cut: RejectedCounts::default(),
+            non_finite: RejectedCounts::default(),
+            clamped: RejectedCounts::default(),
         }
     }
 
@@ -244,21 +244,21 @@ impl Film {
     fn note(&mut self, counted: Rgb, place: [u32; 3]) {
         let components = counted.to_array();
         if components.iter().any(|component| component.is_nan() || *component == f32::NEG_INFINITY) {
-            self.no_numbers.note(place);
+            self.non_finite.note(place);
         }
         if components.iter().any(|component| *component >= MAX_RADIANCE) {
-            self.cut.note(place);
+            self.clamped.note(place);
         }
     }
 
     /// The parts with a component that was NaN or −∞, which counts as 0.
-    pub(crate) fn no_numbers(&self) -> RejectedCounts {
-        self.no_numbers
+    pub(crate) fn non_finite(&self) -> RejectedCounts {
+        self.non_finite
     }
 
     /// The parts with a component of [`Film::brightest`] or more, which is clamped to that.
-    pub(crate) fn cut(&self) -> RejectedCounts {
-        self.cut
+    pub(crate) fn clamped(&self) -> RejectedCounts {
+        self.clamped
     }
 
     /// The largest radiance that a part of a sample counts as.
@@ -276,8 +276,8 @@ impl Film {
     /// Adds another film of the same scale, whose region must lie within this one's.
     #[doc(hidden)]
     pub fn merge(&mut self, other: &Film) {
-        self.no_numbers.merge(&other.no_numbers);
-        self.cut.merge(&other.cut);
+        self.non_finite.merge(&other.non_finite);
+        self.clamped.merge(&other.clamped);
         assert_eq!(self.unit, other.unit, "films of different units");
         let from = other.region;
         for y in from.y0..from.y1 {
@@ -455,7 +455,10 @@ mod tests {
         // Even mean 1, odd mean 2: (1 / 2)² in one of two pixels.
         assert!((film.noise().unwrap() - 0.125f64.sqrt()).abs() < 1e-9);
         let all = RejectedCounts { count: 4, first: Some([3, 3, 0]) };
-        assert_eq!((film.no_numbers(), film.cut(), film.brightest()), (all, all, f64::from(MAX_RADIANCE)));
+        assert_eq!(
+            (film.non_finite(), film.clamped(), film.brightest()),
+            (all, all, f64::from(MAX_RADIANCE))
+        );
     }
 
     /// A path that forks may add its sample in any number of parts.
@@ -489,7 +492,7 @@ mod tests {
         #[test]
         fn film_is_independent_of_split_and_order(
             samples in prop::collection::vec((0u32..4, 0u32..3, 0u32..8, 0f32..10.0), 1..50),
-            cut in 0usize..50,
+            clamped in 0usize..50,
         ) {
             let region = Region::whole([4, 3]);
             let fill = |samples: &mut dyn Iterator<Item = &(u32, u32, u32, f32)>| {
@@ -501,9 +504,9 @@ mod tests {
                 film
             };
             let whole = fill(&mut samples.iter());
-            let cut = cut.min(samples.len());
-            let mut parts = fill(&mut samples[cut..].iter().rev());
-            parts.merge(&fill(&mut samples[..cut].iter()));
+            let clamped = clamped.min(samples.len());
+            let mut parts = fill(&mut samples[clamped..].iter().rev());
+            parts.merge(&fill(&mut samples[..clamped].iter()));
             prop_assert_eq!(whole.hash(), parts.hash());
             prop_assert_eq!(whole, parts);
         }

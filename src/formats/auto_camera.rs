@@ -31,7 +31,7 @@ pub(super) fn place(
     if !has_added_camera(world) && orbit.is_none() && zoom.is_none() && !ground {
         return Ok(());
     }
-    let moves = world.moves && options.time_s.is_some();
+    let moves = world.is_animated && options.time_s.is_some();
     let rest = if moves { Some(at_rest()?) } else { None };
     let extent = BoundingPoints::of(rest.as_ref().unwrap_or(world));
     let [least, most] = extent.as_ref().map_or([DVec3::NEG_ONE, DVec3::ONE], BoundingPoints::bounds);

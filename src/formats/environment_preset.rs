@@ -127,7 +127,7 @@ pub(super) fn surround(world: &mut World, surroundings: &EnvironmentPreset) -> R
 
 fn read(world: &mut World, path: &Path) -> Result<crate::world::ImageId, LoadError> {
     let mut files = Files { sources: SourceFiles::clone(&world.assets.files), ..Files::default() };
-    files.sources.name(path);
+    files.sources.allow(path);
     let image = files.image(path)?;
     world.assets.files.extend(&files.sources);
     Ok(world.assets.add_image(image))

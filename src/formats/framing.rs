@@ -107,7 +107,7 @@ fn of_aspect(size: [u32; 2], aspect: f32) -> [u32; 2] {
 /// True if nothing emits light. Surfaces that emit no more than white reflects in daylight (1) are taken for displays
 /// and the like, which hardly light anything.
 fn is_dark(world: &World) -> bool {
-    let shines = |material: &Material| match material {
+    let emits = |material: &Material| match material {
         Material::Principled(principled) => match principled.emission {
             ColorInput::Constant(color) => color.max_component() > 1.0,
             ColorInput::Texture(id) => {
@@ -118,7 +118,7 @@ fn is_dark(world: &World) -> bool {
         Material::BlinnPhong(_) => false,
     };
     world.entities.query::<&Light>().iter().next().is_none()
-        && !world.assets.materials.iter().any(|named| shines(&named.material))
+        && !world.assets.materials.iter().any(|named| emits(&named.material))
 }
 
 /// Adds a camera if there is none; [`super::auto_camera`] places it where it sees everything.

@@ -123,7 +123,7 @@ pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<World,
 pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> Result<World, LoadError> {
     let extension = extension(path);
     options.are_for(path, &extension)?;
-    sources.name(path);
+    sources.allow(path);
     sources.confine(path);
     let mut world = match &extension[..] {
         "ron" => {
@@ -169,7 +169,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         let edits = Edits { set, only, hide, ..Edits::default() };
         load_again(path, &LoadOptions { time_s: None, edits, ..options.clone() }, sources)
     })?;
-    if options.time_s.is_some() && !world.moves {
+    if options.time_s.is_some() && !world.is_animated {
         let what = "every moment looks the same: it has no Keys, and its glTF files no animations";
         world.warnings.push(what.into());
     }

@@ -11,7 +11,7 @@ use crate::sampling::draw::draw_1d;
 use crate::sampling::hash::combine;
 use crate::sampling::{Dimension, SampleKey};
 use crate::scene::material::Coverage;
-use crate::scene::{CompiledScene, Material};
+use crate::scene::{CompiledScene, MaterialRecord};
 use crate::shading::point::{Tables, coverage};
 use crate::shading::texture_coordinates::point_coordinates;
 use crate::shading::{HitLanes, Surface, emitter};
@@ -43,7 +43,7 @@ pub fn crossed<'a>(
     scene: &'a CompiledScene,
     crossing: &Crossing,
     culling: FaceCulling,
-) -> Option<&'a Material> {
+) -> Option<&'a MaterialRecord> {
     let Hit { primitive, instance, .. } = crossing.hit;
     let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
     let front = crossing.front != scene.geometry.is_mirrored(primitive);
@@ -85,7 +85,7 @@ impl PathRay<'_> {
             return false;
         }
         match self.shadow {
-            Some(LightRay { passes, .. }) if material.straight => {
+            Some(LightRay { passes, .. }) if material.passes_shadow_rays => {
                 passes(crossing);
                 false
             }
@@ -94,7 +94,7 @@ impl PathRay<'_> {
     }
 
     /// True if a surface of partial coverage covers the crossing.
-    fn is_covered(&self, material: &Material, crossing: &Crossing) -> bool {
+    fn is_covered(&self, material: &MaterialRecord, crossing: &Crossing) -> bool {
         let (setup, path) = (self.setup, (self.path)());
         let Hit { primitive, instance, .. } = crossing.hit;
         let there = self.coverage(&path, material, crossing);
@@ -125,7 +125,7 @@ impl PathRay<'_> {
     }
 
     /// The coverage of the surface at a crossing.
-    fn coverage(&self, path: &Path<f32>, material: &Material, crossing: &Crossing) -> f32 {
+    fn coverage(&self, path: &Path<f32>, material: &MaterialRecord, crossing: &Crossing) -> f32 {
         let scene = &self.setup.scene;
         let Hit { u, v, primitive, .. } = crossing.hit;
         let hit = HitLanes::one(&crossing.hit);

@@ -57,7 +57,7 @@ pub fn generate<F: Float>(setup: &RenderSetup, pixel: F::Int, sample: F::Int) ->
         width: F::splat(at_lens) * footprint,
         spread: F::splat(per_metre) * footprint,
         bodies: F::Int::splat(setup.around),
-        facing: F::Int::splat(NONE),
+        packed_normal: F::Int::splat(NONE),
         scatterings: F::Int::splat(0),
         travelled: F::zero(),
         landing: F::Int::splat(0),

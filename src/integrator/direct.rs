@@ -10,7 +10,7 @@ use crate::sampling::SampleKey;
 use crate::shading::Surface;
 use crate::shading::boundary::Boundary;
 use crate::shading::emitter::{self, EmitterSample, SHADOW_END};
-use crate::shading::facing::facing;
+use crate::shading::packed_normal::packed_normal;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::surface::offset_origin;
 use crate::simd::{Float, Int, Mask};
@@ -21,7 +21,7 @@ pub(super) fn faces<F: Float>(setup: &RenderSetup, surface: &Surface<F>, bsdf: &
     if setup.scene.emitters.len() < 2 {
         return F::Int::splat(NONE);
     }
-    facing(surface.geometric_normal, bsdf.lets_through())
+    packed_normal(surface.geometric_normal, bsdf.lets_through())
 }
 
 /// A sampled point of a light.
@@ -50,12 +50,12 @@ pub(super) fn sampled_light<F: Float>(
     let scene = &setup.scene;
     // The origin of drawn directions, too: on a light itself the difference matters.
     let position = surface.position + surface.geometric_normal * surface.offset;
-    let facing = faces(setup, surface, bsdf);
-    let (emitter, chance, u) = choose(setup, position, facing, (path.depth, key), mask);
+    let packed_normal = faces(setup, surface, bsdf);
+    let (emitter, chance, u) = choose(setup, position, packed_normal, (path.depth, key), mask);
     let sample = emitter::sample(scene, emitter, position, u, mask);
     let (value, own) = bsdf.evaluate(sample.direction, mask);
     let density = sample.pdf * chance;
-    let share = F::select(sample.shared, power_heuristic(density, own), F::one());
+    let share = F::select(sample.can_be_hit, power_heuristic(density, own), F::one());
     LightPoint { emitter, density, share, value, sample }
 }
 

@@ -10,7 +10,7 @@ use crate::math::elementary::{exp2, log2, sin_cos_turns};
 use crate::math::{Color, NONE, Vector};
 use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, SampleKey};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::scene::bodies::NOWHERE;
 use crate::scene::material::Medium;
 use crate::shading::boundary::is_lit;
@@ -42,7 +42,7 @@ pub fn free_flight<F: Float>(setup: &RenderSetup, path: &Path<F>, t: F, mask: F:
     // Infinity times an extinction of zero would be NaN.
     let t = t.min(F::splat(f32::MAX));
     while todo.any() {
-        let (Material { medium, .. }, same) = first(setup, path.bodies, todo);
+        let (MaterialRecord { medium, .. }, same) = first(setup, path.bodies, todo);
         todo = todo & !same;
         if medium.is_clear() {
             continue;
@@ -86,7 +86,7 @@ pub fn attenuated<F: Float>(
 
 /// Scales light that a path finds and that is emitted within bodies. A path's throughput is that of light in the
 /// camera's body: if light begins in another one, its radiance changes on the way with the squares of their indices
-/// ([`Material::index_square`]), so throughput need not change at each boundary.
+/// ([`MaterialRecord::index_square`]), so throughput need not change at each boundary.
 #[inline(always)]
 pub(super) fn emitted<F: Float>(
     setup: &RenderSetup,
@@ -126,7 +126,7 @@ impl<F: Float> Outlined for EmittedWithin<'_, F> {
 
 /// The material of the body that fills the first lane's place, and the lanes in the same body.
 #[inline(always)]
-fn first<I: Int>(setup: &RenderSetup, bodies: I, todo: I::Mask) -> (&Material, I::Mask) {
+fn first<I: Int>(setup: &RenderSetup, bodies: I, todo: I::Mask) -> (&MaterialRecord, I::Mask) {
     let scene = &setup.scene;
     let first = emitter::lane(bodies, todo);
     let top = scene.bodies.top_mask();
@@ -197,7 +197,7 @@ pub fn scattered<F: Float>(
         bounce_counts: path.bounce_counts | F::Int::splat(FREE_EVENT),
         pdf,
         travelled: F::zero(),
-        facing: F::Int::splat(NONE),
+        packed_normal: F::Int::splat(NONE),
         width: path.width + path.spread * flight.t,
         ..*path
     };

@@ -50,7 +50,7 @@ impl<F: Float> Outlined for MediumLightSample<'_, F> {
         let sample = emitter::sample(scene, emitter, origin, u, mask);
         let phase = medium::phase(setup, path.bodies, path.direction.dot(sample.direction), mask);
         let density = sample.pdf * chance;
-        let share = F::select(sample.shared, power_heuristic(density, phase), F::one());
+        let share = F::select(sample.can_be_hit, power_heuristic(density, phase), F::one());
         let light = sample.radiance * (phase * share / density.max(F::splat(1e-30)));
         let contribution = path.throughput * light;
         let t_max = sample.distance * F::splat(SHADOW_END);

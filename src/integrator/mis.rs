@@ -26,7 +26,7 @@ pub(super) fn power_heuristic<F: Float>(own: F, other: F) -> F {
 pub(super) fn choose<F: Float>(
     setup: &RenderSetup,
     position: Vector<F>,
-    facing: F::Int,
+    packed_normal: F::Int,
     draw: (F::Int, SampleKey<F::Int>),
     mask: F::Mask,
 ) -> (F::Int, F, (F, F)) {
@@ -35,7 +35,7 @@ pub(super) fn choose<F: Float>(
     if emitters.len() < 2 {
         return (F::Int::splat(0), F::one(), u);
     }
-    let (index, chance, rest) = light_tree::sample(&emitters.tree, position, facing, u.1, mask);
+    let (index, chance, rest) = light_tree::sample(&emitters.tree, position, packed_normal, u.1, mask);
     let between: F = draw_1d(setup.sampler, setup.samples, key, Dimension::LightBits.at(depth));
     let bits = F::splat(f32::EPSILON * 0.5) / chance.max(F::splat(f32::EPSILON * 0.5));
     let rest = (rest + between * bits).min(F::splat(1.0 - f32::EPSILON / 2.0));
@@ -44,12 +44,17 @@ pub(super) fn choose<F: Float>(
 
 /// The probability with which [`choose`] would have chosen an emitter where the path's direction was drawn.
 #[inline(always)]
-pub(super) fn chance_of<F: Float>(setup: &RenderSetup, path: &Path<F>, index: F::Int, mask: F::Mask) -> F {
+pub(super) fn selection_probability<F: Float>(
+    setup: &RenderSetup,
+    path: &Path<F>,
+    index: F::Int,
+    mask: F::Mask,
+) -> F {
     let emitters = &setup.scene.emitters;
     if emitters.len() < 2 {
         return F::one();
     }
-    light_tree::pmf(&emitters.tree, path.seen_from(), path.facing, index, mask)
+    light_tree::pmf(&emitters.tree, path.seen_from(), path.packed_normal, index, mask)
 }
 
 /// The MIS weight of a drawn direction that may have found a surface's emission.
@@ -87,7 +92,7 @@ impl<F: Float> Outlined for EmissionMisWeight<'_, F> {
     fn run(self) -> F {
         let Self { setup, path, index, distance, found } = self;
         let density = emitter::pdf(&setup.scene, index, path.seen_from(), path.direction, distance, found)
-            * chance_of(setup, path, index, found);
+            * selection_probability(setup, path, index, found);
         F::select(found, power_heuristic(path.pdf, density), F::one())
     }
 }

@@ -134,7 +134,7 @@ pub enum EventKind {
     /// The path transport has decided at the vertex.
     Choice {
         /// See [`Decision::emission_mis_weight`].
-        emission_share: f32,
+        emission_mis_weight: f32,
         /// The event that continues or ends the path.
         fate: PathEvent,
     },
@@ -182,7 +182,7 @@ pub enum EventKind {
         throughput: Components,
     },
     /// The path's radiance has been stored for path reuse; the path continues without it.
-    Aside,
+    Spilled,
     /// All paths of its reuse group have ended.
     Received {
         /// The radiance that the path has found beyond its first vertex and keeps.
@@ -258,16 +258,9 @@ pub fn vertex(
 
 /// The events of a path of the path transport at a vertex: its position, the decision, and photons.
 pub fn path_vertex(path: &Path<f32>, decision: &Decision) -> impl Iterator<Item = Event> {
-    let Decision {
-        position,
-        geometric_normal,
-        normal,
-        emission_mis_weight: emission_share,
-        gathered,
-        event: fate,
-        ..
-    } = *decision;
-    let choice = Event::Sample(PathKey::of(path), EventKind::Choice { emission_share, fate });
+    let Decision { position, geometric_normal, normal, emission_mis_weight, gathered, event: fate, .. } =
+        *decision;
+    let choice = Event::Sample(PathKey::of(path), EventKind::Choice { emission_mis_weight, fate });
     let found = Event::Sample(PathKey::of(path), EventKind::Gathered { light: color(gathered) });
     let found = (gathered.max_component() > 0.0).then_some(found);
     [vertex(path, position, geometric_normal, normal), choice].into_iter().chain(found)
@@ -324,7 +317,7 @@ pub fn onward(way: Continuation, next: &Path<f32>) -> Event {
 
 /// The event of a path whose radiance has been stored for path reuse.
 pub fn spilled(path: &Path<f32>) -> Event {
-    Event::Sample(PathKey::of(path), EventKind::Aside)
+    Event::Sample(PathKey::of(path), EventKind::Spilled)
 }
 
 /// The event of a path that has taken light from its reuse group.

@@ -12,7 +12,7 @@ use crate::math::Color;
 use crate::math::Vector;
 use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::sampling::{Dimension, SampleKey};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::shading::Surface;
 use crate::shading::boundary::Boundary;
 use crate::shading::principled::bsdf::Bsdf;
@@ -43,17 +43,17 @@ pub(super) fn unhindered<F: Float>(
     path: &Path<F>,
     surface: &Surface<F>,
     boundary: &Boundary<F>,
-    record: &Material,
+    record: &MaterialRecord,
     t: F,
     width: F,
 ) -> (Path<F>, F::Mask) {
     let (next, goes_on) = past(path, surface, width);
     let next = Path {
         radiance: Color::black(),
-        pdf: if record.straight { path.pdf } else { F::zero() },
+        pdf: if record.passes_shadow_rays { path.pdf } else { F::zero() },
         travelled: path.travelled + t,
         // Photons that end behind it are not seen directly: no ray to the camera passes it.
-        bounce_counts: if record.straight {
+        bounce_counts: if record.passes_shadow_rays {
             path.bounce_counts
         } else {
             path.bounce_counts | F::Int::splat(FREE_EVENT)
@@ -79,7 +79,7 @@ impl<F: Float> ScatterVertex<'_, F> {
             return None;
         }
         let (mut next, mask) = self.continued(&drawn);
-        next.facing = faces(setup, surface, bsdf);
+        next.packed_normal = faces(setup, surface, bsdf);
         Some(Fork { next, mask: drawn.valid & mask })
     }
 
@@ -88,7 +88,7 @@ impl<F: Float> ScatterVertex<'_, F> {
     pub fn continued(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
         let Self { setup, path, surface, key, width, .. } = *self;
         let (mut next, mut goes_on) = reflected(setup, path, surface, &self.boundary, drawn, key, width);
-        if self.point.material.straight {
+        if self.point.material.passes_shadow_rays {
             self.go_straight_on(drawn, &mut next, &mut goes_on);
         }
         (next, goes_on)
@@ -105,7 +105,7 @@ impl<F: Float> ScatterVertex<'_, F> {
         next.direction = Vector::select(passes, path.direction, next.direction);
         next.bounce_counts = F::Int::select(passes, path.bounce_counts, next.bounce_counts);
         next.pdf = F::select(passes, path.pdf, next.pdf);
-        next.facing = F::Int::select(passes, path.facing, next.facing);
+        next.packed_normal = F::Int::select(passes, path.packed_normal, next.packed_normal);
         next.travelled = F::select(passes, path.travelled + self.t, next.travelled);
         let one = F::Int::splat(1);
         next.scatterings = F::Int::select(passes, path.scatterings + one, path.scatterings);
@@ -115,7 +115,7 @@ impl<F: Float> ScatterVertex<'_, F> {
 /// The lanes whose direction leads straight through a surface that bends no light.
 #[inline(always)]
 pub(super) fn goes_straight<F: Float>(drawn: &BsdfSample<F>) -> F::Mask {
-    drawn.through & !drawn.wide & drawn.pdf.le(F::zero())
+    drawn.transmitted & !drawn.wide & drawn.pdf.le(F::zero())
 }
 
 /// The mean number of paths that may be followed from here. Bright objects are often seen in a faint mirror image,
@@ -180,7 +180,7 @@ fn reflected<F: Float>(
     width: F,
 ) -> (Path<F>, F::Mask) {
     let zero = F::zero();
-    let BsdfSample { direction, weight, pdf, valid, through, wide } = *drawn;
+    let BsdfSample { direction, weight, pdf, valid, transmitted: through, wide } = *drawn;
     let throughput = path.throughput * weight;
     let goes_on = valid & throughput.max_component().gt(zero);
     // Only wide lobes play: paths through glass and between mirrors are few and bright, so ending one is visible.

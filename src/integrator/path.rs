@@ -29,7 +29,7 @@ pub struct Path<F: Float> {
     pub pdf: F,
     /// The facing of the surface that the path has left (`shading::facing`), or [`crate::math::NONE`]. Only for the
     /// path transport.
-    pub facing: F::Int,
+    pub packed_normal: F::Int,
     /// The width of the ray at its origin, in metres.
     pub width: F,
     /// The growth of the width per metre.
@@ -73,7 +73,7 @@ impl<F: Float> Path<F> {
             bounce_counts: F::Int::select(mask, yes.bounce_counts, no.bounce_counts),
             depth: F::Int::select(mask, yes.depth, no.depth),
             pdf: F::select(mask, yes.pdf, no.pdf),
-            facing: F::Int::select(mask, yes.facing, no.facing),
+            packed_normal: F::Int::select(mask, yes.packed_normal, no.packed_normal),
             width: F::select(mask, yes.width, no.width),
             spread: F::select(mask, yes.spread, no.spread),
             bodies: F::Int::select(mask, yes.bodies, no.bodies),

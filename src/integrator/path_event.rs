@@ -111,7 +111,7 @@ pub fn decide(
         return Decision { event: PathEvent::Straight, ..decision };
     }
     let last = is_last(setup, path);
-    if last && !record.straight {
+    if last && !record.passes_shadow_rays {
         return decision;
     }
     if record.unlit {
@@ -142,17 +142,17 @@ pub fn decide(
     };
     with_photons(&vertex, &bsdf, &drawn, to_light, &mut decision);
     let left = path.throughput * drawn.weight;
-    let straight = record.straight && onward::goes_straight(&drawn) && is_straight;
-    decision.event = if last && !straight {
+    let passed = record.passes_shadow_rays && onward::goes_straight(&drawn) && is_straight;
+    decision.event = if last && !passed {
         PathEvent::Last
     } else if !drawn.valid {
         PathEvent::Absorbed
     } else if left.max_component() <= 0.0 {
         PathEvent::Black
-    } else if straight {
+    } else if passed {
         PathEvent::Straight
     } else {
-        let (kind, through) = (LobeKind::of(drawn.wide, drawn.through), drawn.through);
+        let (kind, through) = (LobeKind::of(drawn.wide, drawn.transmitted), drawn.transmitted);
         PathEvent::Drawn { kind, through, exact: drawn.pdf == 0.0 }
     };
     decision
@@ -177,7 +177,7 @@ fn with_photons(
     if let Some((_, share)) = &mut decision.light {
         *share *= light.contribution.r;
     }
-    let lends = vertex.setup.sharing.is_some() && gives_at(path, vertex.point, true);
-    let lent = if lends { found.diffuse } else { Color::black() };
-    decision.gathered = path.throughput * (found.light - lent);
+    let gives = vertex.setup.sharing.is_some() && gives_at(path, vertex.point, true);
+    let reusable = if gives { found.diffuse } else { Color::black() };
+    decision.gathered = path.throughput * (found.light - reusable);
 }

@@ -10,7 +10,7 @@ use super::RenderSetup;
 use super::direct::{faces, to_light};
 use super::medium;
 use super::medium_light::MediumLightSample;
-use super::mis::{chance_of, emission_mis_weight, power_heuristic};
+use super::mis::{emission_mis_weight, power_heuristic, selection_probability};
 use super::onward::{sampled, unhindered};
 use super::path::Path;
 use super::photons::PhotonMaps;
@@ -21,7 +21,7 @@ use super::termination::is_last;
 use crate::math::Color;
 use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, SampleKey};
-use crate::scene::{CompiledScene, Material};
+use crate::scene::{CompiledScene, MaterialRecord};
 use crate::shading::boundary::{BodyPair, Boundary};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::dispersion::Dispersive;
@@ -42,7 +42,7 @@ pub struct VertexOutcome<F: Float> {
     /// Paths that fork off at the hit.
     pub fork: Option<Fork<F>>,
     /// The roles of the hit in path reuse, if paths are reused.
-    pub shared: Option<ReuseRoles<F>>,
+    pub reuse: Option<ReuseRoles<F>>,
 }
 
 /// Paths that fork off at a vertex of others, and have found nothing yet.
@@ -68,7 +68,7 @@ pub fn miss<F: Float>(
         // The environment is the last emitter.
         let around = F::Int::splat((scene.emitters.len() as u32).wrapping_sub(1));
         let other = environment::pdf(&scene.environment, path.direction, found)
-            * chance_of(setup, path, around, found);
+            * selection_probability(setup, path, around, found);
         light = light * F::select(found, power_heuristic(path.pdf, other), F::one());
     }
     if let Some(photons) = photons
@@ -113,7 +113,7 @@ pub fn hit<F: Float>(
         next: *path,
         goes_on: F::Mask::from_bits(0),
         fork: None,
-        shared: None,
+        reuse: None,
     };
     let arrives = mask & !flight.scattered;
     if flight.scattered.any() {
@@ -138,7 +138,7 @@ pub fn hit<F: Float>(
     let arrives = arrives & !gone;
     let here = arrives & !is_last(setup, path);
     // Going straight through is no bounce.
-    let draws = if record.straight { arrives } else { here };
+    let draws = if record.passes_shadow_rays { arrives } else { here };
     if record.unlit || !draws.any() {
         return out;
     }
@@ -169,9 +169,9 @@ pub fn hit<F: Float>(
         (out.shadow, out.next) = (scattered.shadow, scattered.next);
     }
     out.goes_on = out.goes_on | scattered.goes_on;
-    (out.fork, out.shared) = (scattered.fork, scattered.shared);
+    (out.fork, out.reuse) = (scattered.fork, scattered.shared);
     if photons.is_some() {
-        let light = own_light(path, &scattered.gathered, &mut out.shared);
+        let light = own_light(path, &scattered.gathered, &mut out.reuse);
         out.radiance = Color::select(here, out.radiance + limited(setup, path, light), out.radiance);
     }
     out
@@ -197,7 +197,7 @@ pub(super) fn boundary<F: Float>(
     scene: &CompiledScene,
     path: &Path<F>,
     surface: &Surface<F>,
-    record: &Material,
+    record: &MaterialRecord,
     mask: F::Mask,
 ) -> Boundary<F> {
     Boundary::new(&scene.bodies, path.bodies, &BodyPair::of(record), surface.inside, mask)
@@ -216,7 +216,7 @@ pub(super) fn shading_point<'a, F: Float>(
     mask: F::Mask,
 ) -> ShadingPoint<'a, F> {
     let scene = &setup.scene;
-    let width = if scene.materials[material as usize].straight { F::zero() } else { width };
+    let width = if scene.materials[material as usize].passes_shadow_rays { F::zero() } else { width };
     ShadingPoint::new(scene, material, hit, surface, path.direction, width, mask)
 }
 
@@ -271,7 +271,7 @@ impl<F: Float> ScatterVertex<'_, F> {
         let mut light = to_light(setup, path, surface, boundary, &bsdf, key, here);
         let drawn = sampled(setup, path, &bsdf, key, draws);
         let (mut next, goes_on) = self.continued(&drawn);
-        next.facing = faces(setup, surface, &bsdf);
+        next.packed_normal = faces(setup, surface, &bsdf);
         let mut fork = if has.transmission { self.forked(&bsdf) } else { None };
         let mut gathered = GatheredLight::nothing();
         if let Some(photons) = self.photons {
@@ -304,7 +304,7 @@ pub(super) fn bsdf<F: Float>(
     mask: F::Mask,
 ) -> Bsdf<F> {
     let mut parameters = point.parameters(has, outside);
-    let Material { ior, dispersion, .. } = *point.material;
+    let MaterialRecord { ior, dispersion, .. } = *point.material;
     let disperses = !outside.is_air && (mask & outside.dispersion.gt(F::zero())).any();
     let has = LobeFlags { dispersion: has.dispersion | (has.solid && disperses), ..has };
     if has.dispersion {

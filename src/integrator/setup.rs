@@ -9,7 +9,7 @@ use crate::film::FilmScale;
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
 use crate::scene::bodies::Body;
-use crate::scene::{CompiledScene, Material, Projection};
+use crate::scene::{CompiledScene, MaterialRecord, Projection};
 use crate::shading::principled::tables::LobeTables;
 use crate::world::{Adaptive, Caustics, Pattern, Sampler, Settings, Transport};
 
@@ -67,7 +67,7 @@ pub struct RenderSetup {
     /// The bodies that the camera is in ([`crate::scene::Bodies`]).
     pub around: u32,
     /// n² of the one that fills the camera's position, under the path transport: see
-    /// [`crate::scene::Material::index_square`].
+    /// [`crate::scene::MaterialRecord::index_square`].
     pub around_square: f32,
 }
 
@@ -172,7 +172,7 @@ fn index_square(scene: &CompiledScene, bodies: u32) -> f32 {
 /// Returns the photons per pixel and the first radius, if scene and settings allow for photons.
 fn photons(scene: &CompiledScene, settings: &Settings) -> Result<(f32, f32), NoPhotons> {
     let numbers = settings.caustics.numbers().ok_or(NoPhotons::Off)?;
-    let makes_caustics = |material: &Material| material.makes_caustics_under(settings.transport);
+    let makes_caustics = |material: &MaterialRecord| material.makes_caustics_under(settings.transport);
     // Paths find caustics only after a diffuse bounce.
     let is_forbidden = settings.transport == Transport::Path && settings.depth_limits.diffuse == Some(0);
     // Whitted images have no noise; photons, which add some, must be requested explicitly.

@@ -56,7 +56,7 @@ impl<I: Int> SampleKey<I> {
 
     /// The hash for a dimension that all samples of the pixel share.
     #[inline(always)]
-    pub fn shared(self, dimension: I) -> I {
+    pub fn pixel_hash(self, dimension: I) -> I {
         combine(self.hash, dimension)
     }
 }

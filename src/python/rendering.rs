@@ -13,7 +13,7 @@ use crate::film::exposure::exposure_ev;
 use crate::film::{Film, FilmChannel, Values};
 use crate::formats::{ImageOptions, PngBits, png_bytes, rgba8, save_image_with};
 use crate::math::Rgb;
-use crate::scene::{Camera, Projection};
+use crate::scene::{CompiledCamera, Projection};
 use crate::world::Settings;
 
 /// Names by layer and number.
@@ -26,7 +26,7 @@ pub struct PyRendering {
     layers: Vec<FilmChannel>,
     /// The names of the numbers in layers.
     names: LayerNames,
-    camera: Camera,
+    camera: CompiledCamera,
     denoised: Option<Denoised>,
     /// Notes that every scene of its kind gets.
     #[pyo3(get)]
@@ -42,7 +42,7 @@ impl PyRendering {
         settings: Settings,
         layers: Vec<FilmChannel>,
         names: LayerNames,
-        camera: Camera,
+        camera: CompiledCamera,
         denoised: Option<Denoised>,
         [notes, warnings]: [Vec<String>; 2],
     ) -> Self {
@@ -132,7 +132,7 @@ impl PyRendering {
     /// The transform from camera space, in which the camera looks along −Z and up is +Y, to world space: (4, 4).
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let Camera { right, up, forward, origin, .. } = self.camera;
+        let CompiledCamera { right, up, forward, origin, .. } = self.camera;
         let columns = [right.normalize(), up.normalize(), -forward.normalize(), origin];
         let rows = (0..3).flat_map(|row| columns.map(|column| column[row])).chain([0.0, 0.0, 0.0, 1.0]);
         Ok(rows.collect::<Vec<f32>>().into_pyarray(py).reshape([4, 4])?.into_any())

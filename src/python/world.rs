@@ -26,7 +26,7 @@ use crate::render::{MemoryEstimate, Options, Schedule, Session, ThreadError, nam
 use crate::world::{Aov, AssetCache, Assets, Image, Mesh, Settings, SourceFiles, Tonemap, Transport};
 
 /// The interval at which a rendering reports its progress and checks for interrupts.
-const LOOK: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 #[pyclass(name = "World", module = "rayfront._native", frozen)]
 pub struct PyWorld {
@@ -464,7 +464,7 @@ fn region([x0, y0, x1, y1]: [u32; 4], [width, height]: [u32; 2]) -> PyResult<Reg
 fn wait<T>(worker: &std::thread::ScopedJoinHandle<'_, T>) {
     let begun = std::time::Instant::now();
     let mut nap = Duration::from_micros(200);
-    while !worker.is_finished() && begun.elapsed() < LOOK {
+    while !worker.is_finished() && begun.elapsed() < POLL_INTERVAL {
         std::thread::sleep(nap);
         nap = (2 * nap).min(Duration::from_millis(5));
     }

@@ -35,8 +35,9 @@ impl Session {
         if samples.count() == 0 {
             samples.insert(self.wanted.start..self.wanted.start + 1);
         }
-        let look =
-            |worker: &mut FirstHits, tile| (tile, worker.look_apart::<N>(setup, options.isa, tile, &samples));
+        let look = |worker: &mut FirstHits, tile| {
+            (tile, worker.trace_by_parity::<N>(setup, options.isa, tile, &samples))
+        };
         let tiles = self.tiles().into_par_iter();
         let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(setup, options.wave), look).collect();
         let region = self.film().region();
@@ -95,7 +96,7 @@ impl Session {
                 record => self.scene().material_id(record - 1) + 1,
             })],
             Aov::Coverage => vec![floats("coverage.A", &|f| f.coverage)],
-            Aov::Samples | Aov::Variance => film_channels(self.gathered(), &[aov]),
+            Aov::Samples | Aov::Variance => film_channels(self.state(), &[aov]),
         }
     }
 }

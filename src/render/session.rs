@@ -84,7 +84,7 @@ impl Session {
         // The film is as large as everything else: there are never two.
         let nothing = RenderState::nothing(Region::whole([0, 0]), setup.unit, options.variance);
         let mut session = Self::with(setup, samples, options, nothing);
-        session.go_on_with(gathered).then_some(session)
+        session.resume_from(gathered).then_some(session)
     }
 
     fn with(setup: Arc<RenderSetup>, samples: u32, options: Options, gathered: RenderState) -> Self {
@@ -117,7 +117,7 @@ impl Session {
     /// Continues from an earlier state of the same region. Returns false, and changes nothing, if the state does not
     /// fit the render setup.
     #[doc(hidden)]
-    pub fn go_on_with(&mut self, gathered: RenderState) -> bool {
+    pub fn resume_from(&mut self, gathered: RenderState) -> bool {
         let new = &gathered;
         let tiles = |pass: &RenderPass| tiles(new.film.region(), pass.tile.max(1)).len() == pass.done.len();
         let count = adaptive::blocks(new.film.region()).len();
@@ -339,7 +339,7 @@ impl Session {
 
     /// The current state.
     #[doc(hidden)]
-    pub fn gathered(&self) -> &RenderState {
+    pub fn state(&self) -> &RenderState {
         &self.gathered
     }
 

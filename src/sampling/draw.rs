@@ -12,7 +12,7 @@ use crate::world::{Pattern, Sampler};
 #[inline(always)]
 pub fn draw_2d<F: Float>(sampler: Sampler, grid: Grid, key: SampleKey<F::Int>, dimension: F::Int) -> (F, F) {
     match sampler {
-        Sampler::Sobol => sobol::two(key.sample, key.shared(dimension)),
+        Sampler::Sobol => sobol::two(key.sample, key.pixel_hash(dimension)),
         Sampler::Jittered => pattern::point(Pattern::Jittered, grid, key, dimension),
         Sampler::Independent => pattern::point(Pattern::Uniform, grid, key, dimension),
     }
@@ -22,9 +22,9 @@ pub fn draw_2d<F: Float>(sampler: Sampler, grid: Grid, key: SampleKey<F::Int>, d
 #[inline(always)]
 pub fn draw_1d<F: Float>(sampler: Sampler, grid: Grid, key: SampleKey<F::Int>, dimension: F::Int) -> F {
     match sampler {
-        Sampler::Sobol => sobol::one(key.sample, key.shared(dimension)),
+        Sampler::Sobol => sobol::one(key.sample, key.pixel_hash(dimension)),
         Sampler::Jittered => {
-            let order = key.shared(dimension + F::Int::splat(1));
+            let order = key.pixel_hash(dimension + F::Int::splat(1));
             let cell = pattern::permute(key.sample, grid.cells(), order);
             let place = cell.to_float() + key.uniform::<F>(dimension);
             (place * F::splat(1.0 / grid.cells() as f32)).min(F::splat(1.0 - f32::EPSILON / 2.0))

@@ -99,7 +99,7 @@ pub fn point<F: Float>(pattern: Pattern, grid: Grid, key: SampleKey<F::Int>, dim
         Pattern::Regular => grid.point(key.sample, (F::splat(0.5), F::splat(0.5))),
         Pattern::Center => (F::splat(0.5), F::splat(0.5)),
         Pattern::Jittered => {
-            let cell = permute(key.sample, grid.cells(), key.shared(order));
+            let cell = permute(key.sample, grid.cells(), key.pixel_hash(order));
             grid.point(cell, (key.uniform(dimension), key.uniform(second)))
         }
     }

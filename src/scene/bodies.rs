@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::Material;
+use super::MaterialRecord;
 use super::material::Medium;
 
 /// The optical properties of a body. Bodies with equal properties are of one kind.
@@ -16,10 +16,10 @@ pub struct Body {
     pub priority: i32,
     /// Index of refraction.
     pub index: f32,
-    /// See [`Material::dispersion`].
+    /// See [`MaterialRecord::dispersion`].
     pub dispersion: f32,
-    /// See [`Material::straight`].
-    pub straight: bool,
+    /// See [`MaterialRecord::passes_shadow_rays`].
+    pub passes_shadow_rays: bool,
 }
 
 /// All kinds of bodies of a scene. A path's stack of bodies is one integer: kinds plus 1 in groups of bits, the body
@@ -51,15 +51,15 @@ const MOST: u32 = u16::MAX as u32;
 pub const NOWHERE: u32 = 0;
 
 impl Bodies {
-    /// Assigns the number of its kind ([`Material::body`]) to every material that encloses a body, if there is a kind.
-    pub fn number(materials: &mut [Material], body: impl Fn(&Material) -> Option<Body>) -> Self {
+    /// Assigns the number of its kind ([`MaterialRecord::body`]) to every material that encloses a body, if there is a kind.
+    pub fn number(materials: &mut [MaterialRecord], body: impl Fn(&MaterialRecord) -> Option<Body>) -> Self {
         let (mut kinds, mut numbers) = (Vec::new(), HashMap::new());
         for (at, material) in materials.iter_mut().enumerate() {
             let Some(body) = body(material) else { continue };
             let Medium { extinction, albedo, anisotropy } = material.medium;
             let within = [extinction, albedo, [anisotropy, body.index, body.dispersion]];
             let number = *numbers
-                .entry((within.map(|row| row.map(f32::to_bits)), body.priority, body.straight))
+                .entry((within.map(|row| row.map(f32::to_bits)), body.priority, body.passes_shadow_rays))
                 .or_insert_with(|| {
                     kinds.push(Body { material: at as u32, ..body });
                     kinds.len() as u32
@@ -186,8 +186,13 @@ mod tests {
 
     fn bodies(priorities: [i32; 4], others: usize) -> Bodies {
         let indices = [1.5, 1.33, 1.31, 1.0];
-        let kind =
-            |(priority, index)| Body { material: 0, priority, index, dispersion: 0.0, straight: false };
+        let kind = |(priority, index)| Body {
+            material: 0,
+            priority,
+            index,
+            dispersion: 0.0,
+            passes_shadow_rays: false,
+        };
         let mut kinds: Vec<_> = priorities.into_iter().zip(indices).map(kind).collect();
         kinds.resize(4 + others, kind((0, 2.0)));
         Bodies { bits: bits_for(kinds.len()), kinds, bend: true }

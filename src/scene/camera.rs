@@ -6,7 +6,7 @@ use crate::world::Pattern;
 
 /// A position, three unit axes and a projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
+pub struct CompiledCamera {
     /// The pinhole, or the centre of the lens.
     pub origin: Vec3,
     /// Unit vector to the right of the image.

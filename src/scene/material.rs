@@ -153,10 +153,10 @@ pub struct WhittedParams {
 /// A surface's material (see [`crate::world::Principled`] for the meanings). Coverage, emission, colour and normal map
 /// are the same for both transports.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
+pub struct MaterialRecord {
     /// Albedo of dielectrics, reflectance of metals at normal incidence.
     pub base_color: ColorParam,
-    /// Alpha, interpreted by [`Material::coverage`].
+    /// Alpha, interpreted by [`MaterialRecord::coverage`].
     pub alpha: ScalarParam,
     /// The interpretation of alpha.
     pub coverage: Coverage,
@@ -194,9 +194,9 @@ pub struct Material {
     pub thin: bool,
     /// 20 / Abbe number; 0 if all colours are bent alike.
     pub dispersion: f32,
-    /// True if some light passes straight through, and shadow rays with it ([`Material::lets_straight_on`]): only under
+    /// True if some light passes straight through, and shadow rays with it ([`MaterialRecord::lets_straight_on`]): only under
     /// the path transport.
-    pub straight: bool,
+    pub passes_shadow_rays: bool,
     /// True for the boundary of a body.
     pub encloses: bool,
     /// The number of the kind of that body ([`super::Bodies`]), or 0.
@@ -239,7 +239,7 @@ pub struct Material {
     pub film: Option<ThinFilmParam>,
     /// Parameters of Whitted's transport.
     pub classic: WhittedParams,
-    /// True if any parameter has a texture: [`Material::looks_up`].
+    /// True if any parameter has a texture: [`MaterialRecord::looks_up`].
     pub textured: bool,
 }
 
@@ -249,14 +249,14 @@ pub fn is_real(ior: f32) -> bool {
     (0.1..=10.0).contains(&ior)
 }
 
-impl Material {
+impl MaterialRecord {
     /// The side from which the acceleration structure reports hits on the surface; a transform may have mirrored its
     /// triangles.
     pub fn sidedness(&self, mirrored: bool) -> Sidedness {
         match (self.coverage, self.has_side(false)) {
             (Coverage::Mask(_) | Coverage::Blend, _) => Sidedness::Filtered,
             // Shadow rays pass the surface of their light.
-            _ if self.straight || self.emits() || self.hidden => Sidedness::Filtered,
+            _ if self.passes_shadow_rays || self.emits() || self.hidden => Sidedness::Filtered,
             (Coverage::Whole, true) => Sidedness::Always,
             (Coverage::Whole, false) if mirrored => Sidedness::Back,
             (Coverage::Whole, false) => Sidedness::Front,
@@ -353,7 +353,7 @@ impl Material {
         if self.encloses && self.refracts() && is_real(self.ior) { self.ior } else { 1.0 }
     }
 
-    /// The square of [`Material::index`]. Radiance within the body is n² times that of the same light outside, because
+    /// The square of [`MaterialRecord::index`]. Radiance within the body is n² times that of the same light outside, because
     /// it fills a smaller solid angle (PBRT 4th ed., 9.5.2).
     pub fn index_square(&self) -> f32 {
         self.index() * self.index()

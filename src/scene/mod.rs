@@ -12,13 +12,13 @@ pub mod material;
 pub mod textures;
 
 pub use bodies::Bodies;
-pub use camera::{Aperture, Camera, Projection};
+pub use camera::{Aperture, CompiledCamera, Projection};
 pub use emitters::Emitters;
 pub use environment::Environment;
 pub use geometry::{Geometry, Part};
 pub use light_tree::LightTree;
 pub use lights::WhittedLight;
-pub use material::Material;
+pub use material::MaterialRecord;
 pub use textures::Textures;
 
 use std::collections::HashMap;
@@ -38,7 +38,7 @@ use emitters::kind;
 pub struct CompiledScene {
     /// The camera.
     #[doc(hidden)]
-    pub camera: Camera,
+    pub camera: CompiledCamera,
     /// The shape of the lens's opening, if it is not round.
     pub(crate) aperture: Option<Aperture>,
     /// Vertices, triangles and spheres with their shading data.
@@ -48,7 +48,7 @@ pub struct CompiledScene {
     #[doc(hidden)]
     pub bvh: Arc<Bvh>,
     /// Materials by material id.
-    pub(crate) materials: Vec<Material>,
+    pub(crate) materials: Vec<MaterialRecord>,
     /// The bodies that materials enclose.
     pub(crate) bodies: Bodies,
     /// Human-readable names of the materials.

@@ -25,8 +25,8 @@ impl<F: Float> BlinnPhongParams<F> {
         let zero = F::zero();
         let cos = normal.dot(to_light).max(zero);
         let diffuse = self.diffuse * cos;
-        let shines = self.specular.max_component().gt(zero);
-        if !shines.any() {
+        let emits = self.specular.max_component().gt(zero);
+        if !emits.any() {
             return diffuse;
         }
         let half = to_light + to_viewer;
@@ -35,7 +35,7 @@ impl<F: Float> BlinnPhongParams<F> {
         // r·l, where r is the mirror image of the viewer's direction.
         let phong = F::splat(2.0) * normal.dot(to_viewer) * normal.dot(to_light) - to_viewer.dot(to_light);
         let cosine = F::select(self.phong, phong, blinn).clamp(0.0, 1.0);
-        let lobe = F::select(shines, pow(cosine, self.shininess), zero);
+        let lobe = F::select(emits, pow(cosine, self.shininess), zero);
         diffuse + self.specular * lobe
     }
 }

@@ -3,7 +3,7 @@
 use super::emitter;
 use super::principled::parameters::Outside;
 use crate::scene::bodies::NOWHERE;
-use crate::scene::{Bodies, Material};
+use crate::scene::{Bodies, MaterialRecord};
 use crate::simd::{Float, Int, Mask, Outlined};
 
 /// A surface with the stack of bodies on either side.
@@ -30,7 +30,7 @@ pub struct BodyPair<F: Float> {
 impl<F: Float> BodyPair<F> {
     /// The bodies at surfaces of one material.
     #[inline(always)]
-    pub fn of(material: &Material) -> Self {
+    pub fn of(material: &MaterialRecord) -> Self {
         Self { number: F::Int::splat(material.body), beside: F::Int::splat(material.beside) }
     }
 
@@ -81,7 +81,7 @@ impl<F: Float> Boundary<F> {
     /// Set if the boundary does not bend light, for a material that does not bend it in air: thin sheets, and bodies
     /// with the index of their surroundings.
     #[inline(always)]
-    pub fn is_straight(&self, material: &Material) -> F::Mask {
+    pub fn is_straight(&self, material: &MaterialRecord) -> F::Mask {
         let all = F::Mask::from_bits(u32::MAX);
         if material.thin || self.outside.is_air { all } else { self.outside.index.eq(F::one()) }
     }
@@ -138,8 +138,8 @@ pub fn is_lit<I: Int>(bodies: &Bodies, around: I, mask: I::Mask) -> I::Mask {
         let same = todo & around.eq(I::splat(stack));
         todo = todo & !same;
         let mut all = bodies.all(stack);
-        let lets_in =
-            all.next().is_some_and(|body| body.straight) && all.next().is_none_or(|body| body.index == 1.0);
+        let lets_in = all.next().is_some_and(|body| body.passes_shadow_rays)
+            && all.next().is_none_or(|body| body.index == 1.0);
         lit |= if lets_in { same.bits() } else { 0 };
     }
     I::Mask::from_bits(lit)

@@ -2,12 +2,12 @@
 
 use crate::math::{Ray, Vector};
 use crate::sampling::warp;
-use crate::scene::{Aperture, Camera, Projection};
+use crate::scene::{Aperture, CompiledCamera, Projection};
 use crate::simd::{Float, Mask};
 
 /// The width of a pixel's ray at the camera, in metres, and its growth per metre; `height` is that of the image in
 /// pixels.
-pub fn pixel_width(camera: &Camera, height: f32) -> (f32, f32) {
+pub fn pixel_width(camera: &CompiledCamera, height: f32) -> (f32, f32) {
     match camera.projection {
         Projection::Pinhole { tan_half_fov } => (0.0, 2.0 * tan_half_fov / height),
         Projection::ThinLens { tan_half_fov, .. } => (0.0, 2.0 * tan_half_fov / height),
@@ -29,7 +29,7 @@ pub fn on_lens<F: Float>(aperture: Option<&Aperture>, u: (F, F)) -> (F, F) {
 /// The ray through (x, y), which range from −1 to 1 over the image's height, x to the right and y up (PBRT 4th ed.,
 /// 5.2), and through a point of the lens, whose radius is 1 in these coordinates.
 #[inline(always)]
-pub fn ray<F: Float>(camera: &Camera, x: F, y: F, lens: (F, F)) -> Ray<F> {
+pub fn ray<F: Float>(camera: &CompiledCamera, x: F, y: F, lens: (F, F)) -> Ray<F> {
     let origin = Vector::splat(camera.origin);
     let right = Vector::splat(camera.right);
     let up = Vector::splat(camera.up);

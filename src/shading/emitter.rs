@@ -27,7 +27,7 @@ pub struct EmitterSample<F: Float> {
     /// Density per steradian; 1 for an emitter without extent.
     pub pdf: F,
     /// Set if rays can also hit the emitter, so that MIS applies.
-    pub shared: F::Mask,
+    pub can_be_hit: F::Mask,
 }
 
 /// Shadow rays end at this fraction of the distance to their light, so that a surface in which the light lies does not
@@ -52,7 +52,7 @@ pub fn sample<F: Float>(
         distance: F::splat(f32::INFINITY),
         radiance: Color::black(),
         pdf: F::one(),
-        shared: has(flags, flag::VISIBLE),
+        can_be_hit: has(flags, flag::VISIBLE),
     };
     let row = RowLanes { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
     let quad = what.eq(F::Int::splat(kind::QUAD)) & mask;
@@ -72,9 +72,9 @@ pub fn sample<F: Float>(
         if patterned.any() {
             let primitive = F::Int::gather(&table.primitive, emitter, patterned);
             let hit = HitLanes { t: F::zero(), u, v, primitive, instance: F::Int::splat(NONE) };
-            let shines = sample.radiance.max_component().gt(F::zero()) & patterned;
+            let emits = sample.radiance.max_component().gt(F::zero()) & patterned;
             let light = patterned_light(scene, emitter, &hit, (u, v), patterned);
-            let light = Color::select(shines, light, Color::black());
+            let light = Color::select(emits, light, Color::black());
             sample.radiance = Color::select(patterned, light, sample.radiance);
         }
         out = out.replaced(planar, sample);
@@ -86,9 +86,9 @@ pub fn sample<F: Float>(
             let primitive = F::Int::gather(&table.primitive, emitter, patterned);
             let uv = sphere_uv(&scene.geometry, primitive ^ F::Int::splat(SPHERE), normal, patterned);
             let hit = HitLanes { t: F::zero(), u: uv.0, v: uv.1, primitive, instance: F::Int::splat(NONE) };
-            let shines = sample.radiance.max_component().gt(F::zero()) & patterned;
+            let emits = sample.radiance.max_component().gt(F::zero()) & patterned;
             let light = patterned_light(scene, emitter, &hit, uv, patterned);
-            let light = Color::select(shines, light, Color::black());
+            let light = Color::select(emits, light, Color::black());
             sample.radiance = Color::select(patterned, light, sample.radiance);
         }
         out = out.replaced(round, sample);
@@ -114,7 +114,7 @@ pub fn sample<F: Float>(
             distance: F::splat(f32::INFINITY),
             radiance: environment::radiance(&scene.environment, direction, mask),
             pdf,
-            shared: out.shared,
+            can_be_hit: out.can_be_hit,
         };
         out = out.replaced(around, sample);
     }
@@ -228,7 +228,7 @@ impl<F: Float> EmitterSample<F> {
             distance: F::select(mask, by.distance, self.distance),
             radiance: Color::select(mask, by.radiance, self.radiance),
             pdf: F::select(mask, by.pdf, self.pdf),
-            shared: self.shared,
+            can_be_hit: self.can_be_hit,
         }
     }
 }
@@ -364,14 +364,14 @@ fn planar_sample<F: Float>(
     let cross = e1.cross(e2);
     let facing = cross.dot(direction);
     let facing = F::select(has(flags, flag::REVERSED), -facing, facing);
-    let shines = has(flags, flag::TWO_SIDED) | facing.lt(F::zero());
+    let emits = has(flags, flag::TWO_SIDED) | facing.lt(F::zero());
     let by_area = planar_pdf(cross, part_of(triangle, disc), direction, distance);
     let sample = EmitterSample {
         direction,
         distance,
-        radiance: Color::select(shines, row.light(), Color::black()),
+        radiance: Color::select(emits, row.light(), Color::black()),
         pdf: F::select(near, F::one() / angle, by_area),
-        shared: F::Mask::from_bits(0),
+        can_be_hit: F::Mask::from_bits(0),
     };
     (sample, (a, b))
 }
@@ -451,13 +451,13 @@ fn sphere_sample<F: Float>(
     let half = (radius * radius - nearest.dot(nearest)).max(F::zero()).sqrt();
     let before = (along - half).gt(F::zero());
     let half = F::select(before, -half, half);
-    let shines = has(flags, flag::TWO_SIDED) | way.dot(way).gt(radius * radius);
+    let emits = has(flags, flag::TWO_SIDED) | way.dot(way).gt(radius * radius);
     let sample = EmitterSample {
         direction,
         distance: (along + half).max(F::zero()),
-        radiance: Color::select(shines, row.light(), Color::black()),
+        radiance: Color::select(emits, row.light(), Color::black()),
         pdf: F::splat(0.5 / std::f32::consts::PI) / part,
-        shared: F::Mask::from_bits(0),
+        can_be_hit: F::Mask::from_bits(0),
     };
     (sample, normalize_or(frame.world(nearest + local * half), up))
 }
@@ -476,7 +476,7 @@ fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Ve
         let inside = ((cos - row.number(6)) * row.number(7)).clamp(0.0, 1.0);
         light = light * F::select(spot, inside * inside, F::one());
     }
-    EmitterSample { direction, distance, radiance: light, pdf: F::one(), shared: F::Mask::from_bits(0) }
+    EmitterSample { direction, distance, radiance: light, pdf: F::one(), can_be_hit: F::Mask::from_bits(0) }
 }
 
 /// Parallel light, or light from a disk in the sky.
@@ -492,6 +492,6 @@ fn parallel_sample<F: Float>(row: &impl EmitterRows<F>, u: (F, F)) -> EmitterSam
         distance: F::splat(f32::INFINITY),
         radiance: row.light(),
         pdf: F::one(),
-        shared: F::Mask::from_bits(0),
+        can_be_hit: F::Mask::from_bits(0),
     }
 }

@@ -115,7 +115,7 @@ impl<F: Float> Taps<F> {
 
     /// The lanes that have lookup number `index`, counted from 0.
     #[inline(always)]
-    pub fn goes_on(&self, index: F, mask: F::Mask) -> F::Mask {
+    pub fn continues(&self, index: F, mask: F::Mask) -> F::Mask {
         mask & index.lt(self.count)
     }
 }

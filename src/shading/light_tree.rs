@@ -7,7 +7,7 @@
 //! Distant lights are chosen among each other by their irradiance. The choice between distant and local lights is by
 //! the square roots of both irradiances, because one of them may well be occluded, as the sun is from most of a room.
 
-use super::facing::Facing;
+use super::packed_normal::Facing;
 use crate::math::Vector;
 use crate::scene::light_tree::{LEAF, LightTree, NODE, field};
 use crate::simd::{Float, Int, Mask};
@@ -33,7 +33,7 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 pub fn sample<F: Float>(
     tree: &LightTree,
     position: Vector<F>,
-    facing: F::Int,
+    packed_normal: F::Int,
     u: F,
     mask: F::Mask,
 ) -> (F::Int, F, F) {
@@ -41,7 +41,7 @@ pub fn sample<F: Float>(
         return (F::Int::splat(0), F::zero(), u);
     }
     let nodes = tree.nodes.as_flattened();
-    let point = LitPoint::new(position, facing);
+    let point = LitPoint::new(position, packed_normal);
     let mut walk = Descent::new(tree, &point, mask);
     let mut rest = u;
     let mut inner = walk.inner(mask);
@@ -67,7 +67,7 @@ pub fn sample<F: Float>(
 pub fn pmf<F: Float>(
     tree: &LightTree,
     position: Vector<F>,
-    facing: F::Int,
+    packed_normal: F::Int,
     light: F::Int,
     mask: F::Mask,
 ) -> F {
@@ -76,7 +76,7 @@ pub fn pmf<F: Float>(
     }
     let mask = mask & light.lt(F::Int::splat(tree.len() as u32));
     let nodes = tree.nodes.as_flattened();
-    let point = LitPoint::new(position, facing);
+    let point = LitPoint::new(position, packed_normal);
     let mut walk = Descent::new(tree, &point, mask);
     let mut path = F::Int::gather(&tree.paths, light, mask);
     let mut inner = walk.inner(mask);
@@ -93,13 +93,13 @@ pub fn pmf<F: Float>(
 /// A point to be lit.
 struct LitPoint<F: Float> {
     position: Vector<F>,
-    facing: Facing<F>,
+    packed_normal: Facing<F>,
 }
 
 impl<F: Float> LitPoint<F> {
     #[inline(always)]
-    fn new(position: Vector<F>, facing: F::Int) -> Self {
-        Self { position, facing: Facing::new(facing) }
+    fn new(position: Vector<F>, packed_normal: F::Int) -> Self {
+        Self { position, packed_normal: Facing::new(packed_normal) }
     }
 }
 
@@ -311,11 +311,12 @@ impl<F: Float> Brought<F> {
         let cos_light = F::select(lit, cos_light, F::one());
         let reached = mask & power.gt(F::zero());
 
-        let cos_surface = F::select(inside, F::one(), point.facing.cos(-direction, &seen));
+        let cos_surface = F::select(inside, F::one(), point.packed_normal.cos(-direction, &seen));
         // The box bounds the side of a surface better than the sphere.
         let half = Vector::gather_flat(nodes, base + F::Int::splat(field::HALF), mask);
         let margin = (square.sqrt() + half.x + half.y + half.z) * F::splat(MARGIN);
-        let before = F::select(far, cos_surface + F::splat(MARGIN), point.facing.reach(-way, half) + margin);
+        let before =
+            F::select(far, cos_surface + F::splat(MARGIN), point.packed_normal.reach(-way, half) + margin);
         let reached = reached & before.gt(F::zero());
 
         let least = F::splat(LEAST_COSINE);

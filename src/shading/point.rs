@@ -7,7 +7,7 @@ use super::surface::{HitLanes, Surface};
 use super::texture_coordinates::{alpha, coordinates, tangent_frame, vertex_color};
 use super::texture_lookup::{Coordinates, color, scalar, texel};
 use crate::math::{Color, Vector};
-use crate::scene::material::{ColorParam, Coverage, Material, NormalParam};
+use crate::scene::material::{ColorParam, Coverage, MaterialRecord, NormalParam};
 use crate::scene::{CompiledScene, Geometry, Textures};
 use crate::simd::{Float, Mask};
 
@@ -32,7 +32,7 @@ pub struct ShadingPoint<'a, F: Float> {
     /// The tables for lookups.
     pub tables: Tables<'a>,
     /// The material.
-    pub material: &'a Material,
+    pub material: &'a MaterialRecord,
     /// The hits.
     pub hit: &'a HitLanes<F>,
     /// The surfaces at the hits.
@@ -181,10 +181,10 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
 }
 
 /// The coverage of a material at hits, 0 to 1. The side is ignored, because sides are checked before
-/// ([`Material::sidedness`]).
+/// ([`MaterialRecord::sidedness`]).
 #[inline(always)]
 pub fn coverage<F: Float>(
-    material: &Material,
+    material: &MaterialRecord,
     tables: Tables,
     hit: &HitLanes<F>,
     at: &Coordinates<F>,

@@ -116,7 +116,7 @@ fn look_up<F: Float>(
     let mut sum = image.between_levels(lambda, s, t);
     let mut index = F::one();
     loop {
-        let more = taps.goes_on(index, mask);
+        let more = taps.continues(index, mask);
         if !more.any() {
             return sum.divided(taps.count);
         }

@@ -22,12 +22,8 @@ pub fn prefetch(address: usize, lines: usize) {
 /// small pages, finding a page takes as long as reading it. Does nothing if the memory is smaller than such a page, or
 /// if the system has none.
 pub fn prefer_large_pages<T>(unused: &mut [MaybeUninit<T>]) {
-    const LARGE: usize = 2 << 20;
-    if size_of_val(unused) < LARGE {
-        return;
-    }
     #[cfg(all(target_os = "linux", not(miri)))]
-    {
+    if size_of_val(unused) >= 2 << 20 {
         use rustix::mm::{Advice, madvise};
         let range = unused.as_mut_ptr_range();
         // From the start of its first page: other contents of that page are not affected.
@@ -36,6 +32,8 @@ pub fn prefer_large_pages<T>(unused: &mut [MaybeUninit<T>]) {
         // SAFETY: this advice does not change the contents of memory.
         let _ = unsafe { madvise(start.cast(), length, Advice::LinuxHugepage) };
     }
+    #[cfg(not(all(target_os = "linux", not(miri))))]
+    let _ = unused;
 }
 
 /// Returns freed memory to the system if the allocator would keep it for the thread that had it: glibc keeps what lies

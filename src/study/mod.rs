@@ -1,8 +1,8 @@
 //! Studies of the renderer itself: agreement of all ways to render, records of single samples, profiles, and the growth
 //! of errors and times.
 
+pub mod descriptions;
 pub mod experiment;
 pub mod explain;
-pub mod facts;
 pub mod profile;
 pub mod verify;

@@ -10,8 +10,8 @@ use crate::integrator::observe::Components;
 use crate::integrator::path_event::PathEvent;
 use crate::math::Vec3;
 use crate::render::{Options, Session};
-use crate::scene::{Camera, Projection};
-use crate::study::explain::{self, ExplainedLightRay, Life, Step};
+use crate::scene::{CompiledCamera, Projection};
+use crate::study::explain::{self, ExplainedLightRay, SampleTrace, Step};
 
 /// The number of samples of a pixel that are rendered with both schedules for comparison, at most.
 const COMPARED: u32 = 16;
@@ -40,7 +40,7 @@ pub fn explanation(shown: &Snapshot, pixel: [u32; 2], sample: u32) -> Option<Val
         "pixel": pixel,
         "sample": sample,
         "samples": samples,
-        "radiance": lives.first().map(Life::radiance),
+        "radiance": lives.first().map(SampleTrace::radiance),
         "agrees": wave == one,
         "compared": compared,
         "schedules": {"wavefront": by_wave, "recursive": by_one},
@@ -56,14 +56,14 @@ fn far(shown: &Snapshot) -> f32 {
 
 /// Projects points into the image.
 struct Paper<'a> {
-    camera: &'a Camera,
+    camera: &'a CompiledCamera,
     size: [u32; 2],
     far: f32,
 }
 
 impl Paper<'_> {
     /// The paths of a sample, with image positions of their rays and human-readable sentences.
-    fn life(&self, life: &Life) -> Vec<Value> {
+    fn life(&self, life: &SampleTrace) -> Vec<Value> {
         let mut value = explain::json::life(life);
         let mut paths = value["paths"].as_array_mut().map(std::mem::take).unwrap_or_default();
         for (path, followed) in paths.iter_mut().zip(&life.paths) {
@@ -96,7 +96,7 @@ impl Paper<'_> {
 
     /// The column and row of a point, which may be outside the image; none if the point is not in front of the camera.
     fn point(&self, place: Vec3) -> Option<[f64; 2]> {
-        let Camera { origin, right, up, forward, projection } = self.camera;
+        let CompiledCamera { origin, right, up, forward, projection } = self.camera;
         let to = place.as_dvec3() - origin.as_dvec3();
         let along = |axis: &Vec3| to.dot(axis.as_dvec3());
         let depth = along(forward);

@@ -184,14 +184,14 @@ fn features(shown: &Snapshot, region: Region) -> Vec<Features> {
     let mut session = Session::of(shown.setup.clone(), LOOKED_AT, options);
     let mut samples = SampleRanges::default();
     samples.insert(0..LOOKED_AT);
-    session.go_on_with(RenderState { samples, ..session.gathered().clone() });
+    session.resume_from(RenderState { samples, ..session.state().clone() });
     session.features()
 }
 
 /// A session with the state of a snapshot; none while that is a smaller image.
 fn session(shown: &Snapshot) -> Option<Session> {
     let mut session = Session::of(shown.setup.clone(), shown.wanted, shown.options);
-    session.go_on_with((*shown.gathered).clone()).then_some(session)
+    session.resume_from((*shown.gathered).clone()).then_some(session)
 }
 
 /// The values of a pixel of the whole image; none if the pixel lies outside.

@@ -79,7 +79,7 @@ impl ViewRequest {
         match self {
             ViewRequest::Orbit(way) => rig.orbit(finite(way)?),
             ViewRequest::Pan(way) => rig.pan(finite(way)?),
-            ViewRequest::Zoom(factor) if factor <= 0.0 => return refuse("a zoom is more than 0".into()),
+            ViewRequest::Zoom(factor) if factor <= 0.0 => return refuse("zoom must be above 0".into()),
             ViewRequest::Zoom(factor) => rig.zoom(finite([factor])?[0]),
             ViewRequest::FovDeg(degrees) if !(0.0..180.0).contains(&degrees) || degrees == 0.0 => {
                 return refuse(format!(

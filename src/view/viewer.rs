@@ -12,7 +12,7 @@ use super::request::{NumberedRequest, ViewRequest};
 use super::scene::{LiveScene, SceneError};
 use super::status::{Described, Pixels, Status, queues};
 use super::tev::Tev;
-use super::watched::{LOOK, Watched};
+use super::watched::{POLL_INTERVAL, Watched};
 use crate::film::{Features, Film, Region};
 use crate::integrator::{RenderSetup, Schedule, Stop};
 use crate::render::prepare::Prepared;
@@ -227,7 +227,7 @@ impl Viewer {
                 self.wake.notify_all();
             }
             drop(files);
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -280,7 +280,7 @@ impl Viewer {
         let mut state = self.lock();
         let is_idle = rendering.paused || rendering.session.as_ref().is_some_and(Session::is_done);
         if is_idle && state.requests.is_empty() && !state.ends && !changed.load(Ordering::Acquire) {
-            let waited = self.wake.wait_timeout(state, LOOK);
+            let waited = self.wake.wait_timeout(state, POLL_INTERVAL);
             state = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
         }
         // Still under the lock: later requests stop the work that follows.
@@ -374,7 +374,7 @@ impl Rendering {
         let shown = Snapshot {
             small,
             prepared,
-            ..Snapshot::new(scene, setup, session.gathered().clone(), options, features)
+            ..Snapshot::new(scene, setup, session.state().clone(), options, features)
         };
         let (begun, spent, last) = (Instant::now(), self.spent, Mutex::new(Instant::now()));
         let elapsed = || spent + begun.elapsed();
@@ -401,7 +401,7 @@ impl Rendering {
         if viewer.stop.load(Ordering::Acquire) && !session.is_done() {
             return;
         }
-        show(session.gathered().clone());
+        show(session.state().clone());
         let (rays, done) = (session.statistics().rays.total(), session.is_done());
         let setup = session.setup().clone();
         viewer.publish(|state| state.status.passed(rays, elapsed(), done));
@@ -428,7 +428,7 @@ impl Rendering {
         if !session.is_done() {
             return;
         }
-        let shown = Snapshot::new(scene, whole, session.gathered().clone(), options, self.features.clone());
+        let shown = Snapshot::new(scene, whole, session.state().clone(), options, self.features.clone());
         self.small = Some(Arc::new(session.into_film()));
         let described = Described::new(scene, &self.work);
         viewer.show(shown, Duration::ZERO, Some(described));

@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 use crate::world::{FileDigest, SourceFiles};
 
 /// The interval between checks of the files.
-pub const LOOK: Duration = Duration::from_millis(40);
+pub const POLL_INTERVAL: Duration = Duration::from_millis(40);
 
 /// The files that a scene was read from, checked by polling: the change notifications of operating systems differ, are
 /// silent on network drives, and do not cover files that do not exist yet.

@@ -1,5 +1,5 @@
-//! What files were decoded to, for a scene that is read again and again: frames of an animation, or a scene that is
-//! being edited.
+//! A cache of decoded files, for scenes that are read repeatedly: frames of an animation, or a scene that is being
+//! edited.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -11,25 +11,25 @@ use xxhash_rust::xxh3::xxh3_128;
 use super::assets::{Image, Mesh};
 use crate::math::Vec4;
 
-/// All that is kept. Clones share it.
+/// A cache of images, meshes and tangents. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub struct AssetCache {
-    /// Pictures, by what their files hold.
+    /// Images, by the content and path of their files or by their own content.
     pub images: Store<Arc<Image>>,
     /// Meshes: by the content of their file if they have one of their own, else by their own content.
     pub meshes: Store<Arc<Mesh>>,
-    /// Tangents of meshes' corners, by what they are computed from.
+    /// Tangents at the corners of meshes, by the inputs that they are computed from.
     pub tangents: Store<Vec<Option<Vec4>>>,
 }
 
-/// Values by 128-bit hashes of all that they depend on. Clones share them. A store without a map keeps nothing and
-/// makes every value again.
+/// Values by 128-bit hashes of all their inputs. Clones share them. A store without a map caches nothing and makes each
+/// value anew.
 #[derive(Clone, Debug)]
 pub struct Store<T>(Option<Arc<Mutex<Entries<T>>>>);
 
 type Entries<T> = HashMap<u128, CacheEntry<T>>;
 
-/// A value, and whether it was asked for since the last time that unused ones were forgotten.
+/// A cached value; `is_used` is true if it was requested since the last [`AssetCache::forget_unused`].
 #[derive(Debug)]
 struct CacheEntry<T> {
     value: T,
@@ -37,15 +37,15 @@ struct CacheEntry<T> {
 }
 
 impl AssetCache {
-    /// Forgets what was not asked for since the last call. Called whenever a scene has been read, so that what a frame
-    /// or an edit has in common with the one before it is kept, and nothing else.
+    /// Drops the values that were not requested since the last call. Called after each reading of a scene, so that only
+    /// values that a frame or an edit shares with the previous one stay cached.
     pub fn forget_unused(&self) {
         self.images.forget_unused();
         self.meshes.forget_unused();
         self.tangents.forget_unused();
     }
 
-    /// One that keeps what it is given.
+    /// Returns an empty cache that stores values; the default one stores none.
     pub fn keeping() -> AssetCache {
         AssetCache { images: Store::keeping(), meshes: Store::keeping(), tangents: Store::keeping() }
     }
@@ -60,7 +60,7 @@ impl<T> Store<T> {
 }
 
 impl<T> Default for Store<T> {
-    /// Keeps nothing.
+    /// Returns a store that caches nothing.
     fn default() -> Self {
         Store(None)
     }
@@ -71,7 +71,8 @@ impl<T: Clone> Store<T> {
         Store(Some(Arc::default()))
     }
 
-    /// The value for a key, made the first time. Errors are not kept: they name their files and are found again.
+    /// Returns the value for a key; `make` computes it if it is not cached. Errors are not cached: they name their
+    /// files and recur.
     pub fn get_or_insert<E>(
         &self,
         key: impl FnOnce() -> u128,
@@ -88,7 +89,8 @@ impl<T: Clone> Store<T> {
         Ok(value)
     }
 
-    /// What a file's bytes are decoded to. The path is a part of the key, because it also says how to decode them.
+    /// Returns the value decoded from a file's bytes. The path is part of the key, because it also determines how to
+    /// decode them.
     pub fn decoded<E>(
         &self,
         bytes: &[u8],
@@ -101,7 +103,7 @@ impl<T: Clone> Store<T> {
 }
 
 impl<T> Store<Arc<T>> {
-    /// The value that is the same as this one, if there is one already.
+    /// Returns the cached value with the same hash if there is one; otherwise caches and returns this one.
     pub fn same(&self, value: T, hash: impl FnOnce(&T) -> u128) -> Arc<T> {
         let value = Arc::new(value);
         let made: Result<_, Infallible> = self.get_or_insert(|| hash(&value), || Ok(value.clone()));
@@ -109,7 +111,7 @@ impl<T> Store<Arc<T>> {
     }
 }
 
-/// Nothing panics while it holds the lock.
+/// Locks a mutex; no code panics while it holds the lock.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
@@ -119,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_decoded_is_known_by_its_bytes() {
+    fn store_returns_a_cached_value_only_for_equal_bytes_and_path() {
         let store: Store<u8> = Store::keeping();
         let ask = |store: &Store<u8>, bytes: &[u8], path: &str, value: Option<u8>| {
             store.decoded(bytes, Path::new(path), || value.ok_or("decoded again"))
@@ -132,9 +134,9 @@ mod tests {
         assert!(ask(&Store::default(), b"a", "x.png", None).is_err(), "nothing is kept");
     }
 
-    /// Frames of a morph each have a mesh of their own.
+    /// Each frame of a morph animation has its own mesh.
     #[test]
-    fn what_the_last_reading_did_not_use_is_forgotten() {
+    fn forget_unused_drops_values_not_requested_since_the_last_call() {
         let kept = AssetCache::keeping();
         let count = || kept.tangents.0.as_ref().map_or(0, |store| lock(store).len());
         for frame in 1..100 {

@@ -1,4 +1,4 @@
-//! Bulk and shared data, referred to by ids.
+//! Bulk and shared data, referred to by index.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -24,19 +24,19 @@ pub struct TextureId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
-/// Everything that entities share. Meshes and images are behind pointers: when a scene is read again, those that have
-/// not changed keep theirs.
+/// Data that entities share. Meshes and images are behind pointers, which unchanged ones keep when a scene is read
+/// again.
 #[derive(Debug)]
 pub struct Assets {
     /// Triangle meshes.
     pub meshes: Vec<Arc<Mesh>>,
-    /// Decoded pictures, each file once.
+    /// Decoded images, each file once.
     pub images: Vec<Arc<Image>>,
-    /// Ways of looking up an image.
+    /// Textures: images with lookup parameters.
     pub textures: Vec<Texture>,
-    /// Materials. The first is always the default one.
+    /// Materials; the first one is always the default material.
     pub materials: Vec<NamedMaterial>,
-    /// The files that all this was read from.
+    /// The files that the assets were read from.
     pub(crate) files: SourceFiles,
 }
 
@@ -53,7 +53,7 @@ impl Default for Assets {
 }
 
 impl Assets {
-    /// A material's name, or what it is called without one.
+    /// Returns a material's name, or a generated one if it has none.
     pub(crate) fn material_name(&self, id: MaterialId) -> Cow<'_, str> {
         match (self.materials.get(id.0 as usize).and_then(|named| named.name.as_deref()), id) {
             (Some(name), _) => name.into(),
@@ -68,7 +68,7 @@ impl Assets {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Adds a mesh that was made from files; if an equal one was made before, it is that one.
+    /// Adds a mesh made from files, or the cached equal one if there is one.
     pub(crate) fn add_made_mesh(&mut self, mesh: Mesh) -> MeshId {
         let mesh = self.files.kept.meshes.same(mesh, Mesh::hash);
         self.add_mesh(mesh)
@@ -80,13 +80,13 @@ impl Assets {
         ImageId(self.images.len() as u32 - 1)
     }
 
-    /// Adds an image that was made from files; if an equal one was made before, it is that one.
+    /// Adds an image made from files, or the cached equal one if there is one.
     pub(crate) fn add_made_image(&mut self, image: Image) -> ImageId {
         let image = self.files.kept.images.same(image, Image::hash);
         self.add_image(image)
     }
 
-    /// Adds a texture; if an equal one is there already, it is that one.
+    /// Adds a texture, or returns the id of an equal one that was added before.
     pub fn add_texture(&mut self, texture: Texture) -> TextureId {
         let found = self.textures.iter().position(|t| *t == texture);
         TextureId(found.unwrap_or_else(|| {
@@ -95,54 +95,54 @@ impl Assets {
         }) as u32)
     }
 
-    /// Adds a material; `name` is what scene files call it, if they have a name for it.
+    /// Adds a material; `name` is its name in scene files, if it has one.
     pub fn add_material(&mut self, name: Option<String>, material: Material) -> MaterialId {
         self.materials.push(NamedMaterial { name, material });
         MaterialId(self.materials.len() as u32 - 1)
     }
 }
 
-/// A material and what it is called.
+/// A material and its name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NamedMaterial {
-    /// The author's name for it, if it has one.
+    /// The name that the author gave it, if any.
     pub name: Option<String>,
     /// The material.
     pub material: Material,
 }
 
-/// An indexed triangle mesh in local space. Each column has one entry for every vertex, or for every triangle, or is
-/// empty. Positions, normals, tangents and texture coordinates are finite, and every index is within `positions`.
+/// An indexed triangle mesh in local space. Each column has one entry per vertex or per triangle, or is empty.
+/// Positions, normals, tangents and texture coordinates are finite, and every index is within `positions`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// What the author or the file calls it.
+    /// The name given by the author or the file.
     pub name: String,
-    /// The file that it came from, if any; what a saved scene refers to.
+    /// The file it was read from, if any; a saved scene refers to it.
     pub source: Option<PathBuf>,
-    /// Vertices in metres.
+    /// Vertex positions in metres.
     pub positions: Vec<Vec3>,
-    /// Shading normals, one for each vertex, or empty for flat shading. They need not be of unit length; a zero
-    /// normal means "flat here".
+    /// Shading normals, one per vertex, or empty for flat shading. They need not be of unit length; a zero normal means
+    /// flat shading at that vertex.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates, one a vertex, or empty. (0, 0) is the image's top left.
+    /// Texture coordinates, one per vertex, or empty. (0, 0) is the image's top left.
     pub uvs: Vec<Vec2>,
     /// A second set of texture coordinates, or empty.
     pub uvs1: Vec<Vec2>,
-    /// Unit tangents along which u grows, and ±1 for the side of the bitangent
-    /// `w · normal × tangent`; one a vertex, or empty.
+    /// Unit tangents in the direction of increasing u, and w = ±1 for the sign of the bitangent `w · normal × tangent`;
+    /// one per vertex, or empty.
     pub tangents: Vec<Vec4>,
-    /// Linear factors on the diffuse colour, one a vertex, or empty.
+    /// Linear factors on the diffuse colour, one per vertex, or empty.
     pub colors: Vec<Rgb>,
-    /// Factors on alpha, one a vertex, or empty.
+    /// Factors on alpha, one per vertex, or empty.
     pub alphas: Vec<f32>,
-    /// Three vertex indices a triangle, counter-clockwise seen from the front.
+    /// Three vertex indices per triangle, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// The mesh's own material for each triangle, or empty. An entity's [`MaterialId`] component takes precedence.
     pub triangle_materials: Vec<MaterialId>,
 }
 
 impl Mesh {
-    /// Bytes of its vertices and triangles.
+    /// The size of all columns in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let Self { positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
         size_of_val(&positions[..])
@@ -156,7 +156,7 @@ impl Mesh {
             + size_of_val(&self.triangle_materials[..])
     }
 
-    /// Of all that it is.
+    /// A hash of all of the mesh.
     pub(crate) fn hash(&self) -> u128 {
         let Self { name, source, positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
         let mut hasher = Xxh3::new();
@@ -181,21 +181,21 @@ impl Mesh {
     }
 }
 
-/// A decoded picture, top row first.
+/// A decoded image, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// The file that it came from, if any.
+    /// The file it was read from, if any.
     pub source: Option<PathBuf>,
-    /// Pixels a row, above zero.
+    /// Pixels per row, above zero.
     pub width: u32,
-    /// Rows, above zero.
+    /// The number of rows, above zero.
     pub height: u32,
     /// `width * height` pixels.
     pub texels: Texels,
 }
 
 impl Image {
-    /// Of all that it is.
+    /// A hash of all of the image.
     pub(crate) fn hash(&self) -> u128 {
         let mut hasher = Xxh3::new();
         hasher.update(self.source.as_deref().map_or(&[], |path| path.as_os_str().as_encoded_bytes()));
@@ -218,67 +218,67 @@ pub enum Texels {
     Rgb32(Vec<[f32; 3]>),
 }
 
-/// What lies between texels.
+/// The reconstruction filter between texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TextureFilter {
-    /// The texel whose square the point is in.
+    /// The texel whose square contains the point.
     Nearest,
     /// A blend of the four texels around the point.
     #[default]
     Bilinear,
-    /// The same in smaller copies of the image (mip levels), chosen by the size of the ray's footprint. Under the
-    /// Whitted transport this is [`TextureFilter::Bilinear`].
+    /// Bilinear in mip levels, chosen by the size of the ray's footprint. Under the Whitted transport this is
+    /// [`TextureFilter::Bilinear`].
     Trilinear,
 }
 
-/// What lies outside the unit square.
+/// The treatment of texture coordinates outside the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image again.
+    /// Repeats the image.
     #[default]
     Repeat,
-    /// The image's border.
+    /// Extends the image's border.
     Clamp,
-    /// The image mirrored at every edge.
+    /// Repeats the image, mirrored at every edge.
     Mirror,
 }
 
-/// How an eight-bit image's values are to be read.
+/// The encoding of an eight-bit image's values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorSpace {
-    /// By the sRGB curve (IEC 61966-2-1).
+    /// The sRGB curve (IEC 61966-2-1).
     #[default]
     Srgb,
-    /// As they are.
+    /// Linear values.
     Linear,
 }
 
-/// An image and how it is looked up: at `rotate(uv * scale) + offset`.
+/// An image with its lookup parameters: it is sampled at `rotate(uv * scale) + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
-    /// Which image.
+    /// The image.
     pub image: ImageId,
-    /// Between texels.
+    /// The filter between texels.
     pub filter: TextureFilter,
-    /// Outside the unit square, along u and v.
+    /// The wrap mode along u and v.
     pub wrap: [Wrap; 2],
-    /// How often the image fits into a unit of uv.
+    /// The number of repetitions of the image per unit of uv.
     pub scale: Vec2,
-    /// Clockwise around (0, 0) as v points down, in radians (KHR_texture_transform: the matrix
-    /// cos sin / −sin cos), after scaling.
+    /// The rotation after scaling, in radians, clockwise around (0, 0) as v points down (KHR_texture_transform: the
+    /// matrix cos sin / −sin cos).
     pub rotation: f32,
-    /// Added after rotating.
+    /// The offset, added after the rotation.
     pub offset: Vec2,
-    /// Which of the mesh's sets of texture coordinates: 0 or 1.
+    /// The mesh's set of texture coordinates: 0 or 1.
     pub uv_set: u32,
-    /// For eight-bit images.
+    /// The encoding of eight-bit images.
     pub color_space: ColorSpace,
-    /// A factor on what was looked up.
+    /// A factor on the sampled colour.
     pub factor: Rgb,
 }
 
 impl Texture {
-    /// The image as it is, for colours: bilinear, repeated, in the sRGB curve, not transformed.
+    /// Returns a texture for colours: bilinear, repeated, sRGB-encoded, not transformed.
     pub fn new(image: ImageId) -> Self {
         Self {
             image,
@@ -293,7 +293,8 @@ impl Texture {
         }
     }
 
-    /// The same for numbers, such as roughness, normals and heights: values as they are stored.
+    /// Returns a texture for numbers, such as roughness, normals and heights: bilinear, repeated, linear, not
+    /// transformed.
     pub fn of_numbers(image: ImageId) -> Self {
         Self { color_space: ColorSpace::Linear, ..Self::new(image) }
     }

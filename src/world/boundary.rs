@@ -1,29 +1,29 @@
-//! Whether triangles bound a body.
+//! Tests of whether triangles bound a body.
 
 use std::collections::{BTreeSet, HashMap};
 
 use crate::math::{DVec3, Vec3};
 
-/// Surfaces of more triangles are not tested and count as closed, since all their edges would have to be kept in
+/// The largest number of triangles that is tested. Larger surfaces count as closed, since the test keeps all edges in
 /// memory.
 pub(crate) const MOST_TESTED: usize = 1 << 20;
-/// Up to one open edge in this many is a crack that nobody sees. Sheets of up to [`MOST_TESTED`] triangles have more
+/// Up to one open edge in this many counts as an invisible crack. Sheets of up to [`MOST_TESTED`] triangles have more
 /// open edges at their rims.
 const EDGES_FOR_A_CRACK: usize = 1000;
 
-/// How far apart vertices in the same place may be, compared with the size of all: what rounding makes of a seam.
+/// The distance up to which vertices count as one, relative to the size of the bounds: the rounding error at a seam.
 const SAME: f32 = 1e-6;
 
-/// The edges of triangles. Vertices in the same place count as one, whatever they are split for.
+/// The edges of triangles. Vertices in the same place count as one, whatever the reason for the split.
 pub(crate) struct MeshEdges {
-    /// How many there are.
+    /// The number of edges.
     pub count: usize,
-    /// Those that are not traversed as often in one direction as in the other.
+    /// The edges that are not traversed equally often in both directions.
     pub open: Vec<[Vec3; 2]>,
 }
 
 impl MeshEdges {
-    /// The edges of triangles between some vertices. Triangles without area have none.
+    /// Finds the edges of indexed triangles. Triangles with two corners in the same place have none.
     pub fn of(positions: &[Vec3], triangles: impl Iterator<Item = [u32; 3]>) -> MeshEdges {
         let bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (low, high) = positions.iter().fold(bounds, |(low, high), at| (low.min(*at), high.max(*at)));
@@ -31,7 +31,7 @@ impl MeshEdges {
         let rounded = |at: &Vec3| ((*at - low) / near).round().to_array().map(|c| c as i32);
         let places: Vec<[i32; 3]> = positions.iter().map(rounded).collect();
         let place = |vertex: u32| places[vertex as usize];
-        // Each vertex by the first one in its place.
+        // Map each vertex to the first one in its place.
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
         order.sort_unstable_by_key(|vertex| (place(*vertex), *vertex));
         let mut first = vec![0u32; positions.len()];
@@ -56,19 +56,19 @@ impl MeshEdges {
         MeshEdges { count, open }
     }
 
-    /// Whether they bound a body, but for cracks, with which rounding has cut it open here and there.
+    /// True if the triangles bound a body, apart from cracks caused by rounding.
     pub fn are_closed(&self) -> bool {
         is_crack(self.open.len(), self.count)
     }
 }
 
-/// Whether so few of some edges are open that nobody sees it.
+/// True if so few of the edges are open that the gaps are not visible.
 pub(crate) fn is_crack(open: usize, edges: usize) -> bool {
     open <= edges / EDGES_FOR_A_CRACK
 }
 
-/// Six times the volume that triangles enclose, as seen from a point: negative if they face inwards. If they are
-/// closed, the point makes no difference.
+/// Six times the signed volume between a point and triangles: negative if they face inwards. For closed surfaces the
+/// choice of the point makes no difference.
 pub(crate) fn six_volumes(from: Vec3, triangles: impl Iterator<Item = [Vec3; 3]>) -> f64 {
     let volume = |triangle: [Vec3; 3]| {
         let [a, b, c] = triangle.map(|corner| corner.as_dvec3() - from.as_dvec3());
@@ -83,11 +83,11 @@ pub(crate) fn area([a, b, c]: [Vec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
-/// The winding number of triangles on their inner side, on average over some points of them: 1 for a body, ½ for a flat
-/// sheet, and between these the part of all directions in which a point behind the surface has the surface around it
-/// (Jacobson, Kavan and Sorkine-Hornung 2013).
+/// The winding number of triangles on their inner side, averaged over points on them: 1 for a body, ½ for a flat sheet,
+/// and in general the fraction of all directions in which the surface surrounds a point behind it (Jacobson, Kavan and
+/// Sorkine-Hornung 2013).
 pub(crate) fn inside(triangles: &[[Vec3; 3]]) -> f64 {
-    /// The most points, and the most triangles times points.
+    /// The maximum number of points, and of triangles times points.
     const MOST: (usize, usize) = (32, 1 << 21);
     let samples = (MOST.1 / triangles.len().max(1)).clamp(1, MOST.0);
     let whole: f64 = triangles.iter().map(|triangle| area(*triangle)).sum();
@@ -98,12 +98,12 @@ pub(crate) fn inside(triangles: &[[Vec3; 3]]) -> f64 {
         if passed <= (taken as f64 + 0.5) * step {
             continue;
         }
-        // A large triangle stands for several points.
+        // A large triangle counts for several points.
         let times = ((passed / step - 0.5 - taken as f64).ceil().max(1.0) as usize).min(samples - taken);
         let [a, b, c] = triangle.map(|corner| corner.as_dvec3());
         let middle = (a + b + c) / 3.0;
         let others = triangles.iter().enumerate().filter(|(other, _)| *other != number);
-        // Its own triangle fills half of all directions.
+        // The point's own triangle covers half of all directions.
         let around: f64 = others.map(|(_, other)| solid_angle(middle, *other)).sum();
         sum += times as f64 * (0.5 + around / (4.0 * std::f64::consts::PI));
         taken += times;
@@ -114,7 +114,7 @@ pub(crate) fn inside(triangles: &[[Vec3; 3]]) -> f64 {
     sum / taken.max(1) as f64
 }
 
-/// The solid angle of a triangle, positive if its back is seen (Van Oosterom and Strackee 1983).
+/// The solid angle of a triangle, positive if its back faces the point (Van Oosterom and Strackee 1983).
 fn solid_angle(from: DVec3, triangle: [Vec3; 3]) -> f64 {
     let [a, b, c] = triangle.map(|corner| corner.as_dvec3() - from);
     let [x, y, z] = [a.length(), b.length(), c.length()];
@@ -122,20 +122,20 @@ fn solid_angle(from: DVec3, triangle: [Vec3; 3]) -> f64 {
     2.0 * libm::atan2(a.dot(b.cross(c)), below)
 }
 
-/// Surfaces that close each other, where their rims meet.
+/// A group of surfaces that are joined where their rims meet.
 #[derive(Clone, Default)]
 pub(crate) struct JoinedSurfaces {
-    /// Their numbers.
+    /// The indices of the surfaces.
     pub members: Vec<usize>,
-    /// Their open edges that meet no others.
+    /// The open edges that meet no other surface.
     pub rim: Vec<[Vec3; 2]>,
-    /// Members that meet more than one other in the same edge.
+    /// Members with an edge that meets more than one other surface.
     pub crossed: Vec<usize>,
 }
 
-/// Joins surfaces by their open edges.
+/// Groups surfaces whose open edges meet.
 pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<JoinedSurfaces> {
-    /// How far apart rims that meet may be, compared with the size of all.
+    /// The distance up to which rims meet, relative to the size of the bounds.
     const NEAR: f32 = 1e-5;
     let ends = || rims.iter().flat_map(|rim| rim.as_flattened());
     let (low, high) =
@@ -148,7 +148,7 @@ pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<JoinedSurfaces> {
             cells.entry(cell(*end)).or_default().insert(number);
         });
     }
-    // The other surfaces that have a rim there.
+    // The other surfaces with a rim near a point.
     let others = |number: usize, end: Vec3| -> BTreeSet<usize> {
         let [x, y, z] = cell(end);
         let steps = || -1..=1i64;
@@ -185,7 +185,7 @@ pub(crate) fn joined(rims: &[&[[Vec3; 2]]]) -> Vec<JoinedSurfaces> {
     groups
 }
 
-/// The first surface of a group.
+/// The first surface of the group that contains surface `of`.
 fn root(first: &[usize], mut of: usize) -> usize {
     while first[of] != of {
         of = first[of];
@@ -197,7 +197,7 @@ fn root(first: &[usize], mut of: usize) -> usize {
 pub(crate) mod tests {
     use super::*;
 
-    /// A torus of rings and sectors, whose triangles have vertices of their own.
+    /// A torus of rings and sectors, whose triangles share no vertices.
     pub(crate) fn torus(rings: u32, sectors: u32) -> Vec<[Vec3; 3]> {
         let place = |ring: u32, sector: u32| {
             let turn = |i: u32, of: u32| std::f64::consts::TAU * f64::from(i % of) / f64::from(of);
@@ -216,7 +216,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn cracks_do_not_open_a_body_and_holes_do() {
+    fn mesh_edges_are_closed_despite_cracks_but_not_holes() {
         let mut all = torus(80, 40);
         let volume = |all: &[[Vec3; 3]]| six_volumes(Vec3::ZERO, all.iter().copied());
         assert!(edges(&all).are_closed() && edges(&all).open.is_empty() && volume(&all) > 0.0);
@@ -231,7 +231,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_winding_number_is_1_in_bodies_and_a_half_behind_sheets() {
+    fn winding_number_is_1_in_bodies_and_half_behind_sheets() {
         let near = |found: f64, wanted: f64, by: f64| assert!((found - wanted).abs() < by, "{found}");
         let mut all = torus(40, 20);
         near(inside(&all), 1.0, 1e-6);

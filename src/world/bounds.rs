@@ -1,8 +1,9 @@
-//! Checks of numbers of a program's worlds and of the records in films. Readers of scene files make no others.
+//! Range checks of the numbers in worlds built by programs and in film records. Readers of scene files produce only
+//! numbers that pass.
 
 use crate::math::Rgb;
 
-/// An angle or a number that must not be outside a range, but for rounding.
+/// Checks that a number or an angle is within a range, up to rounding.
 pub(crate) fn within(what: &str, value: f32, least: f32, most: f32) -> Result<(), String> {
     let slack = 1e-6 * most.abs().min(1e6);
     if least - slack <= value && value <= most + slack {
@@ -15,7 +16,7 @@ pub(crate) fn within(what: &str, value: f32, least: f32, most: f32) -> Result<()
     }
 }
 
-/// A number that must be above a limit, and finite.
+/// Checks that a number is above a limit, and finite.
 pub(crate) fn above(what: &str, value: f32, limit: f32) -> Result<(), String> {
     if value > limit && value.is_finite() {
         return Ok(());
@@ -23,7 +24,7 @@ pub(crate) fn above(what: &str, value: f32, limit: f32) -> Result<(), String> {
     Err(format!("{what} is {value}: it must be above {limit}, and finite"))
 }
 
-/// Light that there can be.
+/// Checks that all components of a colour are at least 0, and finite.
 pub(crate) fn check_color(what: &str, color: Rgb) -> Result<(), String> {
     let is_light = |part: &f32| *part >= 0.0 && part.is_finite();
     if color.to_array().iter().all(is_light) {

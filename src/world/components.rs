@@ -7,20 +7,20 @@ use super::assets::{ImageId, MaterialId, MeshId, TextureId};
 use super::fields::{Range, forms, radians};
 use super::settings::Settings;
 
-/// What the author calls an entity. Names are unique in a file.
+/// The author's name for an entity. Names are unique in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name(pub String);
 
-/// The glTF file whose nodes stand under this entity (see [`FromModel`]).
+/// The glTF file whose nodes are descendants of this entity (see [`FromModel`]).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Model(pub std::path::PathBuf);
 
-/// Replacements for materials of the entity's [`Model`], by their names in its file.
+/// Replacements for materials of the entity's [`Model`], by the materials' names in its file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides(pub Vec<(String, MaterialId)>);
 
-/// Marks the entities that came with an ancestor's [`Model`]. A saved scene names the file and leaves them out, as
-/// long as they are unchanged. The number is a hash of what they were.
+/// Marks an entity that was loaded from an ancestor's [`Model`]. A saved scene names the file and omits such entities
+/// as long as they are unchanged. The number is a hash of the entity as loaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FromModel(pub u64);
 
@@ -28,11 +28,11 @@ pub struct FromModel(pub u64);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parent(pub hecs::Entity);
 
-/// From local space to the parent's space, or to the world's without a [`Parent`]. Cameras look along −Z with +Y up;
-/// spot, directional and area lights shine along −Z.
+/// The transform from local space to the parent's space, or to world space without a [`Parent`]. Cameras look along −Z
+/// with +Y up; spot, directional and area lights emit along −Z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transform {
-    /// Scale first, then rotate, then translate.
+    /// A scale, then a rotation, then a translation.
     Trs {
         /// In metres.
         translation: Vec3,
@@ -46,19 +46,19 @@ pub enum Transform {
 }
 
 impl Transform {
-    /// Leaves everything where it is.
+    /// The identity transform.
     pub const IDENTITY: Transform =
         Transform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
 
-    /// Stands at `from` (in metres), with −Z towards `to` and +Y as close to `up` as that allows; `up` may have any
-    /// length.
+    /// Returns the transform that places the origin at `from` (in metres), with −Z towards `to` and +Y as close to `up`
+    /// as that allows; `up` may have any length.
     ///
     /// # Errors
     ///
-    /// [`LookAtFault::SamePoint`] if both places are the same, [`LookAtFault::NoUp`] if `up` is zero, and
+    /// [`LookAtFault::SamePoint`] if `from` equals `to`, [`LookAtFault::NoUp`] if `up` is zero, and
     /// [`LookAtFault::Parallel`] if the sine of the angle between `up` and the direction of view is below 10⁻⁶.
     pub fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Result<Transform, LookAtFault> {
-        /// Sine of the angle below which two directions count as parallel.
+        /// The sine of the angle below which two directions count as parallel.
         const PARALLEL: f64 = 1e-6;
         let backward = from.as_dvec3() - to.as_dvec3();
         if from == to {
@@ -80,16 +80,16 @@ impl Transform {
     }
 }
 
-/// Why [`Transform::look_at`] has no answer.
+/// The error of [`Transform::look_at`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LookAtFault {
-    /// Both places are the same.
+    /// The two points are the same.
     #[error("both places are the same")]
     SamePoint,
-    /// Up is (0, 0, 0).
+    /// The up vector is (0, 0, 0).
     #[error("up must not be (0, 0, 0)")]
     NoUp,
-    /// Up lies along the direction of view.
+    /// The up vector is parallel to the direction of view.
     #[error("up must not lie along the direction of view")]
     Parallel,
 }
@@ -100,16 +100,16 @@ impl Default for Transform {
     }
 }
 
-/// What rays can hit, in local space.
+/// A surface that rays can hit, in local space.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// Centred at the local origin. u runs around +Y once, starting at −X and going by +Z;
-    /// v runs from 0 at the +Y pole to 1 at the −Y pole.
+    /// A sphere centred at the local origin. u runs around +Y once, from −X by +Z; v runs from 0 at the +Y pole to 1 at
+    /// the −Y pole.
     Sphere {
-        /// In metres, above zero.
+        /// The radius in metres, above zero.
         radius_m: f32,
     },
-    /// Three corners, counter-clockwise seen from the front.
+    /// A triangle, counter-clockwise seen from the front.
     Triangle {
         /// The corners.
         vertices: [Vec3; 3],
@@ -118,30 +118,29 @@ pub enum Shape {
         /// Texture coordinates; (0,0), (1,0), (0,1) when absent.
         uvs: Option<[Vec2; 3]>,
     },
-    /// A planar convex quadrilateral. Its corners, in order around it, are the
-    /// texture's top left, top right, bottom right and bottom left. Its front, the
-    /// outside of glass, is the side from which they go around counter-clockwise, as for
-    /// triangles; the texture is seen the right way around from the other side.
+    /// A planar convex quadrilateral. Its corners, in order around it, are the texture's top left, top right, bottom
+    /// right and bottom left. Its front, which is the outside of glass, is the side from which they appear
+    /// counter-clockwise, as for triangles; the texture appears unmirrored from the back.
     Plane {
         /// The corners.
         corners: [Vec3; 4],
     },
-    /// A triangle mesh of the asset store.
+    /// A triangle mesh in [`Assets::meshes`](super::Assets::meshes).
     Mesh(MeshId),
 }
 
 forms! {
-    /// How N sample points are spread over a square.
+    /// The distribution of N sample points over a square.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
     pub enum Pattern, "pattern" {
-        /// Each on its own, uniformly at random.
+        /// Independent uniform random points.
         Uniform,
-        /// One at random in each cell of a grid (stratified).
+        /// One random point in each cell of a grid (stratified).
         #[default]
         Jittered,
         /// The centres of the cells of a grid.
         Regular,
-        /// All in the middle of the square: a pixel without antialiasing, to look at everything else alone.
+        /// All at the centre of the square: a pixel without antialiasing, which leaves only other effects to see.
         Center,
     }
 }
@@ -150,10 +149,10 @@ forms! {
     /// The dependence of irradiance on the distance from a light.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Falloff, "falloff" {
-        /// As 1/d².
+        /// Irradiance falls off as 1/d².
         #[default]
         InverseSquare,
-        /// As at one metre, at every distance.
+        /// Irradiance at every distance is that at one metre.
         Constant,
     }
 }
@@ -165,13 +164,13 @@ forms! {
         /// The whole rectangle.
         #[default]
         Rectangle,
-        /// The ellipse that touches its sides.
+        /// The ellipse inscribed in the rectangle.
         Disc,
     }
 }
 
 impl Outline {
-    /// The part of the rectangle that it covers.
+    /// The fraction of the rectangle that the outline covers.
     pub(crate) fn part(self) -> f32 {
         match self {
             Self::Rectangle => 1.0,
@@ -181,17 +180,17 @@ impl Outline {
 }
 
 forms! {
-    /// Sends light into the scene.
+    /// A light source.
     #[derive(Clone, Debug, PartialEq)]
     pub enum Light, "light" {
-        /// From the local origin into all directions: intensity Φ/4π.
+        /// A point light at the local origin, with intensity Φ/4π in all directions.
         Point {
             /// Φ, the power
             power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
             /// whether the light weakens with distance, or is everywhere as at 1 m
             falloff: Falloff = Falloff::InverseSquare, Form;
         },
-        /// A point light (of intensity Φ/4π) that shines only within a cone about −Z.
+        /// A point light (of intensity Φ/4π) that emits only within a cone about −Z.
         Spot {
             /// Φ, the power of the point light without its cone
             power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
@@ -202,8 +201,7 @@ forms! {
             /// as of `Point`
             falloff: Falloff = Falloff::InverseSquare, Form;
         },
-        /// From the local origin, with an intensity that depends on the direction: a measured lamp that hangs with its
-        /// axis along −Z.
+        /// A measured point light at the local origin: its intensity depends on the direction, and its axis is −Z.
         Photometric {
             /// Φ, the power over all directions
             power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
@@ -219,8 +217,8 @@ forms! {
             /// transport treats every source
             angle ["angle_degrees"]: f32 = 0.0, Degrees(Range::FromTo(0.0, 180.0));
         },
-        /// Light from all around, infinitely far away: what rays see that hit nothing. The entity's rotation turns it.
-        /// Only the first one counts, of these and of [`Light::Sky`].
+        /// Infinitely distant light from all directions, seen by rays that hit nothing. The entity's rotation applies
+        /// to it. Only the first environment or [`Light::Sky`] counts.
         Environment {
             /// radiance, W m⁻² sr⁻¹; a factor on the image if there is one
             radiance: Rgb = Rgb::WHITE, Color(Range::From(0.0));
@@ -228,7 +226,7 @@ forms! {
             image: Option<ImageId> = None, Image;
         },
         /// A clear sky with its sun over a grey ground, infinitely far away, after Hillaire, "A scalable and production
-        /// ready sky and atmosphere rendering technique" (2020). The entity's rotation turns it. It counts as a
+        /// ready sky and atmosphere rendering technique" (2020). The entity's rotation applies to it. It acts as a
         /// [`Light::Environment`] and a [`Light::Directional`].
         Sky {
             /// the sun's height above the horizon; negative after sunset
@@ -259,19 +257,19 @@ forms! {
     }
 }
 
-/// Marks an entity whose [`Light`] sends no photons: its caustics are left to chance.
+/// Marks an entity whose [`Light`] emits no photons: only paths that hit it by chance find its caustics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WithoutCaustics;
 
 impl Light {
-    /// True if it is an environment or a sky.
+    /// True if the light is an environment or a sky.
     pub(crate) fn is_around(&self) -> bool {
         matches!(self, Light::Environment { .. } | Light::Sky { .. })
     }
 }
 
 forms! {
-    /// Turns image points into rays. The scale of its entity does not count.
+    /// A camera, which generates rays for image points. The scale of its entity is ignored.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub enum Camera, "camera" {
         /// All rays pass through the local origin.
@@ -287,8 +285,8 @@ forms! {
             lens_radius_m: f32 = 0.0, Number(Range::From(0.0)), required;
             /// from the lens to the plane in focus, along −Z
             focus_distance_m: f32 = 1.0, Number(Range::Above0), required;
-            /// an image of the opening, over the square around the lens, top up: the brighter a texel, the more light comes
-            /// through; without one the opening is round
+            /// an image of the opening, over the square around the lens, top up: the brighter a texel, the more light
+            /// comes through; without one the opening is round
             aperture: Option<ImageId> = None, Image;
             /// how a pixel's samples are spread over the lens, under the Whitted transport
             pattern: Pattern = Pattern::Jittered, Form;
@@ -301,16 +299,16 @@ forms! {
     }
 }
 
-/// How far a plane's corners may be from one plane, over its diameter.
+/// The largest distance of a plane's corners from their mean plane, relative to the diameter.
 const PLANAR: f64 = 1e-4;
-/// Sine of the angle at a corner below which its edges count as one line.
+/// The sine of the angle at a corner below which its edges count as collinear.
 const STRAIGHT: f64 = 1e-9;
 
-/// Whether the corners go around a flat convex quadrilateral; else what is wrong and at
-/// which of them.
+/// Checks that the corners form a flat convex quadrilateral; the error is the index of the wrong corner, if it is a
+/// single one, and the reason.
 pub(crate) fn check_plane(corners: [Vec3; 4]) -> Result<(), (Option<usize>, String)> {
     let [a, b, c, d] = corners.map(|corner| corner.as_dvec3());
-    // Twice the area, along the normal: what the two diagonals span.
+    // The normal, with twice the area as length: the cross product of the diagonals.
     let normal = (c - a).cross(d - b);
     let diameter =
         [b - a, c - a, d - a, c - b, d - b, d - c].map(|v| v.length()).into_iter().fold(0.0, f64::max);

@@ -1,5 +1,5 @@
-//! The fields of components: a table for each, from which follow reading and writing scene files, `--set`, the checks of
-//! a program's worlds and the tables of `scenes/README.md`.
+//! The fields of components: a table for each, used for reading and writing scene files, `--set`, checking worlds built
+//! by programs, and the tables of `scenes/README.md`.
 //!
 //! [`fields!`] declares a structure with its table, [`forms!`] an enumeration. To add a field, add a line there.
 
@@ -10,7 +10,7 @@ use super::bounds::{above, check_color, within};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
 use super::settings::{Aov, Background, Caustics, Settings, Sharing, Transport};
 
-/// The numbers that a field can have.
+/// The range of a field's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Range {
     /// Any finite number.
@@ -19,9 +19,9 @@ pub(crate) enum Range {
     Above0,
     /// Finite, and at least the number.
     From(f32),
-    /// Both ends belong to it.
+    /// Finite, and between the numbers, both included.
     FromTo(f32, f32),
-    /// Neither end belongs to it.
+    /// Finite, and between the numbers, both excluded.
     Between(f32, f32),
 }
 
@@ -29,7 +29,7 @@ impl Range {
     /// From 0 to 1.
     pub(crate) const UNIT: Range = Range::FromTo(0.0, 1.0);
 
-    /// True if a number is in it.
+    /// True if a number is in the range.
     pub(crate) fn contains(self, value: f32) -> bool {
         value.is_finite()
             && match self {
@@ -43,7 +43,7 @@ impl Range {
 }
 
 impl std::fmt::Display for Range {
-    /// As in "must be at least 0".
+    /// Writes the range as it follows "must be", such as "at least 0".
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Range::Finite => f.write_str("finite"),
@@ -55,25 +55,25 @@ impl std::fmt::Display for Range {
     }
 }
 
-/// A field's value, by its kind. Each kind is read and written in one place.
+/// A reference to a field's value, by kind. Each kind is read and written in one place.
 pub(crate) enum Slot<'a> {
     /// `true` or `false`.
     Flag(&'a mut bool),
-    /// A number, in metres or whatever its name says.
+    /// A number, in metres or the unit that the field's name gives.
     Number(&'a mut f32, Range),
     /// A number or `None`.
     OptionalNumber(&'a mut Option<f32>, Range),
-    /// A whole number, from the least to the most.
+    /// A whole number, from the first limit to the second.
     Whole(&'a mut u32, u32, u32),
-    /// A whole number from 0 to the most, or `None`.
+    /// A whole number from 0 to the limit, or `None`.
     OptionalWhole(&'a mut Option<u32>, u32),
     /// Any whole number.
     Seed(&'a mut u64),
     /// Width and height of an image.
     Size(&'a mut [u32; 2]),
-    /// An angle in radians, written in degrees, of which the range is.
+    /// An angle in radians, written in degrees; the range is in degrees.
     Degrees(&'a mut f32, Range),
-    /// The same, reduced to one turn.
+    /// An angle in radians, written in degrees and reduced to one turn.
     Azimuth(&'a mut f32),
     /// Width and height in metres, above 0, or one number for both.
     Sides(&'a mut Vec2),
@@ -81,17 +81,17 @@ pub(crate) enum Slot<'a> {
     Image(&'a mut Option<ImageId>),
     /// A photometric profile.
     Profile(&'a mut TextureId),
-    /// Which of several bodies fills a place.
+    /// A priority among overlapping bodies.
     Priority(&'a mut i32),
-    /// A colour, each part of it in the range.
+    /// A colour, each component of it in the range.
     Color(&'a mut Rgb, Range),
     /// A colour or a texture of colours.
     ColorMap(&'a mut ColorInput, Range),
-    /// A number from 0 to 1 or a channel of a texture, and which channel if the file does not name one.
+    /// A number from 0 to 1 or a channel of a texture, and the default channel.
     NumberMap(&'a mut ScalarInput, Channel),
-    /// A texture's channel whose numbers are used as they are.
+    /// A channel of a texture whose values are used as stored, and the default channel.
     ChannelMap(&'a mut Option<(TextureId, Channel)>, Channel),
-    /// A texture whose channels are used as they are.
+    /// A texture whose values are used as stored.
     DataMap(&'a mut Option<TextureId>),
     /// A normal map.
     Normals(&'a mut Option<NormalMap>),
@@ -99,11 +99,11 @@ pub(crate) enum Slot<'a> {
     Bumps(&'a mut Option<BumpMap>),
     /// A structure.
     Part(&'a mut dyn Fields),
-    /// A structure that may be left out.
+    /// An optional structure.
     OptionalPart(&'a mut dyn OptionalFields),
-    /// Fields that stand among those of the structure itself.
+    /// A structure whose fields are listed among those of the enclosing one.
     Inline(&'a mut dyn Fields),
-    /// One of several names, some of them with fields.
+    /// One of several named forms, some of them with fields.
     Form(&'a mut dyn Forms),
     /// A transport, or `Auto`: the one that suits the scene.
     Transport(&'a mut Transport),
@@ -121,23 +121,23 @@ pub(crate) enum Slot<'a> {
 
 /// A field of a component.
 pub(crate) struct Field<'a> {
-    /// Its key in scene files.
+    /// The field's key in scene files.
     pub name: &'static str,
-    /// Other keys for it.
+    /// Alternative keys.
     pub aliases: &'static [&'static str],
-    /// Keys of older versions, which guides do not show.
+    /// Keys of older versions, which guides omit.
     pub old: &'static [&'static str],
-    /// Its meaning, for the tables of `scenes/README.md`.
+    /// The field's meaning, for the tables of `scenes/README.md`.
     #[cfg_attr(not(test), expect(dead_code, reason = "a test writes the tables"))]
     pub doc: &'static str,
-    /// True if a scene file must give it.
+    /// True if a scene file must give the field.
     pub required: bool,
-    /// Its value.
+    /// The field's value.
     pub slot: Slot<'a>,
 }
 
 impl Field<'_> {
-    /// True if a key stands for it.
+    /// True if the key is the field's name, an alias or an old key.
     pub(crate) fn is_called(&self, key: &str) -> bool {
         self.name == key || self.aliases.contains(&key) || self.old.contains(&key)
     }
@@ -148,16 +148,17 @@ pub(crate) trait Fields {
     /// The name of the structure in messages, with an article.
     fn what(&self) -> &'static str;
 
-    /// Its fields, in the order in which they are written.
+    /// The fields, in the order in which they are written.
     fn fields(&mut self) -> Vec<Field<'_>>;
 
-    /// Another one with all fields at their defaults, for a structure whose keys `is_given` knows.
+    /// A structure of this type with all fields at their defaults; these may depend on the keys for which `is_given` is
+    /// true.
     fn defaults(&self, is_given: &dyn Fn(&str) -> bool) -> Box<dyn Fields>;
 }
 
-/// A structure that may be left out.
+/// An optional structure with its fields.
 pub(crate) trait OptionalFields {
-    /// Inserts one with all fields at their defaults.
+    /// Inserts a structure with all fields at their defaults.
     fn insert(&mut self) -> &mut dyn Fields;
 
     /// The structure, if there is one.
@@ -174,28 +175,28 @@ impl<T: Fields + Default> OptionalFields for Option<T> {
     }
 }
 
-/// An enumeration whose values have names, and perhaps fields.
+/// An enumeration whose forms have names, and possibly fields.
 pub(crate) trait Forms {
-    /// The kind of thing in messages, without an article.
+    /// The name of the enumeration in messages, without an article.
     fn kind(&self) -> &'static str;
 
     /// The names of all forms.
     fn names(&self) -> &'static [&'static str];
 
-    /// The place of its form in [`Forms::names`].
+    /// The index of the current form in [`Forms::names`].
     fn form(&self) -> usize;
 
-    /// Turns into another form, with all fields at their defaults.
+    /// Changes to a form, with all fields at their defaults.
     fn set_form(&mut self, form: usize);
 
-    /// The fields of its form.
+    /// The fields of the current form.
     fn fields(&mut self) -> Vec<Field<'_>>;
 
-    /// Another one of its form, with all fields at their defaults.
+    /// A value of the same form, with all fields at their defaults.
     fn defaults(&self) -> Box<dyn Forms>;
 }
 
-/// The fields of a structure, with those that stand among them.
+/// The fields of a structure, including those of its [`Slot::Inline`] structures.
 pub(crate) fn all_fields(part: &mut dyn Fields) -> Vec<Field<'_>> {
     fn one(field: Field) -> Vec<Field> {
         match field.slot {
@@ -213,8 +214,8 @@ pub(crate) fn all_fields(part: &mut dyn Fields) -> Vec<Field<'_>> {
 /// name ["key", "other key"]: type = default, Kind(arguments);
 /// ```
 ///
-/// where the keys may be left out if the only one is the name, `old ["key"]` behind them is a key of older versions, and Kind
-/// is a [`Slot`]. A `with` names the function that gives the defaults for a structure some of whose keys are given.
+/// where the keys may be omitted if the name is the only key, `old ["key"]` after them is a key of older versions, and
+/// Kind is a [`Slot`]. `with` names the function that returns the defaults of a structure from the keys that are given.
 macro_rules! fields {
     (
         $(#[$meta:meta])* pub struct $name:ident, $what:literal $(with $defaults:path)? {
@@ -265,8 +266,8 @@ macro_rules! fields {
 }
 
 /// Declares an enumeration, its default and its table of forms. Each form is `Name` or
-/// `Name { /// Meaning. name ["key"]: type = default, Kind(arguments); … }`, as in [`fields!`]; `, required` behind the
-/// kind is for fields that a scene file must give.
+/// `Name { /// Meaning. name ["key"]: type = default, Kind(arguments); … }`, as in [`fields!`]; `, required` after the
+/// kind marks a field that a scene file must give.
 macro_rules! forms {
     (
         $(#[$meta:meta])* pub enum $name:ident, $kind_name:literal {
@@ -327,7 +328,7 @@ macro_rules! forms {
     };
 }
 
-/// Gives an enumeration without fields, which is declared elsewhere, its table of forms.
+/// Implements the table of forms for an enumeration without fields that is declared elsewhere.
 macro_rules! names {
     ($name:ident, $kind:literal, [$($form:ident),+]) => {
         impl $crate::world::fields::Forms for $name {
@@ -360,7 +361,7 @@ macro_rules! names {
 
 pub(crate) use {fields, forms, names};
 
-/// The textures of fields.
+/// The textures that fields refer to.
 pub(crate) fn textures(fields: Vec<Field>) -> Vec<TextureId> {
     fields
         .into_iter()
@@ -379,14 +380,14 @@ pub(crate) fn textures(fields: Vec<Field>) -> Vec<TextureId> {
         .collect()
 }
 
-/// Errors: the first number of a structure that is out of its range. Defaults need not be finite, and colours of a
-/// program may be above 1.
+/// Checks the numbers of a structure; the error describes the first one out of its range. Defaults need not be finite,
+/// and colours set by a program may be above 1.
 pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
     let mut defaults = part.defaults(&|_| false);
     check_fields(all_fields(part), all_fields(&mut *defaults))
 }
 
-/// As [`check`], for a form.
+/// Checks the numbers of a form, as [`check`] does for a structure.
 pub(crate) fn check_form(form: &mut dyn Forms) -> Result<(), String> {
     let mut defaults = form.defaults();
     check_fields(form.fields(), defaults.fields())
@@ -461,7 +462,7 @@ fn whole(name: &str, value: u32, least: u32, most: u32) -> Result<(), String> {
     Err(format!("{name} is {value}: it must be {least} to {most}"))
 }
 
-/// The images of fields that are no textures.
+/// The images that fields refer to without a texture.
 pub(crate) fn images(fields: Vec<Field>) -> Vec<ImageId> {
     let image = |field: Field| match field.slot {
         Slot::Image(image) => *image,
@@ -470,8 +471,8 @@ pub(crate) fn images(fields: Vec<Field>) -> Vec<ImageId> {
     fields.into_iter().filter_map(image).collect()
 }
 
-/// An angle as worlds store it. Degrees are 64-bit numbers so that every 32-bit number of radians can be written in
-/// degrees.
+/// Converts degrees to radians, as stored in worlds. Degrees are 64-bit numbers so that every 32-bit number of radians
+/// can be written in degrees.
 pub(crate) const fn radians(degrees: f64) -> f32 {
     (degrees * (std::f64::consts::PI / 180.0)) as f32
 }

@@ -1,4 +1,4 @@
-//! What surfaces are made of: materials and the inputs of their parameters.
+//! Materials of surfaces, and the inputs of their parameters.
 
 use crate::math::Rgb;
 
@@ -6,16 +6,16 @@ use super::assets::{MaterialId, TextureId};
 use super::fields::{Range, fields, forms};
 
 impl MaterialId {
-    /// The white diffuse material that every asset store begins with.
+    /// The white diffuse material with which every asset store begins.
     pub const DEFAULT: MaterialId = MaterialId(0);
 }
 
-/// A factor that is one colour or comes from a texture.
+/// A colour parameter: a constant or a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ColorInput {
-    /// The same everywhere.
+    /// A constant.
     Constant(Rgb),
-    /// Looked up at the hit's texture coordinates.
+    /// A texture, sampled at the hit's texture coordinates.
     Texture(TextureId),
 }
 
@@ -25,18 +25,18 @@ impl Default for ColorInput {
     }
 }
 
-/// A number that is the same everywhere or comes from one channel of a texture.
+/// A numeric parameter: a constant or one channel of a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScalarInput {
-    /// The number, or what the texture's is multiplied by.
+    /// The number, or a factor on that of the texture.
     pub factor: f32,
-    /// The texture and the channel that the factor is multiplied by; the texture's own factor does not count.
-    /// Textures of numbers need [`ColorSpace::Linear`](super::ColorSpace::Linear).
+    /// The texture and the channel that `factor` multiplies; the texture's own factor is ignored. Textures of numbers
+    /// need [`ColorSpace::Linear`](super::ColorSpace::Linear).
     pub texture: Option<(TextureId, Channel)>,
 }
 
 impl ScalarInput {
-    /// The same everywhere.
+    /// A constant number.
     pub const fn constant(factor: f32) -> Self {
         Self { factor, texture: None }
     }
@@ -45,17 +45,17 @@ impl ScalarInput {
 /// A channel of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
-    /// The first.
+    /// The first channel.
     Red,
-    /// The second.
+    /// The second channel.
     Green,
-    /// The third.
+    /// The third channel.
     Blue,
-    /// The fourth; 1 where an image has none.
+    /// The fourth channel; 1 if an image has none.
     Alpha,
 }
 
-/// How a surface answers light. Entities carry a [`MaterialId`] as component.
+/// A reflection model with its parameters. Entities carry a [`MaterialId`] as component.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
     /// The classic model.
@@ -71,7 +71,7 @@ impl Default for Material {
 }
 
 forms! {
-    /// The vector that the specular lobe of [`BlinnPhong`] is built about.
+    /// The vector about which the specular lobe of [`BlinnPhong`] is built.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Highlight, "highlight" {
         /// `max(n·h, 0)^shininess`, h half way between light and viewer (Blinn 1977).
@@ -83,9 +83,9 @@ forms! {
 }
 
 fields! {
-    /// Light with irradiance E (measured perpendicular to its direction) leaves as
-    /// `E · (diffuse · max(n·l, 0) + specular · lobe)`. Added to that are `emission`, the mirror image times `kr` and,
-    /// with an `ior`, what is seen through the surface times `kt`. There is no factor 1/π, as in Whitted's day.
+    /// The classic model: light of irradiance E (measured perpendicular to its direction) is reflected as `E · (diffuse
+    /// · max(n·l, 0) + specular · lobe)`. To this are added `emission`, the mirror reflection times `kr` and, with an
+    /// `ior`, the refracted radiance times `kt`. As in Whitted's time, there is no factor 1/π.
     #[derive(Clone, Debug, PartialEq)]
     pub struct BlinnPhong, "BlinnPhong" with BlinnPhong::with_keys {
         /// factor on diffuse light
@@ -103,8 +103,8 @@ fields! {
         /// index of refraction of the inside (where the normal does not point), which light then enters (water 1.33,
         /// glass 1.5; air within them 1)
         ior: Option<f32> = None, OptionalNumber(Range::Above0);
-        /// which of several bodies fills a place that they have in common: the one of the highest priority, of these the
-        /// one that light has entered last; counts only with an `ior`
+        /// which of several bodies fills a place that they have in common: the one of the highest priority, of these
+        /// the one that light has entered last; counts only with an `ior`
         priority: i32 = 0, Priority;
         /// radiance that the surface emits, W m⁻² sr⁻¹; under the Whitted transport it is seen, but lights nothing else
         emission: ColorInput = ColorInput::Constant(Rgb::BLACK), ColorMap(Range::From(0.0));
@@ -115,7 +115,8 @@ fields! {
 }
 
 impl BlinnPhong {
-    /// A material with an index of refraction: no colour of its own, and all light either reflected or refracted.
+    /// Returns the defaults of a material with an index of refraction: no diffuse colour, all light reflected or
+    /// refracted.
     pub(crate) fn glass() -> BlinnPhong {
         BlinnPhong {
             diffuse: ColorInput::Constant(Rgb::BLACK),
@@ -124,16 +125,16 @@ impl BlinnPhong {
         }
     }
 
-    /// The defaults of a material some of whose keys are given.
+    /// Returns the defaults of a material; `is_given` is true for the keys that a file gives.
     pub(crate) fn with_keys(is_given: &dyn Fn(&str) -> bool) -> BlinnPhong {
         if is_given("ior") { BlinnPhong::glass() } else { BlinnPhong::default() }
     }
 }
 
 fields! {
-    /// A physically based surface: the metallic-roughness model of glTF 2.0 (appendix B) and what
-    /// Khronos' extensions add to it, under their names. Factors are within the ranges that the
-    /// specification gives; colours are reflectances.
+    /// A physically based surface: the metallic-roughness model of glTF 2.0 (appendix B) with the parameters of
+    /// Khronos' extensions, under their names. Factors are within the ranges that the specification gives; colours are
+    /// reflectances.
     #[derive(Clone, Debug, PartialEq)]
     pub struct Principled, "Principled" {
         /// albedo; of a metal, its reflectance straight on
@@ -166,8 +167,8 @@ fields! {
         specular: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Red);
         /// the colour of that reflection, straight on
         specular_color: ColorInput = ColorInput::Constant(Rgb::WHITE), ColorMap(Range::From(0.0));
-        /// part of the light that goes through (KHR_materials_transmission); straight if the surface is smooth and has no
-        /// `volume`, or if it has one and its `ior` is 1: then lamps shine through it, too
+        /// part of the light that goes through (KHR_materials_transmission); straight if the surface is smooth and has
+        /// no `volume`, or if it has one and its `ior` is 1: then light samples pass through it, too
         transmission: ScalarInput = ScalarInput::constant(0.0), NumberMap(Channel::Red);
         /// makes the surface the boundary of a body (KHR_materials_volume); needs a `transmission` or a
         /// `diffuse_transmission`; without a `volume` the surface is a thin sheet
@@ -203,70 +204,70 @@ forms! {
     /// The meaning of a material's alpha.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub enum AlphaMode, "alpha mode" {
-        /// None: all of the surface is there.
+        /// Alpha is ignored: the surface is opaque.
         #[default]
         Opaque,
-        /// It is there where alpha is at least the cutoff.
+        /// The surface is present where alpha is at least the cutoff.
         Mask {
             /// the least alpha
             cutoff: f32 = 0.5, Number(Range::From(0.0));
         },
-        /// It is the part of the surface that is there.
+        /// Alpha is the fraction of the surface that is present.
         Blend,
     }
 }
 
-/// Normals in tangent space, as glTF stores them: rgb in 0..1 stand for x, y, z in −1..1.
+/// A map of normals in tangent space, encoded as in glTF: rgb in 0..1 represent x, y, z in −1..1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalMap {
-    /// Looked up as it is stored.
+    /// The texture, whose values are used as stored.
     pub texture: TextureId,
-    /// A factor on x and y.
+    /// A factor on the normal's x and y.
     pub scale: f32,
 }
 
-/// Heights above a surface, which is shaded as if it had them (Blinn 1978).
+/// A map of heights, by which the surface's shading normals are perturbed (Blinn 1978).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BumpMap {
-    /// Looked up as it is stored.
+    /// The texture, whose values are used as stored.
     pub texture: TextureId,
-    /// Which of its channels.
+    /// The channel of the heights.
     pub channel: Channel,
-    /// How much higher a value of 1 is than one of 0, in metres.
+    /// The height of the value 1 above the value 0, in metres.
     pub height_m: f32,
 }
 
 fields! {
-    /// The inside of a body (KHR_materials_volume, KHR_materials_volume_scatter).
+    /// The interior of a body (KHR_materials_volume, KHR_materials_volume_scatter).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Volume, "a volume" {
         /// what is left of white light after the distance, neither absorbed nor scattered
         attenuation_color: Rgb = Rgb::WHITE, Color(Range::UNIT);
         /// the distance, in metres; without one the body is clear
         attenuation_distance ["attenuation_distance_m"] old ["attenuation_distance"]: f32 = f32::INFINITY, Number(Range::Above0);
-        /// the colour of a body so large that all light that leaves it has been scattered many times; it determines which
-        /// part of the attenuation is scattering (Kulla and Conty 2017): the rest is absorbed, all of it at 0
+        /// the colour of a body so large that all light that leaves it has been scattered many times; it determines
+        /// which part of the attenuation is scattering (Kulla and Conty 2017): the rest is absorbed, all of it at 0
         multiscatter_color: Rgb = Rgb::BLACK, Color(Range::UNIT);
-        /// the mean cosine of the angle by which light is scattered (Henyey and Greenstein's g): above 0 it mostly keeps
-        /// its direction
+        /// the mean cosine of the angle by which light is scattered (Henyey and Greenstein's g): above 0 it mostly
+        /// keeps its direction
         scatter_anisotropy: f32 = 0.0, Number(Range::FromTo(-Volume::MOST, Volume::MOST));
         /// how thick the material is, in metres before the entity's transform, where the surface encloses nothing, as a
         /// pane: there it is a thin sheet, which absorbs by this thickness and bends no light; at 0 an open surface
         /// counts as the boundary of a body, which lies behind it
         thickness ["thickness_m"] old ["thickness"]: f32 = 0.0, Number(Range::From(0.0));
-        /// which of several bodies fills a place that they have in common: the one of the highest priority, of these the
-        /// one that light has entered last
+        /// which of several bodies fills a place that they have in common: the one of the highest priority, of these
+        /// the one that light has entered last
         priority: i32 = 0, Priority;
     }
 }
 
 impl Volume {
-    /// The largest magnitude of [`Volume::scatter_anisotropy`]: beyond it light is hardly deflected any more.
+    /// The largest magnitude of [`Volume::scatter_anisotropy`]; beyond it, light is hardly deflected.
     pub const MOST: f32 = 0.99;
 }
 
 fields! {
-    /// Microfacets that are stretched along one direction (KHR_materials_anisotropy).
+    /// Microfacets stretched along one direction (KHR_materials_anisotropy).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Anisotropy, "an anisotropy" {
         /// from 0, round, to 1, as long as can be
@@ -279,7 +280,7 @@ fields! {
 }
 
 fields! {
-    /// A film about as thick as wavelengths of light (KHR_materials_iridescence).
+    /// A thin film, about as thick as a wavelength of light (KHR_materials_iridescence).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Iridescence, "an iridescence" {
         /// coverage

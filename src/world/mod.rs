@@ -1,6 +1,6 @@
-//! The authored scene, before anything is prepared for rendering. Entities live in a [`hecs::World`]; bulk data
-//! (meshes, images) and shared data (materials) live beside it in [`Assets`], referred to by integer ids.
-//! [`crate::compile`] turns a world into a scene.
+//! The authored scene, before it is prepared for rendering. Entities live in a [`hecs::World`]; bulk data (meshes,
+//! images) and shared data (materials) live beside it in [`Assets`], referred to by integer ids. [`crate::compile`]
+//! turns a world into a scene.
 
 use std::hash::{Hash, Hasher};
 
@@ -29,7 +29,7 @@ pub(crate) use orbit_camera::{OrbitCamera, Pose};
 pub use settings::*;
 pub(crate) use source_files::{FileDigest, SourceFiles};
 
-/// Everything that a scene file says.
+/// The content of a scene file.
 #[derive(Default)]
 pub struct World {
     /// The entities with their components: a [`Transform`], a [`Shape`] with its [`MaterialId`], a [`Light`],
@@ -37,38 +37,38 @@ pub struct World {
     pub entities: hecs::World,
     /// Meshes, images, textures and materials, which entities share.
     pub assets: Assets,
-    /// How to render.
+    /// The render settings.
     pub settings: Settings,
-    /// What the loader noticed that is not an error, one line each.
+    /// The loader's warnings, one line each.
     pub warnings: Vec<String>,
-    /// Whether its files say that anything changes with time.
-    pub(crate) moves: bool,
-    /// Whether its transport is [`World::fitting_transport`], since no file says which.
+    /// True if the scene's files contain anything that changes with time.
+    pub(crate) is_animated: bool,
+    /// True if no file sets the transport, which is then [`World::fitting_transport`].
     pub(crate) transport_is_chosen: bool,
-    /// The depth of scenes without glass, if no file says which depth: then it is [`World::depth_under`] the transport.
+    /// The maximum depth of scenes without glass if no file sets it; [`World::depth_under`] then gives the depth.
     pub(crate) usual_depth: Option<u32>,
 }
 
-/// The depth of scenes with glass: so deep, more bounces make no difference to a vase, and few paths come so far.
+/// The maximum depth of scenes with glass. Further bounces make no difference to a vase, and few paths reach this
+/// depth.
 const DEPTH_OF_GLASS: u32 = 64;
 
 impl World {
-    /// The entities in the order in which they were spawned, which is the author's; hecs itself iterates by
-    /// archetype.
+    /// Returns the entities in the order in which they were spawned, which is the author's; hecs iterates by archetype.
     pub fn in_order(&self) -> Vec<hecs::Entity> {
         let mut entities: Vec<_> = self.entities.iter().map(|e| e.entity()).collect();
-        // After a despawn numbers are used again, with a higher generation.
+        // After a despawn, numbers are reused with a higher generation.
         entities.sort_by_key(|e| e.to_bits());
         entities
     }
 
-    /// The [`World::name_of`] each entity, by its number.
+    /// Returns the [`World::name_of`] each entity by its number.
     pub(crate) fn names(&self) -> std::collections::HashMap<u32, String> {
         self.entities.iter().map(|e| (e.entity().id(), self.name_of(e.entity()))).collect()
     }
 
-    /// A hash of what an entity is: where it stands, its shape, material, light and camera. It can be compared only
-    /// within one run of the program.
+    /// A hash of an entity's transform, shape, material, light, camera and parent. It is comparable only within one run
+    /// of the program.
     pub(crate) fn fingerprint(&self, entity: hecs::Entity) -> u64 {
         type Components<'a> = (
             Option<&'a Transform>,
@@ -84,10 +84,10 @@ impl World {
         hasher.finish()
     }
 
-    /// Marks an entity as one that has come with a [`Model`] as it is now.
+    /// Marks an entity as loaded from a [`Model`] in its current state.
     pub(crate) fn mark_placed(&mut self, entity: hecs::Entity) {
         let placed = FromModel(self.fingerprint(entity));
-        // One that is not there needs no mark.
+        // An entity that does not exist needs no mark.
         let _ = self.entities.insert_one(entity, placed);
     }
 
@@ -95,7 +95,7 @@ impl World {
     pub(crate) const PATH_IS_CHOSEN: &'static str = "the path transport was chosen, because the scene has a glTF file, a Principled \
          material or surroundings (settings: (transport: Path) says so in the scene)";
 
-    /// Chooses the transport for a scene of which no file names one: the one that supports everything in it.
+    /// Sets the transport, if no file names one, to [`World::fitting_transport`], and the depth to match.
     pub(crate) fn choose_transport(&mut self) {
         self.warnings.retain(|warning| warning != Self::PATH_IS_CHOSEN);
         if self.transport_is_chosen {
@@ -107,8 +107,8 @@ impl World {
         self.settings.max_depth = self.depth_under(self.settings.transport);
     }
 
-    /// The depth under a transport: that which its files say, or the one that glass needs. (Whitted's transport splits
-    /// paths at glass, and so takes time that grows with the depth.)
+    /// The maximum depth under a transport: that of the files, or else the one that glass needs under the path
+    /// transport. (Whitted's transport splits paths at glass, so its time grows with the depth.)
     pub(crate) fn depth_under(&self, transport: Transport) -> u32 {
         match self.usual_depth {
             None => self.settings.max_depth,
@@ -117,14 +117,14 @@ impl World {
         }
     }
 
-    /// The depth that a scene file gets if it does not name one.
+    /// The maximum depth of a scene file that does not set one.
     #[cfg(feature = "formats")]
     pub(crate) fn fitting_depth(&self) -> u32 {
         let is_glass = self.settings.transport == Transport::Path && self.has_glass();
         if is_glass { DEPTH_OF_GLASS } else { Settings::default().max_depth }
     }
 
-    /// Whether any material bends light.
+    /// True if any material refracts light.
     fn has_glass(&self) -> bool {
         self.assets.materials.iter().any(|named| match &named.material {
             Material::BlinnPhong(material) => material.ior.is_some_and(|ior| ior != 1.0),
@@ -134,9 +134,9 @@ impl World {
         })
     }
 
-    /// The transport that supports everything in the world, which is what files mean by `Auto`: the path transport if
-    /// there are glTF files, principled materials or surroundings, which Whitted's renders only in part. In a
-    /// program, once the world is complete: `world.settings.transport = world.fitting_transport()`.
+    /// Returns the transport that supports everything in the world, `Auto` in scene files: the path transport if there
+    /// are glTF files, principled materials, environments or skies, which Whitted's renders only in part. In a program,
+    /// once the world is complete: `world.settings.transport = world.fitting_transport()`.
     pub fn fitting_transport(&self) -> Transport {
         let entities = &self.entities;
         let asks = entities.query::<&Model>().iter().next().is_some()
@@ -145,31 +145,31 @@ impl World {
         if asks { Transport::Path } else { Transport::Whitted }
     }
 
-    /// Its environments and skies, in the author's order. The first one counts, and hides the background.
+    /// The environments and skies, in the author's order. Only the first one counts; it hides the background.
     pub(crate) fn surroundings(&self) -> impl Iterator<Item = hecs::Entity> {
         let is_around =
             |entity: &hecs::Entity| self.entities.get::<&Light>(*entity).is_ok_and(|light| light.is_around());
         self.in_order().into_iter().filter(is_around)
     }
 
-    /// Why a background shows nowhere, if that is so.
+    /// The reason why the background is not visible, if it is not.
     pub(crate) fn hidden_background(&self) -> Option<String> {
         let name = words(&self.name_of(self.surroundings().next()?));
         Some(format!("background does nothing: \"{name}\" is all around (--env none leaves it out)"))
     }
 
-    /// Does something to every light.
+    /// Calls `change` on every light.
     #[doc(hidden)]
     pub fn change_lights(&mut self, change: impl FnMut(&mut Light)) {
         self.entities.query_mut::<&mut Light>().into_iter().for_each(change);
     }
 
-    /// Does something to every camera.
+    /// Calls `change` on every camera.
     pub(crate) fn change_cameras(&mut self, change: impl FnMut(&mut Camera)) {
         self.entities.query_mut::<&mut Camera>().into_iter().for_each(change);
     }
 
-    /// How many triangles there are to be seen: those of a mesh count as often as it is placed.
+    /// The number of triangles of all shapes; those of a mesh count once for each placement.
     pub(crate) fn placed_triangles(&self) -> usize {
         let of = |shape: &Shape| match shape {
             Shape::Sphere { .. } => 0,
@@ -180,7 +180,7 @@ impl World {
         self.entities.query::<&Shape>().iter().map(of).sum()
     }
 
-    /// The entity's [`Name`], or `entity N` by its place in the file.
+    /// Returns the entity's [`Name`], or `entity N`, where N is its number.
     pub fn name_of(&self, entity: hecs::Entity) -> String {
         match self.entities.get::<&Name>(entity) {
             Ok(name) => name.0.clone(),

@@ -1,56 +1,55 @@
-//! A camera that is moved by hand.
+//! An orbit camera, moved interactively.
 
 use super::components::{Camera, LookAtFault, Pattern, Transform};
 use crate::math::{DMat3, DQuat, DVec3, Vec3};
 
-/// Where a camera stands, what it turns about, and through what it looks.
+/// A camera with a pose, a pivot that it orbits, and its optics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrbitCamera {
-    /// In world space.
+    /// The position in world space.
     place: DVec3,
-    /// Its axes: to the right, up, backward.
+    /// The axes: right, up, backward.
     axes: DMat3,
-    /// What it turns about and comes nearer to.
+    /// The point that it orbits and zooms towards.
     pivot: DVec3,
-    /// Its optics.
+    /// The optics.
     pub camera: Camera,
 }
 
-/// Where a rig stands, as a scene file says it.
+/// The pose of an orbit camera, as in scene files.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Where it stands, in metres.
+    /// The position, in metres.
     pub from: Vec3,
-    /// What it looks at.
+    /// The point that it looks at.
     pub to: Vec3,
-    /// What is up; +Y unless it is tilted.
+    /// The up vector; +Y unless the camera is tilted.
     pub up: Vec3,
 }
 
-/// How near to straight up or down it may turn, in radians.
+/// The smallest angle in radians between the direction of view and the vertical.
 const STEEPEST: f64 = 0.01;
 
 impl OrbitCamera {
-    /// A camera at a place, with unit vectors to the right, up and forward, which turns about what is `depth_m`
-    /// ahead of it.
+    /// Returns a camera at a position, with unit vectors to the right, up and forward; the pivot is `depth_m` ahead.
     pub fn new(place: DVec3, [right, up, forward]: [DVec3; 3], camera: Camera, depth_m: f64) -> OrbitCamera {
-        // Mirror images have no pose.
+        // A pose cannot represent a mirrored camera.
         let right = if right.cross(forward).dot(up) < 0.0 { -right } else { right };
         let axes = DMat3::from_cols(right, up, -forward);
         OrbitCamera { place, axes, pivot: place + forward * depth_m, camera }
     }
 
-    /// The way it looks.
+    /// The direction of view.
     fn forward(&self) -> DVec3 {
         -self.axes.z_axis
     }
 
-    /// How far ahead the pivot is.
+    /// The depth of the pivot along the direction of view.
     fn depth(&self) -> f64 {
         (self.pivot - self.place).dot(self.forward()).max(1e-6)
     }
 
-    /// The height of what the image shows at the pivot, in metres.
+    /// The height of the image at the pivot's depth, in metres.
     fn height(&self) -> f64 {
         match self.camera {
             Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
@@ -60,11 +59,11 @@ impl OrbitCamera {
         }
     }
 
-    /// Turns about the pivot: `dx` and `dy` are how far the hand has moved, in image heights, to the right and down.
+    /// Orbits the pivot: `dx` and `dy` are the pointer's movement to the right and down, in image heights.
     pub fn orbit(&mut self, [dx, dy]: [f64; 2]) {
         let turn = |angle: f64, axis: DVec3| DQuat::from_axis_angle(axis, angle);
         let pi = std::f64::consts::PI;
-        // Not over the top.
+        // Do not pass the poles.
         let pitch = libm::asin(self.forward().y.clamp(-1.0, 1.0));
         let steepest = 0.5 * pi - STEEPEST;
         let tilt = (pitch - dy * pi).clamp(-steepest.max(pitch.abs()), steepest.max(pitch.abs())) - pitch;
@@ -76,13 +75,13 @@ impl OrbitCamera {
         self.axes = DMat3::from_cols(x, y, z);
     }
 
-    /// Moves along the image: what lies at the pivot's depth follows the hand.
+    /// Moves parallel to the image plane: points at the pivot's depth follow the pointer.
     pub fn pan(&mut self, [dx, dy]: [f64; 2]) {
         let shift = (self.axes.y_axis * dy - self.axes.x_axis * dx) * self.height();
         (self.place, self.pivot) = (self.place + shift, self.pivot + shift);
     }
 
-    /// Comes nearer to the pivot by a factor; an orthographic camera shows a smaller part instead.
+    /// Moves closer to the pivot by a factor; an orthographic camera shrinks its height instead.
     pub fn zoom(&mut self, factor: f64) {
         let factor = factor.clamp(1e-3, 1e3);
         match &mut self.camera {
@@ -93,16 +92,16 @@ impl OrbitCamera {
         }
     }
 
-    /// Moves to where the picture, of some width over height, just holds a thing that reaches as far along a
-    /// direction of any length as `along` says. An orthographic camera also changes its height.
+    /// Moves so that an image with the aspect ratio `aspect` (width over height) just contains an object. `along` is
+    /// its support function: the maximum dot product of its points with a direction of any length. An orthographic
+    /// camera also changes its height.
     pub fn fit(&mut self, aspect: f64, along: impl Fn(DVec3) -> f64) {
-        /// The part of the picture that is filled; the rest is left free around it.
+        /// The fraction of the image that the object fills; the rest is a margin.
         const PART: f64 = 0.92;
         let [right, up, back] = [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis];
         let [nearest, farthest] = [along(back), -along(-back)];
         let room = 1e-3 * (nearest - farthest).max(1e-3);
-        // How far it reaches to one side and the other, the more the nearer: planes through the image's borders touch
-        // it.
+        // The object's extent to either side, larger for nearer points: planes through the image's borders touch it.
         let span = |axis: DVec3, slope: f64| [along(axis + slope * back), along(slope * back - axis)];
         let (place, depth) = match &mut self.camera {
             Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
@@ -122,7 +121,7 @@ impl OrbitCamera {
         (self.place, self.pivot) = (place, place - depth * back);
     }
 
-    /// From now on turns about a point, and has it in focus.
+    /// Sets the pivot, and focuses on it.
     pub fn focus(&mut self, point: Vec3) {
         self.pivot = point.as_dvec3();
         let depth = self.depth() as f32;
@@ -131,7 +130,7 @@ impl OrbitCamera {
         }
     }
 
-    /// Sets the vertical angle of view in degrees, if it has one.
+    /// Sets the vertical angle of view in degrees, if the camera has one.
     pub fn set_fov(&mut self, degrees: f64) {
         let radians = degrees.clamp(1.0, 170.0).to_radians() as f32;
         if let Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } = &mut self.camera {
@@ -159,7 +158,7 @@ impl OrbitCamera {
         };
     }
 
-    /// What a scene file says of it: rounded to what can be seen, so that what is saved is what is shown.
+    /// Returns the pose for a scene file, rounded to visible precision so that the saved pose is the displayed one.
     pub fn pose(&self) -> Pose {
         let depth = self.depth();
         let point = |p: DVec3| p.to_array().map(|c| rounded(c, depth) as f32).into();
@@ -169,19 +168,19 @@ impl OrbitCamera {
         Pose { from: point(self.place), to: point(self.place + self.forward() * depth), up }
     }
 
-    /// The pose as its entity's transform.
+    /// Returns the pose as the transform of its entity.
     pub fn transform(&self) -> Result<Transform, LookAtFault> {
         let Pose { from, to, up } = self.pose();
         Transform::look_at(from, to, up)
     }
 }
 
-/// Rounds to the power of ten that is at most a hundred thousandth of a length.
+/// Rounds to a multiple of the largest power of ten that is at most 10⁻⁵ of a length.
 fn rounded(value: f64, length: f64) -> f64 {
     let digits = 5 - libm::floor(libm::log10(length.abs().max(1e-30))) as i32;
     let scale = libm::pow(10.0, f64::from(digits.clamp(-30, 30)));
     let rounded = libm::round(value * scale) / scale;
-    // No minus before a zero.
+    // Avoid negative zero.
     if rounded == 0.0 { 0.0 } else { rounded }
 }
 
@@ -189,7 +188,7 @@ fn rounded(value: f64, length: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Ten metres before the origin, looking along −Z.
+    /// A camera at z = 10 m that looks along −Z.
     fn rig() -> OrbitCamera {
         let vertical_fov = 2.0 * libm::atan(0.5) as f32;
         let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z];
@@ -197,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn turning_keeps_the_distance_and_looks_at_the_pivot() {
+    fn orbit_keeps_the_distance_and_looks_at_the_pivot() {
         let mut rig = rig();
         rig.orbit([-0.5, 0.0]);
         let Pose { from, to, up } = rig.pose();
@@ -207,15 +206,15 @@ mod tests {
         rig.orbit([0.3, 0.2]);
         assert!((rig.pose().from.length() - 10.0).abs() < 1e-3);
         assert!(rig.pose().from.y > 0.0, "a hand that goes down sees it from above");
-        // As far up as a hand may go, and no further.
+        // The pitch is clamped near the pole.
         rig.orbit([0.0, 5.0]);
         assert!(rig.pose().from.y > 9.99 && rig.transform().is_ok(), "{:?}", rig.pose());
     }
 
     #[test]
-    fn what_is_at_the_pivot_follows_the_hand() {
+    fn pan_moves_points_at_the_pivots_depth_with_the_pointer() {
         let mut rig = rig();
-        // The image is ten metres high there.
+        // The image is ten metres high at the pivot.
         rig.pan([0.1, 0.0]);
         assert_eq!(rig.pose().from, Vec3::new(-1.0, 0.0, 10.0));
         rig.pan([0.0, 0.2]);
@@ -223,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn nearer_is_nearer_to_the_pivot_alone() {
+    fn zoom_halves_the_distance_or_the_orthographic_height() {
         let mut rig = rig();
         rig.zoom(2.0);
         assert_eq!((rig.pose().from.z, rig.pose().to), (5.0, Vec3::ZERO));
@@ -232,9 +231,9 @@ mod tests {
         assert_eq!((rig.pose().from.z, &rig.camera), (5.0, &Camera::Orthographic { height_m: 2.0 }));
     }
 
-    /// A box is seen at an angle: its corners are within the picture, and one touches the margin.
+    /// All corners of a box seen at an angle are within the image, and one touches the margin.
     #[test]
-    fn what_is_fitted_fills_the_picture() {
+    fn fit_fills_the_image_up_to_the_margin() {
         for (aspect, parallel) in [(1.5, false), (0.5, false), (4.0, false), (1.5, true)] {
             let mut rig = rig();
             if parallel {
@@ -264,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lens_comes_in_focus_where_the_pivot_is() {
+    fn lens_focuses_on_the_pivot() {
         let mut rig = rig();
         rig.focus(Vec3::new(1.0, 1.0, 3.0));
         rig.set_lens(0.1);

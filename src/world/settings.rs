@@ -1,4 +1,4 @@
-//! How to render: what a scene file's `settings` say and command line flags override.
+//! Render settings: the `settings` of a scene file, which command line flags override.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::components::Pattern;
 use super::fields::{self, Field, Fields, Range, Slot, fields, forms, names};
 
 fields! {
-    /// How to render. The defaults are those of a file without settings.
+    /// The render settings. The defaults are those of a file without settings.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     pub struct Settings, "settings" {
         /// width and height of the image
@@ -21,55 +21,57 @@ fields! {
         max_depth: u32 = 8, Whole(0, Settings::MOST_DEPTH);
         /// limits for bounces of each kind within these, under the path transport
         depth_limits: DepthLimits = DepthLimits::default(), Inline;
-        /// under the Whitted transport, a reflection or refraction that counts for no more than this is left out (the path
-        /// transport plays Russian roulette instead)
+        /// under the Whitted transport, a reflection or refraction that counts for no more than this is left out (the
+        /// path transport plays Russian roulette instead)
         min_throughput: f32 = 1.0 / 1024.0, Number(Range::From(0.0));
         /// from this bounce on, the path transport ends at random paths that carry little, after a bounce off something
         /// matte (Russian roulette)
         roulette_depth: Option<u32> = Some(4), OptionalWhole(Settings::MOST_DEPTH);
-        /// the path transport cuts off at this radiance what a path brings from beyond its first hit: fewer fireflies, but
-        /// some light is lost
+        /// the path transport cuts off at this radiance what a path brings from beyond its first hit: fewer fireflies,
+        /// but some light is lost
         clamp: Option<f32> = None, OptionalNumber(Range::Above0);
-        /// direct light, mirrors and glass; or light that is scattered any number of times; `Auto` means `Path` for scenes
-        /// with glTF files, `Principled` materials or surroundings (`Environment`, `Sky`), else `Whitted`
+        /// direct light, mirrors and glass; or light that is scattered any number of times; `Auto` means `Path` for
+        /// scenes with glTF files, `Principled` materials or surroundings (`Environment`, `Sky`), else `Whitted`
         transport: Transport = Transport::Whitted, Transport;
-        /// how the path transport spreads a pixel's samples over its decisions: stratified at every scale, in a grid, or
-        /// not at all
+        /// how the path transport spreads a pixel's samples over its decisions: stratified at every scale, in a grid,
+        /// or not at all
         sampler: Sampler = Sampler::Sobol, Form;
-        /// how many neighbouring pixels share their paths under the path transport; `Auto` measures, block by block, where
-        /// this pays off
+        /// how many neighbouring pixels share their paths under the path transport; `Auto` measures, block by block,
+        /// where this pays off
         sharing: Sharing = Sharing::Auto, Sharing;
         /// whether photons bring the light that glass and mirrors throw onto other things: caustics; `Auto` traces them
         /// under the path transport wherever such light is found, as many as it takes; the numbers are the photons of a
-        /// sample for each pixel (at most 64), and the radius in widths of a pixel (0.01 to 64, 1.4 unless given) within
-        /// which the first sample gathers them
+        /// sample for each pixel (at most 64), and the radius in widths of a pixel (0.01 to 64, 1.4 unless given)
+        /// within which the first sample gathers them
         caustics: Caustics = Caustics::Auto, Caustics;
-        /// whether blocks of pixels get more samples where these reduce the error most, for as many rays as `samples` per
-        /// pixel would take
+        /// whether blocks of pixels get more samples where these reduce the error most, for as many rays as `samples`
+        /// per pixel would take
         adaptive: Adaptive = Adaptive::Off, Form;
         /// the seed of all random numbers: another seed gives another, equally valid noise
         seed: u64 = 0, Seed;
-        /// weight of a sample by its distance from the pixel's centre; its `radius` is where the weight is zero, in pixels
+        /// weight of a sample by its distance from the pixel's centre; its `radius` is where the weight is zero, in
+        /// pixels
         filter: PixelFilter = PixelFilter::default(), Form;
         /// where in a pixel its samples go, before the filter, under the Whitted transport
         pixel_pattern: Pattern = Pattern::Jittered, Form;
         /// radiance that rays see if they hit nothing, W m⁻² sr⁻¹, unless there is an environment or a sky; under the
         /// Whitted transport it lights nothing by itself
         background: Background = Background::default(), Background;
-        /// light from nowhere, W m⁻² sr⁻¹: every surface reflects it, times its diffuse colour; under the Whitted transport
+        /// light from nowhere, W m⁻² sr⁻¹: every surface reflects it, times its diffuse colour; under the Whitted
+        /// transport
         ambient: Rgb = Rgb::BLACK, Color(Range::From(0.0));
         /// how radiance becomes what a screen shows, for PNG files
         tonemap: Tonemap = Tonemap::default(), Form;
         /// exposure in stops: PNG files show radiance × 2 to this power
         exposure_ev: f32 = 0.0, Number(Range::FromTo(-64.0, 64.0));
-        /// `Auto`: the exposure is chosen from the image, and `exposure_ev` is added to it: the log-average of its luminance
-        /// goes to 0.18 (Reinhard and others 2002)
+        /// `Auto`: the exposure is chosen from the image, and `exposure_ev` is added to it: the log-average of its
+        /// luminance goes to 0.18 (Reinhard and others 2002)
         auto_exposure ["exposure"]: bool = false, Exposure;
         /// work put into the acceleration structure: the more, the faster the tracing
         build_quality: BuildQuality = BuildQuality::Default, Form;
         /// meshes that are placed several times are copied to each place as long as this takes no more triangles (or
-        /// vertices) in addition to the first copies; what would take more is placed as instances, which need little memory
-        /// and are slower to trace
+        /// vertices) in addition to the first copies; what would take more is placed as instances, which need little
+        /// memory and are slower to trace
         copied_triangles: u32 = 1 << 18, Whole(0, Settings::MOST_COPIED_TRIANGLES);
         /// what the image holds besides light
         aov: Vec<Aov> = Vec::new(), Aovs;
@@ -77,16 +79,16 @@ fields! {
 }
 
 impl Settings {
-    /// The largest width, and the largest height, of an image in pixels.
+    /// The largest width and height of an image in pixels.
     pub const MOST_PIXELS_A_SIDE: u32 = 1 << 16;
-    /// The most samples of a pixel, and of a light: the numbers of a pattern's cells must be exact as floats.
+    /// The largest number of samples of a pixel or of a light: cell numbers of a pattern must be exact as floats.
     pub const MOST_SAMPLES: u32 = 1 << 22;
     /// The largest [`Settings::max_depth`].
     pub const MOST_DEPTH: u32 = 65_535;
-    /// The most triangles that copies may take, so that no scene file takes more than some gigabytes for them.
+    /// The largest [`Settings::copied_triangles`], so that the copies of no scene file take more than a few gigabytes.
     pub const MOST_COPIED_TRIANGLES: u32 = 1 << 24;
 
-    /// Errors: the first setting that is out of its range.
+    /// Checks all settings; the error describes the first one that is out of its range.
     pub(crate) fn check(&self) -> Result<(), String> {
         fields::check(&mut self.clone())
     }
@@ -99,32 +101,32 @@ names!(
     [Depth, Normal, Albedo, Position, Entity, Material, Coverage, Samples, Variance]
 );
 
-/// What a pixel can hold besides light: an arbitrary output variable. Means are over what the pixel's samples hit
-/// first; surfaces that are not there, by their alpha or from their back, do not count.
+/// An arbitrary output variable: a value of a pixel other than its radiance. Means are over the first hits of the
+/// pixel's samples; surfaces that are absent, by their alpha or seen from the back, do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Aov {
-    /// Distance from the camera along its axis, in metres.
+    /// The distance from the camera along its axis, in metres.
     Depth,
-    /// Shading normal on the viewer's side, in world space.
+    /// The shading normal on the viewer's side, in world space.
     Normal,
-    /// Base colour; of the classic model its diffuse colour.
+    /// The base colour, or the diffuse colour of the classic model.
     Albedo,
-    /// Position in world space, in metres.
+    /// The position in world space, in metres.
     Position,
-    /// Which entity most samples hit: 1 + its number in the world, or 0 for none.
+    /// The entity that most samples hit: 1 + its number in the world, or 0 for none.
     Entity,
-    /// Which material most samples hit: 1 + its number, or 0 for none.
+    /// The material that most samples hit: 1 + its number, or 0 for none.
     Material,
-    /// The part of the samples that hit anything.
+    /// The fraction of the samples that hit anything.
     Coverage,
-    /// How many samples there are.
+    /// The number of samples.
     Samples,
-    /// Estimated variance of the mean of the pixel's samples, in (W m⁻² sr⁻¹)².
+    /// The estimated variance of the mean of the pixel's samples, in (W m⁻² sr⁻¹)².
     Variance,
 }
 
 impl Aov {
-    /// All that there are.
+    /// All output variables.
     pub const ALL: [Aov; 9] = [
         Aov::Depth,
         Aov::Normal,
@@ -137,15 +139,15 @@ impl Aov {
         Aov::Variance,
     ];
 
-    /// Whether it says something about the samples themselves, not about what they hit.
+    /// True if the variable describes the samples themselves, not the surfaces that they hit.
     pub(crate) fn is_of_film(self) -> bool {
         matches!(self, Aov::Samples | Aov::Variance)
     }
 }
 
 fields! {
-    /// Limits for bounces of each kind; with `None`, as many as [`Settings::max_depth`] allows. The kind is that of the
-    /// lobe that a bounce was sampled from. As after the last bounce of all, one more ray still finds what emits.
+    /// Limits for the bounces of each kind; `None` stands for [`Settings::max_depth`]. The kind of a bounce is that of
+    /// the sampled lobe. As after the last bounce of a path, one more ray still finds emitters.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
     pub struct DepthLimits, "depth limits" {
         /// the most bounces off matte surfaces (and through thin ones that scatter light), under the path transport
@@ -161,7 +163,7 @@ impl DepthLimits {
     /// The largest limit.
     pub const MOST: u32 = 1000;
 
-    /// The limits that there are, by their keys in scene files.
+    /// The limits that are set, with their keys in scene files.
     pub(crate) fn given(mut self) -> impl Iterator<Item = (&'static str, u32)> {
         let limit = |field: Field<'_>| match field.slot {
             Slot::OptionalWhole(Some(limit), _) => Some((field.name, *limit)),
@@ -171,85 +173,86 @@ impl DepthLimits {
     }
 }
 
-/// How light travels.
+/// The light transport algorithm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Transport {
     /// Direct light, mirror reflection and refraction (Whitted 1980), with
     /// distributed shadow and lens rays (Cook, Porter and Carpenter 1984).
     #[default]
     Whitted,
-    /// Light that is scattered any number of times: path tracing with next-event estimation
-    /// and multiple importance sampling (Kajiya 1986, Veach 1997).
+    /// Any number of scattering events: path tracing with next-event estimation and multiple importance sampling
+    /// (Kajiya 1986, Veach 1997).
     Path,
 }
 
 forms! {
-    /// How the samples of a pixel are spread over each use of random numbers.
+    /// The distribution of a pixel's samples in each random dimension.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
     pub enum Sampler, "sampler" {
-        /// Points of Sobol's sequence, scrambled after Owen: stratified at every scale.
+        /// Owen-scrambled points of Sobol's sequence: stratified at every scale.
         #[default]
         Sobol,
-        /// One at random in each cell of a grid.
+        /// One random point in each cell of a grid.
         Jittered,
-        /// Each on its own.
+        /// Independent random points.
         Independent,
     }
 }
 
-/// Whether the pixels of a group lend each other the second vertices of their paths: without bias, and with far less
-/// noise where matte surfaces scatter light. Nothing is shared with [`Settings::clamp`] or
-/// [`Settings::depth_limits`], which are about each path by itself.
+/// Path reuse: the pixels of a group give each other the second vertices of their paths. It is unbiased, and reduces
+/// noise considerably where matte surfaces scatter light. It is off with [`Settings::clamp`] or
+/// [`Settings::depth_limits`], which apply to each path by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sharing {
-    /// In groups of up to 64, block by block, where it pays.
+    /// Groups of up to 64 pixels, in blocks where reuse pays off.
     #[default]
     Auto,
-    /// Every pixel has its own paths.
+    /// No reuse.
     Off,
-    /// In groups of this many pixels, one of [`Sharing::SIZES`].
+    /// Groups of this many pixels, one of [`Sharing::SIZES`].
     Groups(u32),
 }
 
 impl Sharing {
-    /// How many pixels a group may have.
+    /// The possible numbers of pixels in a group.
     pub const SIZES: [u32; 6] = [2, 4, 8, 16, 32, 64];
 }
 
-/// Whether photons bring the light that glass and mirrors throw onto other things: caustics. Without them such light is
-/// found by chance if its lamp can be hit, and not at all if it has no extent.
+/// The tracing of photons for caustics, the light that glass and mirrors cast onto other surfaces. Without photons,
+/// paths find such light by chance if they can hit its source, and never if the source has no extent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Caustics {
-    /// Under the path transport, where there is something that makes them, and light falls on it. (Whitted's images
-    /// have no noise, and photons would bring some.)
+    /// Photons under the path transport, where light falls on surfaces that cause caustics. (Whitted's images have no
+    /// noise, and photons would add some.)
     #[default]
     Auto,
-    /// Without photons.
+    /// No photons.
     Off,
-    /// As many photons, and gathered within such a radius.
+    /// A given number of photons, gathered within a given radius.
     Photons {
-        /// Photons for each pixel in each of its samples, above 0 and at most [`Caustics::MOST_PHOTONS`].
+        /// Photons per pixel and sample, above 0 and at most [`Caustics::MOST_PHOTONS`].
         photons: f32,
-        /// The radius of the first sample in widths of a pixel, from [`Caustics::LEAST_RADIUS`] to
+        /// The gather radius of the first sample in pixel widths, from [`Caustics::LEAST_RADIUS`] to
         /// [`Caustics::LARGEST_RADIUS`].
         radius: f32,
     },
 }
 
 impl Caustics {
-    /// Photons for each pixel unless told otherwise.
+    /// The default number of photons per pixel and sample.
     pub const PHOTONS: f32 = 1.0;
-    /// The first radius, in widths of a pixel, unless told otherwise. Smaller ones are noisier where caustics are
-    /// seen in mirrors or through glass, larger ones blur them.
+    /// The default first radius, in pixel widths. Smaller radii are noisier where caustics are seen in mirrors or
+    /// through glass; larger ones blur them.
     pub const RADIUS: f32 = 1.4;
-    /// The most photons for each pixel.
+    /// The largest number of photons per pixel and sample.
     pub const MOST_PHOTONS: f32 = 64.0;
-    /// The least first radius. The cells in which photons are found are made for it, and there are only so many.
+    /// The smallest first radius. The first radius determines the size of the cells of the photon map, whose number is
+    /// limited.
     pub const LEAST_RADIUS: f32 = 0.01;
     /// The largest first radius.
     pub const LARGEST_RADIUS: f32 = 64.0;
 
-    /// Photons for each pixel, and the first radius; none if there are no photons.
+    /// Returns the photons per pixel and sample, and the first radius; `None` without photons.
     pub fn numbers(&self) -> Option<(f32, f32)> {
         match *self {
             Caustics::Auto => Some((Self::PHOTONS, Self::RADIUS)),
@@ -260,32 +263,32 @@ impl Caustics {
 }
 
 forms! {
-    /// Whether blocks of pixels get more samples where these reduce the error most.
+    /// Adaptive sampling: more samples for the blocks of pixels where they reduce the error most.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
     pub enum Adaptive, "adaptive" {
-        /// All pixels get the same number.
+        /// An equal number of samples for all pixels.
         #[default]
         Off,
-        /// In rounds, each chosen by the samples before it. That is slightly biased (Kirk and Arvo 1991).
+        /// Rounds of samples, each allocated by the previous samples. This is slightly biased (Kirk and Arvo 1991).
         On,
-        /// Chosen beforehand, by samples of a pilot that are then discarded: without bias.
+        /// Samples allocated beforehand by a pilot pass, whose samples are discarded: unbiased.
         Unbiased,
     }
 }
 
 forms! {
-    /// The weight of a sample by its distance from the pixel's centre, sampled by
-    /// importance: every sample counts the same and lands where the filter says.
+    /// The reconstruction filter: the weight of a sample by its distance from the pixel's centre. It is
+    /// importance-sampled: sample positions follow the filter, and all samples have equal weight.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     pub enum PixelFilter, "filter" {
-        /// Constant over one pixel.
+        /// A constant over one pixel.
         Box,
-        /// Falls linearly to zero at `radius`.
+        /// A linear falloff to zero at `radius`.
         Tent {
             /// in pixels
             radius: f32 = 1.0, Number(Range::Above0);
         },
-        /// A Gaussian bell of standard deviation `radius / 3`, cut off at `radius`.
+        /// A Gaussian of standard deviation `radius / 3`, truncated at `radius`.
         Gaussian {
             /// in pixels
             radius: f32 = 1.5, Number(Range::Above0);
@@ -304,17 +307,16 @@ impl Default for PixelFilter {
     }
 }
 
-/// The radiance in W m⁻² sr⁻¹ that rays see that hit nothing. Under the Whitted transport it lights no surface by
-/// itself.
+/// The radiance in W m⁻² sr⁻¹ of rays that hit nothing. Under the Whitted transport it lights no surface by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Background {
-    /// The same in all directions.
+    /// A constant over all directions.
     Constant(Rgb),
-    /// By the height of the direction: `bottom` straight down, `top` straight up (+Y), linear in y.
+    /// A gradient, linear in the y of the direction: `bottom` straight down, `top` straight up (+Y).
     Gradient {
-        /// Straight down.
+        /// The radiance straight down.
         bottom: Rgb,
-        /// Straight up.
+        /// The radiance straight up.
         top: Rgb,
     },
 }
@@ -326,10 +328,10 @@ impl Default for Background {
 }
 
 forms! {
-    /// From scene radiance to what a screen shows.
+    /// The mapping from scene radiance to display values.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
     pub enum Tonemap, "tonemap" {
-        /// Cut off at 1.
+        /// Clamps at 1.
         #[default]
         Clamp,
         /// Divides everything by the image's largest component.

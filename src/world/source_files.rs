@@ -1,4 +1,4 @@
-//! Which files a world was read from, and what was in them.
+//! The files that a world was read from, with digests of their contents.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -12,37 +12,37 @@ use crate::files;
 /// A file's length in bytes and the 128-bit hash (XXH3) of its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileDigest {
-    /// In bytes.
+    /// The length in bytes.
     pub length: u64,
-    /// XXH3 of all of them.
+    /// The XXH3 of all bytes.
     pub hash: u128,
 }
 
 impl FileDigest {
-    /// The content of a file with these bytes.
+    /// Returns the digest of a file's content.
     pub fn of(bytes: &[u8]) -> FileDigest {
         FileDigest { length: bytes.len() as u64, hash: xxh3_128(bytes) }
     }
 }
 
-/// Files that were read, by their paths. Clones share one list, because several threads read.
+/// The files that were read, by path. Clones share one list, since several threads read files.
 #[derive(Clone, Debug, Default)]
 pub struct SourceFiles {
     read: Arc<Mutex<BTreeMap<PathBuf, FileDigest>>>,
-    /// Those that could not be read.
+    /// The files that could not be read.
     missing: Arc<Mutex<BTreeSet<PathBuf>>>,
-    /// What may be read at all.
+    /// The files that may be read.
     confines: Arc<Mutex<Confines>>,
-    /// What files were decoded to before.
+    /// The cache of decoded files.
     pub kept: AssetCache,
 }
 
-/// What a scene may refer to.
+/// The files that a scene may refer to.
 #[derive(Debug, Default)]
 struct Confines {
-    /// The folder that it lies in, all links followed; `None` for everything.
+    /// The root folder of the scene, with all links resolved; `None` permits all files.
     root: Option<PathBuf>,
-    /// Files that were named by whoever runs the program.
+    /// Files named by the user of the program, which are always permitted.
     named: BTreeSet<PathBuf>,
 }
 
@@ -50,15 +50,14 @@ struct Confines {
 /// other's files.
 const ROOT_MARK: &str = ".rayfront-root";
 
-/// The folder in which everything must lie that a scene in `folder` refers to.
+/// Returns the folder that must contain all files that a scene in `folder` refers to.
 fn root_of(folder: &Path) -> PathBuf {
     let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let marked = folder.ancestors().find(|folder| folder.join(ROOT_MARK).is_file());
     marked.unwrap_or(&folder).to_owned()
 }
 
-/// True if something lies, with all links followed, where what is at `file` may refer to it: see
-/// [`SourceFiles::confine`].
+/// True if `path`, with all links resolved, is a place that `file` may refer to: see [`SourceFiles::confine`].
 pub fn is_within(file: &Path, path: &Path) -> bool {
     files::outside_is_allowed()
         || path.canonicalize().is_ok_and(|path| path.starts_with(root_of(folder_of(file))))
@@ -69,24 +68,24 @@ fn folder_of(file: &Path) -> &Path {
 }
 
 impl SourceFiles {
-    /// No file yet, but what was decoded before.
+    /// Returns an empty list with a cache of decoded files.
     pub fn with(kept: AssetCache) -> SourceFiles {
         SourceFiles { kept, ..SourceFiles::default() }
     }
 
-    /// From now on only two kinds of files are read: those that were [named](SourceFiles::name), and those that lie,
-    /// with all links followed, in the folder of `scene` or below. If that folder or one above it holds a file
-    /// `.rayfront-root`, it is the nearest such folder instead.
+    /// Restricts reading to two kinds of files: those that were [named](SourceFiles::allow), and those that lie, with
+    /// all links resolved, in the folder of `scene` or below. If that folder or one above it contains a file
+    /// `.rayfront-root`, the nearest such folder takes its place.
     pub fn confine(&self, scene: &Path) {
         lock(&self.confines).root = (!files::outside_is_allowed()).then(|| root_of(folder_of(scene)));
     }
 
-    /// Whoever runs the program has named a file: it is read wherever it lies.
-    pub fn name(&self, path: &Path) {
+    /// Permits a file that the user of the program has named, wherever it lies.
+    pub fn allow(&self, path: &Path) {
         lock(&self.confines).named.insert(path.to_owned());
     }
 
-    /// Whether a file may be read.
+    /// Checks that a file may be read.
     fn check(&self, path: &Path) -> std::io::Result<()> {
         let confines = lock(&self.confines);
         let Some(root) = confines.root.as_ref().filter(|_| !confines.named.contains(path)) else {
@@ -101,7 +100,7 @@ impl SourceFiles {
         Err(std::io::Error::new(std::io::ErrorKind::PermissionDenied, reason))
     }
 
-    /// Reads an ordinary file and remembers what was in it.
+    /// Reads an ordinary file and records its digest, or else that it could not be read.
     pub fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
         let bytes = self.check(path).and_then(|()| files::read(path)).inspect_err(|_| {
             lock(&self.missing).insert(path.to_owned());
@@ -110,7 +109,7 @@ impl SourceFiles {
         Ok(bytes)
     }
 
-    /// Adds those of another list.
+    /// Adds the files of another list.
     pub fn extend(&self, others: &SourceFiles) {
         if !Arc::ptr_eq(&self.read, &others.read) {
             lock(&self.read).extend(others.all());
@@ -118,30 +117,30 @@ impl SourceFiles {
         }
     }
 
-    /// All that have been read.
+    /// Returns all files that have been read.
     pub fn all(&self) -> BTreeMap<PathBuf, FileDigest> {
         lock(&self.read).clone()
     }
 
-    /// Those that were asked for and could not be read.
+    /// Returns the files that were requested but could not be read.
     pub fn missing(&self) -> BTreeSet<PathBuf> {
         lock(&self.missing).clone()
     }
 }
 
-/// Nothing panics while it holds the lock.
+/// Locks a mutex; no code panics while it holds the lock.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-// Temporary folders come with this feature.
+// Temporary folders need this feature.
 #[cfg(feature = "formats")]
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn scenes_stay_in_their_folder() {
+    fn read_refuses_files_outside_the_scenes_root_unless_named() {
         let folder = tempfile::tempdir().unwrap();
         let place = |name: &str| folder.path().join(name);
         std::fs::create_dir_all(place("inner/below")).unwrap();
@@ -163,7 +162,7 @@ mod tests {
             std::os::unix::fs::symlink("../secret", place("inner/link")).unwrap();
             assert!(refused(&place("inner/link")), "links are followed");
         }
-        files.name(&outside);
+        files.allow(&outside);
         assert!(files.read(&outside).is_ok(), "somebody has named it");
         std::fs::write(place(ROOT_MARK), "").unwrap();
         let files = SourceFiles::default();

@@ -1,4 +1,4 @@
-//! Local transforms to world matrices, through the hierarchy.
+//! Conversion of local transforms to world matrices, through the hierarchy.
 
 use std::collections::HashMap;
 
@@ -8,10 +8,10 @@ use super::{Parent, Transform, World};
 use crate::error::CompileError;
 use crate::math::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
-/// Local to world of every entity, in double precision: rounded once, when geometry is made.
+/// The local-to-world matrix of every entity, in double precision: rounded only once, when geometry is made.
 pub type WorldTransforms = HashMap<Entity, DAffine3>;
 
-/// Follows every entity to its root. Errors: a parent cycle, a matrix without an inverse.
+/// Computes the world matrix of every entity. Errors: a cycle of parents, a matrix that is singular or not finite.
 pub fn to_world(world: &World, order: &[Entity]) -> Result<WorldTransforms, CompileError> {
     let mut done = WorldTransforms::with_capacity(order.len());
     for &entity in order {
@@ -21,7 +21,7 @@ pub fn to_world(world: &World, order: &[Entity]) -> Result<WorldTransforms, Comp
 }
 
 fn resolve(world: &World, entity: Entity, done: &mut WorldTransforms) -> Result<(), CompileError> {
-    // From the entity up to what is known already, then down again: no recursion, however deep.
+    // Climb from the entity to the first known ancestor, then descend: no recursion, however deep the hierarchy.
     let mut chain = vec![entity];
     let mut parent_matrix = DAffine3::IDENTITY;
     while let Ok(parent) = world.entities.get::<&Parent>(chain[chain.len() - 1]) {
@@ -57,7 +57,7 @@ fn resolve(world: &World, entity: Entity, done: &mut WorldTransforms) -> Result<
     Ok(())
 }
 
-/// A [`CompileError::Entity`].
+/// Returns a [`CompileError::Entity`] for an entity.
 pub(crate) fn entity_error(world: &World, entity: Entity, reason: impl Into<String>) -> CompileError {
     CompileError::Entity { entity: world.name_of(entity), reason: reason.into() }
 }
@@ -82,7 +82,7 @@ fn to_matrix(transform: &Transform) -> DAffine3 {
     }
 }
 
-/// The rotation of a quaternion of nearly unit length.
+/// The rotation matrix of a quaternion; its length need not be exactly 1.
 fn rotation_matrix(q: DQuat) -> DMat3 {
     let (x, y, z, w) = (q.x, q.y, q.z, q.w);
     let s = 2.0 / (x * x + y * y + z * z + w * w);
@@ -93,22 +93,22 @@ fn rotation_matrix(q: DQuat) -> DMat3 {
     )
 }
 
-/// A point of single precision through a matrix of double precision.
+/// Transforms a single-precision point by a double-precision matrix.
 pub(crate) fn point(matrix: &DAffine3, p: Vec3) -> Vec3 {
     matrix.transform_point3(p.as_dvec3()).as_vec3()
 }
 
-/// A direction, made unit length.
+/// Transforms a direction and normalises it.
 pub(crate) fn direction(matrix: &DAffine3, d: Vec3) -> Vec3 {
     matrix.transform_vector3(d.as_dvec3()).normalize().as_vec3()
 }
 
-/// How normals transform: the inverse transpose.
+/// The matrix that transforms normals: the inverse transpose.
 pub(crate) fn normal_matrix(matrix: &DAffine3) -> DMat3 {
     matrix.matrix3.inverse().transpose()
 }
 
-/// The scale of a rotation with uniform scale (perhaps mirrored); none for any other matrix.
+/// The scale of a rotation (possibly mirrored) with uniform scale; `None` for any other matrix.
 pub(crate) fn uniform_scale(matrix: &DAffine3) -> Option<f64> {
     let m = matrix.matrix3;
     let lengths = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.length());
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn children_follow_their_parents_even_when_spawned_first() {
+    fn children_spawned_before_their_parents_follow_them() {
         let mut world = World::default();
         let child = world.entities.spawn((trs(Vec3::X, Quat::IDENTITY, Vec3::ONE),));
         let quarter = Quat::from_xyzw(0.0, 0.0, 0.5f32.sqrt(), 0.5f32.sqrt());
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_of_parents_is_an_error() {
+    fn cyclic_parents_are_an_error() {
         let mut world = World::default();
         let a = world.entities.spawn((Name("a".into()),));
         let b = world.entities.spawn((Name("b".into()), Parent(a)));
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_transform_that_is_none_is_refused_for_what_it_is() {
+    fn to_world_rejects_non_finite_and_singular_transforms_with_their_reason() {
         let refused = |transform| {
             let mut world = World::default();
             world.entities.spawn((transform,));
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn long_chains_do_not_recurse() {
+    fn long_parent_chains_are_resolved_without_recursion() {
         let mut world = World::default();
         let mut last = world.entities.spawn((trs(Vec3::X, Quat::IDENTITY, Vec3::ONE),));
         for _ in 0..20_000 {
@@ -186,7 +186,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn inverse_undoes_and_normals_stay_perpendicular(
+        fn matrix_inverse_undoes_it_and_normals_stay_perpendicular(
             t in prop::array::uniform3(-10.0f32..10.0),
             q in prop::array::uniform4(0.1f32..1.0),
             s in prop::array::uniform3(0.1f32..5.0),

@@ -1,17 +1,18 @@
-//! Which materials shapes have.
+//! The materials in use by shapes.
 
 use std::collections::HashSet;
 
 use super::{MaterialId, Shape, World};
 
 impl World {
-    /// The materials that shapes have.
+    /// Returns the materials of all shapes.
     pub(crate) fn worn(&self) -> HashSet<MaterialId> {
         let mut query = self.entities.query::<(&Shape, Option<&MaterialId>)>();
         query.iter().flat_map(|(shape, own)| self.materials_of(shape, own)).collect()
     }
 
-    /// The one material that an entity's shape has; none if it has several.
+    /// Returns the material of an entity's shape, or `None` if it has several. Without a shape, it is the entity's own
+    /// material.
     pub(crate) fn only_material(&self, entity: hecs::Entity) -> Option<MaterialId> {
         let own = self.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
         let Ok(shape) = self.entities.get::<&Shape>(entity) else {
@@ -21,7 +22,7 @@ impl World {
         all.next().filter(|_| all.next().is_none())
     }
 
-    /// The materials of a shape: its entity's own, or those of its triangles.
+    /// Returns the materials of a shape: its entity's own one, or those of its triangles.
     fn materials_of(&self, shape: &Shape, own: Option<&MaterialId>) -> HashSet<MaterialId> {
         let mesh = match shape {
             Shape::Mesh(id) => self.assets.meshes.get(id.0 as usize),
@@ -31,7 +32,7 @@ impl World {
         match own {
             Some(own) => HashSet::from([*own]),
             None if triangles.is_empty() => HashSet::from([MaterialId::DEFAULT]),
-            // Triangles that follow each other mostly have the same one.
+            // Consecutive triangles mostly have the same material.
             None => triangles.chunk_by(|a, b| a == b).map(|run| run[0]).collect(),
         }
     }

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use rayfront::compile::compile;
 use rayfront::internals::formats::{LoadOptions, load_with};
-use rayfront::internals::scene::Camera;
+use rayfront::internals::scene::CompiledCamera;
 use rayfront::math::Vec3;
 
 const SCENE: &str = r#"(
@@ -51,7 +51,7 @@ fn orbit_and_zoom_move_the_camera_like_look_at() {
 }
 
 /// The camera of a scene for an image of some size.
-fn camera(path: &Path, size: [u32; 2], time_s: Option<f32>) -> Camera {
+fn camera(path: &Path, size: [u32; 2], time_s: Option<f32>) -> CompiledCamera {
     let options = LoadOptions { size: Some(size), time_s, ..LoadOptions::default() };
     let world = load_with(path, &options).expect("a world");
     compile(&world, None).expect("a scene").camera

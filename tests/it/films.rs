@@ -738,7 +738,7 @@ fn renderings_can_be_interrupted_after_any_tile() {
             while !session.is_done() {
                 session.advance(16);
             }
-            session.gathered().clone()
+            session.state().clone()
         };
         let whole = finish(session());
         let mut in_rounds = 0;
@@ -750,10 +750,10 @@ fn renderings_can_be_interrupted_after_any_tile() {
                     stop.store(done.fetch_add(1, Ordering::Relaxed) + 1 >= tiles, Ordering::Relaxed);
                 });
             }
-            let gathered = interrupted.gathered().clone();
+            let gathered = interrupted.state().clone();
             in_rounds += u32::from(gathered.pass.as_ref().is_some_and(|pass| pass.blocks.is_some()));
             let mut again = session();
-            assert!(again.go_on_with(gathered));
+            assert!(again.resume_from(gathered));
             assert!(finish(again) == whole, "after {tiles} tiles, adaptive {adaptive:?}");
         }
         assert_eq!(in_rounds > 3, adaptive != Adaptive::Off, "{in_rounds}");

@@ -120,7 +120,7 @@ fn a_printed_explanation_is_of_the_sample_that_was_rendered() {
     for options in combinations() {
         let words = |more: &[&'static str]| [&["scene.ron"], &options[..], more].concat();
         let [_, told] = printed(here, &words(&["-o", "a.png"]));
-        for command in between(&told, "(rayfront explain", " tells how)").into_iter().take(2) {
+        for command in between(&told, "(rayfront explain", " shows its path)").into_iter().take(2) {
             let explained = typed(here, &format!("rayfront explain{command}"), "--json");
             let explained: Value = serde_json::from_str(&explained).expect("JSON");
             let sample = explained["samples"][0]["sample"].as_u64().expect("a sample");
@@ -151,7 +151,7 @@ fn a_printed_explanation_is_of_the_sample_that_was_rendered() {
 fn the_sample_of_a_printed_explanation_is_one_of_those_that_were_rendered() {
     let folder = folder(SPARK);
     let [_, told] = printed(folder.path(), &["scene.ron", "--samples", "9..16", "-o", "a.png"]);
-    let commands = between(&told, "(rayfront explain", " tells how)");
+    let commands = between(&told, "(rayfront explain", " shows its path)");
     for command in &commands {
         let sample = between(command, "--sample ", " ").first().map_or("", |sample| *sample);
         assert!(sample.parse().is_ok_and(|sample: u32| (9..16).contains(&sample)), "{command}");

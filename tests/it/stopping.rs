@@ -87,7 +87,7 @@ fn stopped_tiles_are_dropped_completely() {
                 );
                 dropped += u32::from(counts.contains(&0));
                 stopped.advance(SAMPLES);
-                assert!(stopped.gathered() == whole.gathered(), "scene {number} {schedule:?} {part}");
+                assert!(stopped.state() == whole.state(), "scene {number} {schedule:?} {part}");
             }
             assert!(dropped > 0, "scene {number} {schedule:?}: every tile was whole");
         }

@@ -214,7 +214,7 @@ impl RenderedView {
                 sample = next.max(sample + 1);
             }
         }
-        moments.into_iter().filter(|is_there| *is_there).count() as u32
+        moments.into_iter().filter(|exists| *exists).count() as u32
     }
 
     /// The view at a single moment, in the middle of its part of the exposure.
@@ -286,7 +286,7 @@ impl Source {
     /// Returns the first of these files that has changed since, among those that a scene at that path may refer to.
     pub fn changed(&self, scene: &Path) -> Option<PathBuf> {
         let sources = SourceFiles::default();
-        sources.name(scene);
+        sources.allow(scene);
         sources.confine(scene);
         let here = Source { path: scene.to_owned(), ..self.clone() };
         here.paths().zip(here.files.values()).find_map(|(path, hash)| {

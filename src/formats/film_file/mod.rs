@@ -176,7 +176,7 @@ pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadEr
     };
     match film.filter(same) {
         Some(film) => Ok(Some(FilmFile { header, film, moments })),
-        None => Err(LoadError::invalid(path, "its sums are not those that its header names: it is damaged")),
+        None => Err(LoadError::invalid(path, "checksum mismatch: the file is damaged")),
     }
 }
 

@@ -98,7 +98,7 @@ impl<'p> Document<'p> {
     /// Charges the budget with `bytes` about to be made from the file's data.
     pub(super) fn charge(&self, bytes: u64, place: impl Display) -> Result<(), LoadError> {
         let left = self.budget.get().checked_sub(bytes).ok_or_else(|| {
-            self.error(&place, "what is read up to here is far larger than the file can honestly hold")
+            self.error(&place, "the decoded data are far larger than the file can hold: refused as malformed")
         })?;
         self.budget.set(left);
         memory::reserve(format_args!("what is read at {place}"), bytes)

@@ -59,8 +59,7 @@ impl ImportReport {
             (
                 self.inside_out,
                 ["closed mesh is", "closed meshes are"],
-                "inside out: seen from outside only far inner sides are there, where no light comes to (--double-sided \
-                 shows both sides)",
+                "inside out: they will look dark (--double-sided shows both sides)",
             ),
         ];
         let found = counted.iter().filter(|(count, ..)| *count > 0);

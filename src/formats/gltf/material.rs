@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use super::Import;
 use super::extensions::material::{EmissiveStrength, SpecularGlossiness, Unlit};
-use super::extensions::texture::Slot;
+use super::extensions::texture::TextureInfo;
 use crate::error::LoadError;
 use crate::math::Rgb;
 use crate::world::assets::ColorSpace;
@@ -74,7 +74,7 @@ impl Import<'_> {
             Some(older) => self.specular_glossiness(&older, &mut material, at)?,
             None => self.metallic_roughness(source, &mut material, at)?,
         }
-        let normal = source.normal_texture.as_ref().map(Slot::from);
+        let normal = source.normal_texture.as_ref().map(TextureInfo::from);
         material.normal = self.normal_map(normal.as_ref(), &format!("{at}/normalTexture"))?;
         material.emission = self.emission(source, extensions, at)?;
         let unlit: Option<Unlit> = document.extension(extensions, "KHR_materials_unlit", at)?;
@@ -91,10 +91,10 @@ impl Import<'_> {
     ) -> Result<(), LoadError> {
         let pbr = &source.pbr_metallic_roughness;
         let at = |slot: &str| format!("{at}/pbrMetallicRoughness/{slot}");
-        let slot = pbr.base_color_texture.as_ref().map(Slot::from);
+        let slot = pbr.base_color_texture.as_ref().map(TextureInfo::from);
         let texture = self.lookup(slot.as_ref(), ColorSpace::Srgb, &at("baseColorTexture"))?;
         self.base_color(pbr.base_color_factor.0, texture, material);
-        let slot = pbr.metallic_roughness_texture.as_ref().map(Slot::from);
+        let slot = pbr.metallic_roughness_texture.as_ref().map(TextureInfo::from);
         let at = at("metallicRoughnessTexture");
         let (metallic, roughness) = (unit(pbr.metallic_factor.0), unit(pbr.roughness_factor.0));
         material.metallic = self.scalar(metallic, slot.as_ref(), Channel::Blue, &at)?;
@@ -126,7 +126,7 @@ impl Import<'_> {
             self.document.extension(extensions, "KHR_materials_emissive_strength", at)?;
         let strength = read.map_or(1.0, |read| read.emissive_strength.max(0.0));
         let factor = Rgb::from(source.emissive_factor.0).map(unit) * strength;
-        let slot = source.emissive_texture.as_ref().filter(|_| !factor.is_black()).map(Slot::from);
+        let slot = source.emissive_texture.as_ref().filter(|_| !factor.is_black()).map(TextureInfo::from);
         self.color(factor, slot.as_ref(), &format!("{at}/emissiveTexture"))
     }
 
@@ -156,7 +156,7 @@ impl Import<'_> {
     }
 
     /// Roughness from a texture whose alpha is gloss.
-    fn roughness(&mut self, slot: &Slot, gloss: f32, at: &str) -> Result<ScalarInput, LoadError> {
+    fn roughness(&mut self, slot: &TextureInfo, gloss: f32, at: &str) -> Result<ScalarInput, LoadError> {
         let constant = ScalarInput::constant(1.0 - gloss);
         let Some(texture) = self.lookup(Some(slot), ColorSpace::Linear, at)? else { return Ok(constant) };
         let Some(source) = self.source(slot.index, at)? else { return Ok(constant) };

@@ -205,7 +205,7 @@ fn presentable<'n>(names: impl Iterator<Item = &'n str> + Clone) -> impl Iterato
 impl GltfModel {
     /// Adds an entity for each node, under `parent` if there is one. Names that are already taken get a number.
     pub fn place(&self, world: &mut World, parent: Option<hecs::Entity>) {
-        world.moves |= self.moves;
+        world.is_animated |= self.moves;
         let mut names = TakenNames::of(world);
         let mut entities: Vec<hecs::Entity> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {

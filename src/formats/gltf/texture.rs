@@ -7,7 +7,7 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
 use super::Import;
-use super::extensions::texture::{OtherSource, Slot, TextureTransform};
+use super::extensions::texture::{OtherSource, TextureInfo, TextureTransform};
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
@@ -16,9 +16,9 @@ use crate::world::{Assets, Channel, ColorInput, NormalMap, ScalarInput, Texture,
 /// The textures created up to now, by all their properties. (The search of the asset store compares a texture with
 /// every other.)
 #[derive(Default)]
-pub(super) struct GltfTextures(HashMap<TextureKey, TextureId>);
+pub(super) struct GltfTextures(HashMap<GltfTextureKey, TextureId>);
 
-type TextureKey = (u32, [u8; 4], u32, [u32; 8]);
+type GltfTextureKey = (u32, [u8; 4], u32, [u32; 8]);
 
 impl GltfTextures {
     fn id(&mut self, texture: Texture, assets: &mut Assets) -> TextureId {
@@ -37,7 +37,7 @@ impl Import<'_> {
     pub(super) fn color(
         &mut self,
         factor: Rgb,
-        slot: Option<&Slot>,
+        slot: Option<&TextureInfo>,
         at: &str,
     ) -> Result<ColorInput, LoadError> {
         let Some(texture) = self.lookup(slot, ColorSpace::Srgb, at)? else {
@@ -53,7 +53,7 @@ impl Import<'_> {
     pub(super) fn scalar(
         &mut self,
         factor: f32,
-        slot: Option<&Slot>,
+        slot: Option<&TextureInfo>,
         channel: Channel,
         at: &str,
     ) -> Result<ScalarInput, LoadError> {
@@ -65,7 +65,7 @@ impl Import<'_> {
     /// A normal map.
     pub(super) fn normal_map(
         &mut self,
-        slot: Option<&Slot>,
+        slot: Option<&TextureInfo>,
         at: &str,
     ) -> Result<Option<NormalMap>, LoadError> {
         let texture = self.lookup(slot, ColorSpace::Linear, at)?;
@@ -85,7 +85,7 @@ impl Import<'_> {
     /// The texture of a slot; none if the slot is empty or its image cannot be read.
     pub(super) fn lookup(
         &mut self,
-        slot: Option<&Slot>,
+        slot: Option<&TextureInfo>,
         color_space: ColorSpace,
         at: &str,
     ) -> Result<Option<Texture>, LoadError> {

@@ -1,5 +1,5 @@
-//! Replaces single values in a scene's text. Comments, order and form of everything else stay as the author wrote
-//! them.
+//! Replaces single values in a scene's text and keeps everything else as the author wrote it: comments, order and
+//! formatting.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::schema;
 use super::source::{Raw, SceneText};
 use crate::error::LoadError;
 
-/// The text with other values for some keys of an entity, by its place in the file.
+/// Returns the text with new values for some keys of the entity with index `entity` in the file.
 pub fn with_keys(
     text: &str,
     path: &Path,
@@ -16,7 +16,7 @@ pub fn with_keys(
     keys: &[(&str, String)],
 ) -> Result<String, LoadError> {
     let source = SceneText::new(text, path, 0.0);
-    let scene: schema::Scene = source.fields(source.root()?, "a scene")?;
+    let scene: schema::SceneKeys = source.fields(source.root()?, "a scene")?;
     let entities = source.list(scene.entities, "the entities")?;
     let raw = *entities.get(entity).ok_or_else(|| {
         let count = entities.len();
@@ -25,7 +25,7 @@ pub fn with_keys(
     let mut edited = text.to_owned();
     let mut changes: Vec<(usize, usize, String)> =
         keys.iter().map(|(key, value)| change(text, raw, key, value)).collect();
-    // From the end, so that earlier places stay valid.
+    // From the end, so that earlier offsets stay valid.
     changes.sort_by_key(|(start, ..)| std::cmp::Reverse(*start));
     for (start, end, value) in changes {
         edited.replace_range(start..end, &value);
@@ -33,7 +33,7 @@ pub fn with_keys(
     Ok(edited)
 }
 
-/// Where a key's value is, and what replaces it.
+/// The start and end of a key's value in the text, and its replacement. A missing key is inserted first.
 fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, String) {
     let place = |part: &str| scan::offset_of(text, part).unwrap_or(0);
     for item in scan::items(entity.0) {
@@ -44,12 +44,12 @@ fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, Str
             return (start, start + length(old), value.to_owned());
         }
     }
-    // After the opening parenthesis.
+    // Inserts the key after the opening parenthesis.
     let start = place(entity.0) + 1;
     (start, start, format!("{key}: {value}, "))
 }
 
-/// The length of a value without the blanks and comments after it: a name, brackets, or both.
+/// The length of a value (a name, parentheses, or both) without the blanks and comments after it.
 fn length(value: &str) -> usize {
     let (_, rest) = scan::split_identifier(value);
     let body = scan::skip_blank(rest);
@@ -73,7 +73,7 @@ mod tests {
 )"#;
 
     #[test]
-    fn values_are_replaced_and_all_else_stays() {
+    fn values_are_replaced_and_everything_else_is_kept() {
         let keys =
             [("camera", "Orthographic(height_m: 2)".into()), ("transform", "(translate: (1, 2, 3))".into())];
         let edited = with_keys(SCENE, Path::new("a.ron"), 1, &keys).unwrap();
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_added() {
+    fn missing_keys_are_added_and_missing_entities_refused() {
         let edited = with_keys(SCENE, Path::new("a.ron"), 0, &[("transform", "()".into())]).unwrap();
         assert!(edited.contains("(transform: (), shape: Sphere(radius_m: 1)), // a ball"), "{edited}");
         assert!(with_keys(SCENE, Path::new("a.ron"), 2, &[]).is_err());

@@ -1,4 +1,4 @@
-//! Lets serde fill a structure of the schema from its members, which stay unread.
+//! Fills structures of the schema by serde; the values of their members stay unparsed.
 
 use std::cell::Cell;
 use std::fmt::{Display, Formatter};
@@ -10,7 +10,7 @@ use serde::forward_to_deserialize_any;
 use super::scan;
 use super::source::Raw;
 
-/// What can be wrong with a structure's members.
+/// An error in the members of a structure.
 #[derive(Debug)]
 pub(super) enum FieldError {
     Unknown { known: &'static [&'static str] },
@@ -19,25 +19,25 @@ pub(super) enum FieldError {
     Other(String),
 }
 
-/// Fills a structure from names and values; else what is wrong, and at which name.
+/// Fills a structure from names and values. An error comes with the name at which it occurred, if any.
 pub(super) fn read<'a, T: Deserialize<'a>>(
     members: &[(&'a str, Raw<'a>)],
 ) -> Result<T, (Option<&'a str>, FieldError)> {
     let taken = Cell::new(0);
-    T::deserialize(MapAccessDeserializer::new(Members { members, taken: &taken })).map_err(|error| {
-        // serde checks every name as soon as it has it.
+    T::deserialize(MapAccessDeserializer::new(MemberAccess { members, taken: &taken })).map_err(|error| {
+        // serde checks each name as soon as it gets it, so the error is at the last one.
         let last = taken.get().checked_sub(1).and_then(|index| members.get(index));
         (last.map(|(name, _)| *name), error)
     })
 }
 
-struct Members<'m, 'a> {
+struct MemberAccess<'m, 'a> {
     members: &'m [(&'a str, Raw<'a>)],
-    /// How many names serde was given.
+    /// The number of names passed to serde.
     taken: &'m Cell<usize>,
 }
 
-impl<'a> MapAccess<'a> for Members<'_, 'a> {
+impl<'a> MapAccess<'a> for MemberAccess<'_, 'a> {
     type Error = FieldError;
 
     fn next_key_seed<K: DeserializeSeed<'a>>(&mut self, seed: K) -> Result<Option<K::Value>, FieldError> {
@@ -53,7 +53,7 @@ impl<'a> MapAccess<'a> for Members<'_, 'a> {
     }
 }
 
-/// Passes a value on as it is; an [`Option`] is RON's, but `Some` may be left out.
+/// Passes a value on unparsed. An [`Option`] is written as in RON, but `Some` may be left out.
 struct RawDeserializer<'a>(Raw<'a>);
 
 impl<'de> Deserializer<'de> for RawDeserializer<'de> {

@@ -1,7 +1,6 @@
-//! Values that change with time: `Keys([(time_s, value), …])` where a single value could stand.
+//! Values that change with time: `Keys([(time_s, value), …])` in place of a single value.
 //!
-//! A scene is read at one moment: what stands for a value there is found while it is read, and nothing after
-//! that knows of keys.
+//! A scene is read at one time: keys are evaluated while it is read, and no later stage handles them.
 
 use std::cell::Cell;
 
@@ -15,7 +14,7 @@ const FORM: &str = "Keys([(seconds, value), …])";
 const BETWEEN: &[(&str, Between)] =
     &[("Linear", Between::Linear), ("Smooth", Between::Smooth), ("Step", Between::Step)];
 
-/// How values are interpolated between two keys.
+/// The interpolation between two keys.
 #[derive(Clone, Copy)]
 enum Between {
     Linear,
@@ -23,23 +22,23 @@ enum Between {
     Step,
 }
 
-/// The moment at which a scene is read.
+/// The time at which a scene is read, and the state of reading its keys.
 #[derive(Debug, Default)]
 pub(super) struct Clock {
-    /// In seconds.
+    /// The time in seconds.
     pub time_s: f32,
-    /// If values must not change here, why.
+    /// The reason if keys are not allowed here.
     pub refused: Cell<Option<&'static str>>,
-    /// Whether there have been any keys.
+    /// True if any keys have been read.
     pub asked: Cell<bool>,
 }
 
 /// Values that can be interpolated.
 pub(super) trait Keyed: Sized {
-    /// Whether these are unit quaternions.
+    /// True for unit quaternions.
     const TURNS: bool = false;
 
-    /// The value as numbers, always the same count.
+    /// The value as numbers, always the same count for a type.
     fn numbers(self) -> Vec<f32>;
 
     /// The value from such numbers.
@@ -113,7 +112,7 @@ impl Keyed for Quat {
         self.to_array().to_vec()
     }
 
-    /// From a unit quaternion, or from an interpolation of several.
+    /// Normalises an interpolation of unit quaternions; a unit quaternion is kept as it is.
     fn of(numbers: &[f32]) -> Self {
         let exact = Quat::from_slice(numbers);
         let precise = exact.as_dquat();
@@ -123,13 +122,12 @@ impl Keyed for Quat {
 }
 
 impl<'a> SceneText<'a> {
-    /// Whether a value has keys.
+    /// Tests if a value has keys.
     pub(super) fn has_keys(&self, raw: Raw<'a>) -> bool {
         raw.0.starts_with(NAME) && self.variant(raw).is_some_and(|variant| variant.name == NAME)
     }
 
-    /// The value at the moment at which the scene is read, whether it has keys or is constant. `read` reads a single
-    /// value.
+    /// The value, constant or keyed, at the time at which the scene is read. `read` reads a single value.
     pub(super) fn keyed<T: Keyed>(
         &self,
         raw: Raw<'a>,
@@ -176,7 +174,7 @@ impl<'a> SceneText<'a> {
     }
 }
 
-/// A quaternion and its negative are the same rotation: takes whichever of the two is nearer to the key before.
+/// Replaces quaternions by their negatives, which are the same rotations, where these are nearer to the previous key.
 fn shorter_ways(values: &mut [Vec<f32>]) {
     for key in 1..values.len() {
         let [before, after] = [&values[key - 1], &values[key]];

@@ -1,10 +1,9 @@
-//! World scenes in [RON](https://github.com/ron-rs/ron): a list of entities whose keys
-//! are the components. Reading is [`load`], writing [`save`].
+//! Scene files in [RON](https://github.com/ron-rs/ron): a list of entities whose keys are their components. [`load`]
+//! reads them, [`save`] writes them.
 //!
-//! `ron` decides whether the text is well formed (`source`); serde fills structures whose
-//! values are yet unread (`fields`, `schema`), and these become components one by one
-//! (`value`, `lower`), so that every mistake is reported with the line and column of the
-//! very value.
+//! `ron` checks that the text is well formed (`source`); serde fills structures of unparsed values (`fields`,
+//! `schema`); these are converted to components one by one (`value`, `lower`), so that every error has the line and
+//! column of its value.
 
 mod edit;
 mod fields;
@@ -29,7 +28,7 @@ use crate::error::LoadError;
 use crate::memory;
 use crate::world::World;
 
-/// Memory that a byte of text takes while it is read.
+/// The memory that reading takes for each byte of text, in bytes.
 const BYTES_OF_TEXT: u64 = 16;
 
 /// Reads the scene file at `path` and, through `files`, the meshes and images that it names.
@@ -49,10 +48,9 @@ pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError>
     }
 }
 
-/// Reads a scene from its text; `path` is what messages call it and what the files that
-/// it names are relative to.
+/// Reads a scene from its text. `path` is its path in messages, and the files that it names are relative to its folder.
 pub fn parse(text: &str, path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
-    // A byte order mark is no part of the text.
+    // Skips a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     lower::scene(&SceneText::new(text, path, files.time_s().unwrap_or(0.0)), files)
 }

@@ -1,7 +1,7 @@
-//! Where things are in a text: lines and columns, blanks, brackets. Nothing here
-//! decides what is valid, that is `ron`'s part; it only finds the places to name.
+//! Locates parts of a text: lines and columns, blanks, brackets. Validation is left to `ron`; this module only finds
+//! the places for messages.
 
-/// Line and column, both from 1, the column in characters.
+/// The line and column of a byte offset, both from 1, the column in characters.
 pub(super) fn position(text: &str, offset: usize) -> (usize, usize) {
     let before = text.get(..offset).unwrap_or(text);
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
@@ -9,7 +9,7 @@ pub(super) fn position(text: &str, offset: usize) -> (usize, usize) {
     (line, before[line_start..].chars().count() + 1)
 }
 
-/// The byte offset of a line and column as [`position`] counts them.
+/// The byte offset of a line and column, counted as by [`position`].
 pub(super) fn offset(text: &str, line: usize, column: usize) -> usize {
     let line_start = if line <= 1 {
         0
@@ -26,7 +26,7 @@ pub(super) fn offset_of(text: &str, part: &str) -> Option<usize> {
     (offset + part.len() <= text.len()).then_some(offset)
 }
 
-/// `text` without the white space and comments that it begins with.
+/// The text without leading white space and comments.
 pub(super) fn skip_blank(text: &str) -> &str {
     let mut rest = text;
     loop {
@@ -44,23 +44,24 @@ pub(super) fn skip_blank(text: &str) -> &str {
     }
 }
 
-/// The name that `text` begins with and what follows it.
+/// Splits `text` into the name that it begins with, which may be empty, and the rest.
 pub(super) fn split_identifier(text: &str) -> (&str, &str) {
     let text = text.strip_prefix("r#").unwrap_or(text);
     let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(text.len());
     if text.starts_with(|c: char| c.is_numeric()) { ("", text) } else { text.split_at(end) }
 }
 
-/// A bracket, string or comment without its other end.
+/// A bracket, string or comment that is not closed.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Unclosed {
-    /// Byte offset.
+    /// The byte offset of its start.
     pub offset: usize,
-    /// What begins there.
+    /// The bracket in quotes, `string` or `comment`.
     pub what: &'static str,
 }
 
-/// The first thing that is opened and not closed, or closed by the wrong bracket.
+/// Finds the innermost bracket that is left open or closed by the wrong bracket, or the first unclosed string or
+/// comment.
 pub(super) fn find_unclosed(text: &str) -> Option<Unclosed> {
     let mut open: Vec<Unclosed> = Vec::new();
     let mut offset = 0;
@@ -69,7 +70,7 @@ pub(super) fn find_unclosed(text: &str) -> Option<Unclosed> {
         match token {
             BracketToken::Open(what) => open.push(Unclosed { offset, what }),
             BracketToken::Close(expected) => {
-                // At a surplus closing bracket the parser stops by itself.
+                // The parser itself stops at a surplus closing bracket.
                 let last = open.pop()?;
                 if last.what != expected {
                     return Some(last);
@@ -83,8 +84,8 @@ pub(super) fn find_unclosed(text: &str) -> Option<Unclosed> {
     open.pop()
 }
 
-/// The values between the brackets that `text` begins with, without blanks in front;
-/// what follows the closing bracket counts for nothing.
+/// The values between the brackets that `text` begins with, without leading blanks. Text after the closing bracket is
+/// ignored.
 pub(super) fn items(text: &str) -> Vec<&str> {
     let mut items = Vec::new();
     let (mut depth, mut offset, mut start) = (0_usize, 0, 0);
@@ -115,7 +116,7 @@ pub(super) fn items(text: &str) -> Vec<&str> {
     items
 }
 
-/// What follows the brackets that `text` begins with.
+/// The text after the brackets that `text` begins with.
 pub(super) fn skip_brackets(text: &str) -> &str {
     let (mut depth, mut offset) = (0_usize, 0);
     while offset < text.len() {
@@ -153,18 +154,18 @@ pub(super) fn key_and_value(item: &str) -> Option<(&str, &str)> {
 
 /// The tokens that matter for matching brackets.
 enum BracketToken {
-    /// What it is, in quotes.
+    /// An opening bracket, in quotes.
     Open(&'static str),
-    /// Which bracket it closes.
+    /// A closing bracket: the opening bracket that it matches, in quotes.
     Close(&'static str),
     Comma,
     Colon,
-    /// A string or comment without end.
+    /// A string or comment that is not closed.
     Unclosed(&'static str),
     Other,
 }
 
-/// The token that `text` begins with (it is not empty), and its length in bytes.
+/// The token at the start of `text`, which must not be empty, and its length in bytes.
 fn token(text: &str) -> (BracketToken, usize) {
     let literal = |length: Option<usize>, what| match length {
         Some(length) => (BracketToken::Other, length),
@@ -196,7 +197,7 @@ fn token(text: &str) -> (BracketToken, usize) {
     }
 }
 
-/// The white space of RON.
+/// Tests for the white space of RON.
 fn is_blank(c: char) -> bool {
     matches!(c, ' ' | '\t'..='\r' | '\u{85}' | '\u{200E}' | '\u{200F}' | '\u{2028}' | '\u{2029}')
 }
@@ -214,7 +215,7 @@ fn plain_string(text: &str) -> Option<usize> {
     None
 }
 
-/// Whether the `r` before `text` begins a raw string.
+/// Tests if the `r` before `text` starts a raw string.
 fn starts_raw_string(text: &str) -> bool {
     text.trim_start_matches('#').starts_with('"')
 }
@@ -228,7 +229,7 @@ fn raw_string(text: &str, prefix: usize) -> Option<usize> {
     text[body..].find(&end).map(|offset| body + offset + end.len())
 }
 
-/// If this is no character literal, the apostrophe alone.
+/// The length in bytes of the character literal; 1, for the apostrophe, if it is none.
 fn character_literal(text: &str) -> usize {
     let body = text[1..].strip_prefix('\\').unwrap_or(&text[1..]);
     let mut after = body.chars();
@@ -238,7 +239,7 @@ fn character_literal(text: &str) -> usize {
     }
 }
 
-/// Comments nest.
+/// The length in bytes of a block comment, which may be nested; none if it is not closed.
 fn block_comment(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let (mut depth, mut offset) = (0_usize, 0);
@@ -276,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slice_is_found_and_a_stranger_is_not() {
+    fn offset_of_finds_slices_and_rejects_other_texts() {
         let text = String::from("abcdef");
         assert_eq!(offset_of(&text, &text[2..4]), Some(2));
         assert_eq!(offset_of(&text, &text[6..]), Some(6));
@@ -300,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn brackets_are_taken_apart() {
+    fn items_are_split_at_commas_outside_brackets_and_strings() {
         assert_eq!(
             items("(1, (2, 3) ,/* , */ \"4,)\", r#\"\"),\"#, ',' , br\"\\\",) // x"),
             ["1", "(2, 3) ", "\"4,)\"", "r#\"\"),\"#", "',' ", "br\"\\\""]
@@ -313,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn the_innermost_unclosed_thing_is_found() {
+    fn innermost_unclosed_bracket_string_or_comment_is_found() {
         let found = |text: &str| find_unclosed(text).map(|u| (u.offset, u.what));
         assert_eq!(found("([{}])"), None);
         assert_eq!(found("(a: [1, 2)"), Some((4, "\"[\"")));

@@ -1,6 +1,5 @@
-//! The structures of a scene file as serde fills them. Values stay raw: what they may be
-//! depends on their form (a colour is a tuple, a number or a texture), and `lower` has to
-//! know where they stand.
+//! The structures of a scene file, filled by serde. Values stay raw: their type depends on their form (a colour is a
+//! tuple, a number or a texture), and `lower` needs their places in the text.
 
 use serde::Deserialize;
 
@@ -8,7 +7,7 @@ use super::source::Raw;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Scene<'a> {
+pub(super) struct SceneKeys<'a> {
     pub settings: Option<Raw<'a>>,
     pub materials: Option<Raw<'a>>,
     pub entities: Raw<'a>,
@@ -17,14 +16,14 @@ pub(super) struct Scene<'a> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct NormalMap<'a> {
+pub(super) struct NormalMapKeys<'a> {
     pub texture: Raw<'a>,
     pub scale: Option<Raw<'a>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct BumpMap<'a> {
+pub(super) struct BumpMapKeys<'a> {
     pub texture: Raw<'a>,
     #[serde(alias = "height")]
     pub height_m: Raw<'a>,
@@ -32,7 +31,7 @@ pub(super) struct BumpMap<'a> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound(deserialize = "'de: 'a"))]
-pub(super) struct Texture<'a> {
+pub(super) struct TextureKeys<'a> {
     pub image: Raw<'a>,
     pub filter: Option<Raw<'a>>,
     pub wrap: Option<Raw<'a>>,

@@ -1,9 +1,8 @@
-//! The text of a scene, and errors that name their place in it.
+//! The text of a scene, and errors with line and column.
 //!
-//! `ron` reads the text once and says whether it is well formed. After that, values are
-//! [`Raw`]: slices of the text, taken apart only as far as the schema asks. So whatever
-//! turns out to be wrong with a value, its slice says where it stands; and `ron` need not
-//! read any nested value twice, as its own raw values would have it do.
+//! `ron` parses the text once to check that it is well formed. After that, values are [`Raw`]: slices of the text,
+//! split only as far as the schema requires. Every error can thus be located by the slice of its value, and `ron` need
+//! not parse nested values twice, as it would with its own raw values.
 
 use std::path::Path;
 
@@ -16,20 +15,20 @@ use super::keyframes::Clock;
 use super::scan;
 use crate::error::{LoadError, did_you_mean, meant};
 
-/// A value's text as it stands in the file, without blanks in front.
+/// A value's text as in the file, without leading blanks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Raw<'a>(pub &'a str);
 
-/// One of several forms, chosen by its name: `Sphere(radius_m: 1)` or `Clamp`.
+/// An enum variant: `Sphere(radius_m: 1)` or `Clamp`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VariantText<'a> {
-    /// `Sphere`.
+    /// The name, `Sphere`.
     pub name: &'a str,
-    /// `(radius_m: 1)`, if there are parentheses.
+    /// The parentheses with their content, `(radius_m: 1)`, if any.
     pub body: Option<&'a str>,
 }
 
-/// A scene's text and where it came from.
+/// A scene's text, its path and the time at which it is read.
 pub(super) struct SceneText<'a> {
     text: &'a str,
     path: &'a Path,
@@ -38,13 +37,13 @@ pub(super) struct SceneText<'a> {
 }
 
 impl<'a> SceneText<'a> {
-    /// `time_s` is the moment that the scene is read at.
+    /// Creates the source of a scene that is read at time `time_s`, in seconds.
     pub(super) fn new(text: &'a str, path: &'a Path, time_s: f32) -> Self {
         let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
         Self { text, path, options, clock: Clock { time_s, ..Clock::default() } }
     }
 
-    /// The moment at which keyed values are read.
+    /// The time at which keyed values are evaluated.
     pub(super) fn clock(&self) -> &Clock {
         &self.clock
     }
@@ -57,7 +56,7 @@ impl<'a> SceneText<'a> {
     pub(super) fn root(&self) -> Result<Raw<'a>, LoadError> {
         self.options.from_str::<IgnoredAny>(self.text).map_err(|error| self.syntax_error(&error))?;
         let mut rest = scan::skip_blank(self.text);
-        // Attributes, such as #![enable(implicit_some)].
+        // Skips attributes, such as #![enable(implicit_some)].
         while rest.starts_with('#') {
             let Some(bracket) = rest.find('[') else { break };
             let attribute = scan::skip_brackets(&rest[bracket..]);
@@ -66,18 +65,18 @@ impl<'a> SceneText<'a> {
         Ok(Raw(rest))
     }
 
-    /// Line and column of `place`, a slice of the text.
+    /// The line and column of `place`, a slice of the text.
     pub(super) fn position(&self, place: &str) -> (usize, usize) {
         scan::position(self.text, scan::offset_of(self.text, place).unwrap_or(0))
     }
 
-    /// Something is wrong at `place`, a slice of the text.
+    /// An error at `place`, a slice of the text.
     pub(super) fn error(&self, place: &str, reason: impl Into<String>) -> LoadError {
         let (line, column) = self.position(place);
         LoadError::At { file: self.path.to_owned(), line, column, reason: reason.into() }
     }
 
-    /// The error for a file that `raw` names and that could not be read.
+    /// The error for a file that is named by `raw` and could not be read.
     pub(super) fn nested(&self, raw: Raw<'a>, error: LoadError) -> LoadError {
         let (line, column) = self.position(raw.0);
         match error {
@@ -88,12 +87,12 @@ impl<'a> SceneText<'a> {
         }
     }
 
-    /// `ron`'s own reading of `raw`, when all that matters is whether it succeeds.
+    /// Parses `raw` with `ron`; none if that fails.
     pub(super) fn try_read<T: Deserialize<'a>>(&self, raw: Raw<'a>) -> Option<T> {
         self.options.from_str(raw.0).ok()
     }
 
-    /// The keys and values of the structure `raw`, which has to begin with a parenthesis.
+    /// The keys and values of the structure `raw`, which must begin with a parenthesis.
     pub(super) fn structure(&self, raw: Raw<'a>, what: &str) -> Result<Vec<(&'a str, Raw<'a>)>, LoadError> {
         if !raw.0.starts_with('(') {
             return Err(self.expected(raw, &format!("{what}, as (key: value, …)")));
@@ -101,12 +100,12 @@ impl<'a> SceneText<'a> {
         self.members(raw.0, what)
     }
 
-    /// The structure `raw`, which has to begin with a parenthesis.
+    /// Reads the structure `raw`, which must begin with a parenthesis.
     pub(super) fn fields<T: Deserialize<'a>>(&self, raw: Raw<'a>, what: &str) -> Result<T, LoadError> {
         self.read(&self.structure(raw, what)?, raw.0, what)
     }
 
-    /// The fields of a variant; without parentheses it has none.
+    /// Reads the fields of a variant; without parentheses it has none.
     pub(super) fn variant_fields<T: Deserialize<'a>>(
         &self,
         variant: VariantText<'a>,
@@ -115,7 +114,7 @@ impl<'a> SceneText<'a> {
         self.read(&members, variant.name, variant.name)
     }
 
-    /// The keys and values of `(key: value, …)`, a structure that messages call `what`.
+    /// The keys and values of the structure `(key: value, …)`; messages call it `what`.
     pub(super) fn members(&self, body: &'a str, what: &str) -> Result<Vec<(&'a str, Raw<'a>)>, LoadError> {
         let mut members = Vec::new();
         for item in scan::items(body) {
@@ -130,14 +129,14 @@ impl<'a> SceneText<'a> {
         Ok(members)
     }
 
-    /// The error for a key of a structure, which messages call `what`, that is none of `known`.
+    /// The error for a key that is none of `known`, in a structure that messages call `what`.
     pub(super) fn unknown_field(&self, key: &str, what: &str, known: &[&str]) -> LoadError {
         let suggestion = suggest(key, known.iter().copied());
         let (found, known) = (shorten(key), known.join(", "));
         self.error(key, format!("unknown field \"{found}\" in {what}{suggestion}; fields: {known}"))
     }
 
-    /// Members as a structure that messages call `what`. Missing keys are reported at `place`.
+    /// Reads a structure from its members; messages call it `what`. Missing keys are reported at `place`.
     fn read<T: Deserialize<'a>>(
         &self,
         members: &[(&'a str, Raw<'a>)],
@@ -154,7 +153,7 @@ impl<'a> SceneText<'a> {
         })
     }
 
-    /// Refuses parentheses after a variant that has no fields.
+    /// Returns an error if a variant without fields has something in its parentheses.
     pub(super) fn no_fields(&self, variant: VariantText<'a>) -> Result<(), LoadError> {
         match variant.body.map(|body| scan::skip_blank(body.trim_start_matches('('))) {
             Some(inside) if !inside.starts_with(')') => {
@@ -177,12 +176,12 @@ impl<'a> SceneText<'a> {
         Some(VariantText { name, body: rest.starts_with('(').then_some(rest) })
     }
 
-    /// The error for a `raw` that is none of what is allowed here.
+    /// The error for a value of the wrong form.
     pub(super) fn expected(&self, raw: Raw, expected: &str) -> LoadError {
         self.error(raw.0, format!("expected {expected}, found {}", describe(raw)))
     }
 
-    /// `name` is none of `known`: `unknown shape "Shere" (did you mean "Sphere"?); shapes: …`.
+    /// The error for a `name` that is none of `known`: `unknown shape "Shere" (did you mean "Sphere"?); shapes: …`.
     pub(super) fn unknown(&self, name: &str, kind: &str, known: &[&str]) -> LoadError {
         let suggestion = suggest(name, known.iter().copied());
         let known = known.join(", ");
@@ -190,13 +189,13 @@ impl<'a> SceneText<'a> {
         self.error(name, format!("unknown {kind} \"{}\"{suggestion}; {kinds}: {known}", shorten(name)))
     }
 
-    /// Translates what `ron` says about the text into a place in it and our words.
+    /// Translates a syntax error of `ron` into an error with our wording and position.
     fn syntax_error(&self, error: &SpannedError) -> LoadError {
         use ron::Error;
         let code = &error.code;
         let stop = &self.text[scan::offset(self.text, error.span.end.line, error.span.end.col)..];
         let unclosed = scan::find_unclosed(self.text);
-        // The end of the file is not where anyone would look for the mistake.
+        // An error at the end of the file is better reported where the bracket was opened.
         let at_end = scan::skip_blank(stop).is_empty();
         if let Some(unclosed) = &unclosed
             && (at_end || matches!(unclosed.what, "string" | "comment"))
@@ -236,7 +235,7 @@ impl<'a> SceneText<'a> {
     }
 }
 
-/// What a value is, for messages.
+/// A short description of a value, for messages.
 fn describe(raw: Raw) -> String {
     let text = raw.0;
     let (name, rest) = scan::split_identifier(text);
@@ -259,7 +258,7 @@ fn describe(raw: Raw) -> String {
     }
 }
 
-/// The beginning of `text`, on one line: enough to recognise it.
+/// The first line of `text`, cut to 48 characters.
 pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 48;
     let line = text.lines().next().unwrap_or_default().trim_end();
@@ -270,8 +269,8 @@ pub(super) fn shorten(text: &str) -> String {
     short
 }
 
-/// [`did_you_mean`] among names of about the same length: comparing two names takes time
-/// and memory in proportion to the product of their lengths.
+/// A hint for an unknown name: advice, a similar name, or our word for that of other programs. Names of more than 64
+/// bytes are left out, since [`did_you_mean`] takes time and memory proportional to the product of two names' lengths.
 pub(super) fn suggest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> String {
     const LONGEST: usize = 64;
     if name.len() > LONGEST {
@@ -288,8 +287,8 @@ pub(super) fn suggest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
     ours.map_or(near, |ours| meant(ours))
 }
 
-/// What other programs have, and how it is said here: a name, one of those that are known where it stands, and
-/// advice.
+/// Advice on features of other programs: their name, a name that must be among the known ones for the advice to apply,
+/// and the advice.
 const ADVICE: [(&str, &str, &str); 30] = [
     ("Box", "Sphere", MESH),
     ("Checker", "Image", "textures are pictures: Image(\"file.png\")"),
@@ -327,7 +326,7 @@ const GLASS: &str = "Principled(metallic: 0, roughness: 0, transmission: 1, ior:
 const SCATTERING: &str = "of light after attenuation_distance_m, attenuation_color is left; how much of the rest is \
                           scattered, multiscatter_color says";
 
-/// What other programs call the fields of scene files.
+/// Field names of other programs, and the corresponding fields of scene files.
 const NAMES_ELSEWHERE: [(&str, &[&str]); 22] = [
     ("albedo", &["base_color", "diffuse"]),
     ("color", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),

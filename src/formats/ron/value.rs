@@ -35,7 +35,7 @@ impl<'a> SceneText<'a> {
     }
 
     fn single_number<F: FloatValue>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
-        // ron's own way to the same number takes ten times as long.
+        // Reading the number with ron takes ten times as long.
         let plain = raw.0.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'e'));
         let number = if plain { raw.0.parse().ok() } else { None };
         let Some(number) = number.or_else(|| self.try_read::<F>(raw)) else {
@@ -57,13 +57,13 @@ impl<'a> SceneText<'a> {
         if number > 0.0 { Ok(number) } else { Err(self.out_of_range(raw, what, "above 0")) }
     }
 
-    /// A number of at least zero.
+    /// A number of at least zero; `what` is its name in messages.
     pub(super) fn at_least_zero(&self, raw: Raw<'a>, what: &str) -> Result<f32, LoadError> {
         let number = self.number(raw)?;
         if number >= 0.0 { Ok(number) } else { Err(self.out_of_range(raw, what, "at least 0")) }
     }
 
-    /// Which of several bodies fills a place.
+    /// A body's priority: a whole number of at most [`MOST_PRIORITY`] in magnitude.
     pub(super) fn priority(&self, raw: Raw<'a>) -> Result<i32, LoadError> {
         let number: f32 = self.number(raw)?;
         if number.fract() == 0.0 && number.abs() <= MOST_PRIORITY {
@@ -90,7 +90,7 @@ impl<'a> SceneText<'a> {
     pub(super) fn whole(&self, raw: Raw<'a>, what: &str, least: u64, most: u64) -> Result<u64, LoadError> {
         match self.try_read::<u64>(raw) {
             Some(number) if (least..=most).contains(&number) => Ok(number),
-            // A number, though not a valid one here.
+            // A number, but not a whole number in range.
             _ if self.try_read::<f64>(raw).is_some() => {
                 Err(self.out_of_range(raw, what, &format!("a whole number from {least} to {most}")))
             }
@@ -112,7 +112,7 @@ impl<'a> SceneText<'a> {
         self.try_read(raw).ok_or_else(|| self.expected(raw, &format!("{what} in quotes")))
     }
 
-    /// Exactly `N` values in parentheses; messages show `form`.
+    /// Exactly `N` values in parentheses; messages show the expected `form`.
     pub(super) fn tuple<const N: usize>(&self, raw: Raw<'a>, form: &str) -> Result<[Raw<'a>; N], LoadError> {
         let mut elements = scan::items(raw.0).into_iter();
         let is_structure = elements.as_slice().first().is_some_and(|first| {
@@ -168,8 +168,8 @@ impl<'a> SceneText<'a> {
         })
     }
 
-    /// `(r, g, b)` or a grey, not below zero, or a display colour: `Srgb(r, g, b)` or `"#rrggbb"`. Messages call it
-    /// `what`.
+    /// A colour: `(r, g, b)` or a grey, at least zero, or a display colour, `Srgb(r, g, b)` or `"#rrggbb"`. Messages
+    /// call it `what`.
     pub(super) fn color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
         self.keyed(raw, |raw| self.single_color(raw, what))
     }
@@ -203,7 +203,7 @@ impl<'a> SceneText<'a> {
         Ok(Rgb::new(component(r)?, component(g)?, component(b)?))
     }
 
-    /// Two digits for each of red, green and blue, or one.
+    /// A colour as `#` and one or two hexadecimal digits each for red, green and blue.
     fn hexadecimal(&self, raw: Raw<'a>) -> Result<Rgb, LoadError> {
         let text = self.string(raw, "a colour")?;
         let digits: Option<Vec<u32>> = text
@@ -213,7 +213,7 @@ impl<'a> SceneText<'a> {
             Some(&[r, g, b]) => [r * 17, g * 17, b * 17],
             Some(&[r, s, g, h, b, c]) => [16 * r + s, 16 * g + h, 16 * b + c],
             _ => {
-                // A file's name.
+                // A file name.
                 let picture = if text.contains('.') {
                     "; a picture is Image(\"file.png\"), where it can stand"
                 } else {

@@ -174,8 +174,8 @@ impl<F: Float> ScatterVertex<'_, F> {
         if !mask.any() {
             return GatheredLight::nothing();
         }
-        let lends = setup.sharing.is_some();
-        photons.gather((setup.max_depth, lends), path, surface, bsdf, radius, mask)
+        let gives = setup.sharing.is_some();
+        photons.gather((setup.max_depth, gives), path, surface, bsdf, radius, mask)
     }
 }
 

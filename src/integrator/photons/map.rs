@@ -4,7 +4,7 @@ use std::num::Wrapping;
 
 use crate::math::Vector;
 use crate::sampling::hash::{combine, mix};
-use crate::shading::facing::{from_square, to_square};
+use crate::shading::packed_normal::{from_square, to_square};
 use crate::simd::{Float, Int, Mask};
 
 /// A photon that has ended: 32 bytes.

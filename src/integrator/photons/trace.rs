@@ -51,7 +51,7 @@ pub struct PhotonOutcome<F: Float> {
 /// The density of a photon, which [`path()`] stores in `facing`.
 #[inline(always)]
 pub fn density<F: Float>(path: &Path<F>) -> F {
-    path.facing.reinterpret()
+    path.packed_normal.reinterpret()
 }
 
 /// Stores a new photon as a path. Of the fields that only the camera's paths need, `facing` holds the bits of the
@@ -68,7 +68,7 @@ pub fn path(sample: u32, number: u32, photon: &EmittedPhoton) -> Path<f32> {
         bounce_counts: Wrapping(0),
         depth: Wrapping(0),
         pdf: 0.0,
-        facing: Wrapping(photon.density.to_bits()),
+        packed_normal: Wrapping(photon.density.to_bits()),
         width: 0.0,
         spread: if photon.falls { 0.0 } else { 1.0 },
         bodies: Wrapping(photon.bodies),
@@ -134,7 +134,7 @@ pub fn hit<F: Float>(
     let key = path.path_key(setup.seed);
     let point = shading_point(setup, path, hit, material, &surface, F::zero(), mask);
     let here = mask & !crate::integrator::termination::is_last(setup, path);
-    let draws = if record.straight { mask } else { here };
+    let draws = if record.passes_shadow_rays { mask } else { here };
     let vertex = ScatterVertex {
         setup,
         photons: None,
@@ -158,7 +158,7 @@ pub fn hit<F: Float>(
     let bends = next.scatterings.eq(path.scatterings);
     next.throughput = next.throughput * F::select(bends, factor, F::one());
     next.spread = path.spread;
-    next.facing = path.facing;
+    next.packed_normal = path.packed_normal;
     out.next = Path::select(gone, &out.next, &next);
     out.goes_on = out.goes_on | (mask & goes_on);
     out
@@ -185,7 +185,7 @@ fn one_sided<F: Float>(scene: &CompiledScene, surface: &Surface<F>, mask: F::Mas
 /// The lanes whose photon leaves a one-sided surface at its front, where a camera path would arrive.
 #[inline(always)]
 fn leaves_front<F: Float>(drawn: &BsdfSample<F>, surface: &Surface<F>) -> F::Mask {
-    (surface.inside & drawn.through) | !(surface.inside | drawn.through)
+    (surface.inside & drawn.transmitted) | !(surface.inside | drawn.transmitted)
 }
 
 /// Returns the flux of photons that end within their bodies after a distance of `way` metres. Lights that do not fall

@@ -96,7 +96,7 @@ impl<'a> Tile<'a> {
         self.light(&mut path, &outcome);
         let lane = HitLanes::one(&hit);
         let material = material_of(&self.setup.scene.geometry, &lane, true).0;
-        slots.first(of, &lane, material, outcome.shared.as_ref().is_some_and(|shared| shared.takes));
+        slots.first(of, &lane, material, outcome.reuse.as_ref().is_some_and(|shared| shared.takes));
         self.fork(&outcome);
         let next = self.onward(&path, &outcome);
         if let Some(next) = next.filter(|next| slots.leave(of, next.throughput, next.pdf)) {
@@ -139,8 +139,8 @@ impl<'a> Tile<'a> {
         let Some(outcome) = self.vertex(&mut path, hit) else {
             return slots.deposit(of.0, of.1, to_rgb(path.radiance));
         };
-        let lent = outcome.shared.as_ref().and_then(|shared| shared.gives.then_some(&shared.reusable));
-        slots.second(of, path.radiance, lent);
+        let reusable = outcome.reuse.as_ref().and_then(|shared| shared.gives.then_some(&shared.reusable));
+        slots.second(of, path.radiance, reusable);
         self.put_aside(&mut path);
         self.light(&mut path, &outcome);
         slots.lit(of, path.radiance);

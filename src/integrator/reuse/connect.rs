@@ -199,7 +199,7 @@ impl Connections {
         for (place, at) in self.members[from_member..].iter().enumerate() {
             let slot = &slots.slots[*at as usize];
             if matches!(slot.offer, SecondVertex::Far(_) | SecondVertex::Near(_))
-                && slot.lent.max_component() > 0.0
+                && slot.shared.max_component() > 0.0
             {
                 self.lenders.push((*at, place as u32));
             }
@@ -286,13 +286,13 @@ impl Kernel for Receive<'_> {
             let own = *own as usize;
             if density[own] <= 0.0 {
                 // Because of rounding, the path might not find its own vertex again: it keeps its light.
-                let kept = slot.weight * slot.lent;
+                let kept = slot.weight * slot.shared;
                 for (sum, more) in sums.iter_mut().zip([kept.r, kept.g, kept.b]) {
                     sum[own] += more;
                 }
                 continue;
             }
-            let part = slot.lent * (1.0 / densities[row]);
+            let part = slot.shared * (1.0 / densities[row]);
             let part = [part.r, part.g, part.b].map(<L::Queue as Float>::splat);
             for at in (0..members.len()).step_by(L::Queue::WIDTH) {
                 let found = L::Queue::load(&density[at..]).gt(Float::zero());
@@ -439,8 +439,8 @@ impl Connect<'_> {
         let Receivers { first, places, mask, origin, bsdf } = some;
         let (sight, t_max) = match &slots.slots[lender as usize].offer {
             SecondVertex::Far(direction) => (far::<F>(splat(*direction), *mask), F::splat(f32::INFINITY)),
-            SecondVertex::Near(lent) => {
-                let sight = lent.seen_from(setup.lobes, *origin, *mask);
+            SecondVertex::Near(shared) => {
+                let sight = shared.seen_from(setup.lobes, *origin, *mask);
                 let t_max = sight.distance * F::splat(CONNECTION_END);
                 (sight, t_max)
             }

@@ -32,7 +32,7 @@ use crate::film::{Film, FilmScale, Region};
 use crate::math::{Color, Rgb, Vector};
 use crate::sampling::hash::combine;
 use crate::sampling::{SampleKey, sobol};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int};
 use crate::world::{Settings, Sharing, Transport};
@@ -55,7 +55,7 @@ impl ReuseGroups {
     const USUAL: u32 = 64;
 
     /// The grouping for a scene, if its paths are reused.
-    pub fn of(materials: &[Material], settings: &Settings) -> Option<Self> {
+    pub fn of(materials: &[MaterialRecord], settings: &Settings) -> Option<Self> {
         let pixels = match settings.sharing {
             Sharing::Off => return None,
             Sharing::Auto => Self::USUAL,
@@ -83,7 +83,7 @@ impl ReuseGroups {
         // Samples with the same groups continue one sequence; the next ones begin another.
         let index = place * (within + I::splat(1)) + (sample & within);
         let key = SampleKey::new(seed ^ JOINT, block, sample, combine(I::splat(1), run_of(sample)));
-        sobol::two(index, key.shared(dimension))
+        sobol::two(index, key.pixel_hash(dimension))
     }
 }
 
@@ -179,7 +179,7 @@ struct PathSlot {
     /// The radiance that the path has found and keeps, before `weight`.
     own: Color<f32>,
     /// The radiance that it has found for the whole group.
-    lent: Color<f32>,
+    shared: Color<f32>,
     /// The fraction of the radiance found behind the second vertex that is given.
     onward: Color<f32>,
 }
@@ -297,7 +297,7 @@ impl PathSlots {
     }
 
     /// Stores a path's first hit. `receives`: the vertex may take.
-    pub fn first(&mut self, path: PixelSample, hit: &HitLanes<f32>, material: u32, receives: bool) {
+    pub fn first(&mut self, path: PixelSample, hit: &HitLanes<f32>, material: u32, takes: bool) {
         let index = self.index(path);
         for (column, value) in self.hits.iter_mut().zip([hit.t, hit.u, hit.v]) {
             column[index] = value;
@@ -307,7 +307,7 @@ impl PathSlots {
         }
         let shares = self.sizes[(self.units.start + index / PIXELS) / self.samples.len()] > 0;
         let slot = &mut self.slots[index];
-        (slot.material, slot.takes) = (material, receives && shares);
+        (slot.material, slot.takes) = (material, takes && shares);
     }
 
     /// Stores that a path leaves its first vertex in a direction of density `pdf`. Returns true if the path is reused:
@@ -334,19 +334,19 @@ impl PathSlots {
 
     /// Stores what the second vertex of a reused path emits, which the path keeps, and the light that the vertex gives,
     /// if any.
-    pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, lent: Option<&ReusableVertex<f32>>) {
+    pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, shared: Option<&ReusableVertex<f32>>) {
         let slot = self.of(path);
         slot.own = slot.own + emitted;
-        let Some(lent) = lent else { return };
-        slot.offer = SecondVertex::Near(*lent);
-        slot.onward = lent.onward;
-        slot.lent = slot.lent + lent.gathered;
+        let Some(shared) = shared else { return };
+        slot.offer = SecondVertex::Near(*shared);
+        slot.onward = shared.onward;
+        slot.shared = slot.shared + shared.gathered;
     }
 
     /// Stores what a light has sent to a path's second vertex.
     pub fn lit(&mut self, path: PixelSample, radiance: Color<f32>) {
         let slot = self.of(path);
-        let part = if let SecondVertex::Near(lent) = &slot.offer { lent.light } else { Color::black() };
+        let part = if let SecondVertex::Near(shared) = &slot.offer { shared.light } else { Color::black() };
         slot.take(radiance, part);
     }
 
@@ -405,15 +405,15 @@ impl PathSlot {
             offer: SecondVertex::Nothing,
             weight: black,
             own: black,
-            lent: black,
+            shared: black,
             onward: black,
         }
     };
 
     /// Divides radiance between the path and the group, whose fraction is `lent`.
-    fn take(&mut self, radiance: Color<f32>, lent: Color<f32>) {
-        self.lent = self.lent + radiance * lent;
-        self.own = self.own + radiance * lent.complement();
+    fn take(&mut self, radiance: Color<f32>, shared: Color<f32>) {
+        self.shared = self.shared + radiance * shared;
+        self.own = self.own + radiance * shared.complement();
     }
 }
 

@@ -64,7 +64,7 @@ struct Variances {
     /// The variance of light that a path keeps.
     kept: f32,
     /// The variance of light that it gives.
-    lent: f32,
+    shared: f32,
 }
 
 impl ReuseProbe {
@@ -113,9 +113,9 @@ impl Price {
         let floor = (0.1 * mean) * (0.1 * mean);
         let mut price = Self { variance: 0.0, floor, usual: Variances::default(), connection };
         for block in blocks {
-            let Variances { kept, lent } = block.variances(price.floor);
+            let Variances { kept, shared } = block.variances(price.floor);
             price.usual.kept += kept * share;
-            price.usual.lent += lent * share;
+            price.usual.shared += shared * share;
         }
         // Iterates, because the price depends on the choices that it leads to.
         for _ in 0..4 {
@@ -153,16 +153,16 @@ impl MeasuredBlock {
     fn choice(&self, price: &Price) -> (u32, f32, f32) {
         let own = self.variances(price.floor);
         let kept = own.kept * OWN + price.usual.kept * (1.0 - OWN);
-        let lent = own.lent * OWN + price.usual.lent * (1.0 - OWN);
+        let shared = own.shared * OWN + price.usual.shared * (1.0 - OWN);
         let paths = self.paths();
         let pairs = self.receivers as f32 * self.lenders as f32 / (paths * paths);
-        let mut best = (0, kept + lent, 1.0);
+        let mut best = (0, kept + shared, 1.0);
         if self.receivers == 0 {
             return best;
         }
         for (log2, gain) in &GAINS[1..] {
             let cost = 1.0 + OVERHEAD + price.connection * (1u32 << log2) as f32 * pairs;
-            let variance = kept + lent / gain;
+            let variance = kept + shared / gain;
             if variance + price.variance * cost < best.1 + price.variance * best.2 {
                 best = (*log2, variance, cost);
             }
@@ -176,14 +176,14 @@ impl MeasuredBlock {
 
     fn variances(&self, floor: f32) -> Variances {
         let [first, second] = &self.found;
-        let (mut kept, mut lent) = (0.0, 0.0);
+        let (mut kept, mut shared) = (0.0, 0.0);
         for (a, b) in first.iter().zip(second) {
             let square = |channel: usize| (a[channel] - b[channel]) * (a[channel] - b[channel]);
             kept += square(0) + square(1) + square(2);
-            lent += square(3) + square(4) + square(5);
+            shared += square(3) + square(4) + square(5);
         }
         let scale = 1.0 / (self.paths() * (self.square() + floor).max(f32::MIN_POSITIVE));
-        Variances { kept: kept * scale, lent: lent * scale }
+        Variances { kept: kept * scale, shared: shared * scale }
     }
 
     /// The squared mean radiance, summed over the channels.
@@ -215,12 +215,12 @@ impl PathSlots {
                 let (x, y) = crate::integrator::path::unpack_pixel(slot.pixel);
                 let seen =
                     film.pixels()[region.index(x, y)].sum[sample].map(|sum| (sum as f64 * quantum) as f32);
-                let (own, lent) = (slot.weight * slot.own, slot.weight * slot.lent);
-                let found = [seen[0] + own.r, seen[1] + own.g, seen[2] + own.b, lent.r, lent.g, lent.b];
+                let (own, shared) = (slot.weight * slot.own, slot.weight * slot.shared);
+                let found = [seen[0] + own.r, seen[1] + own.g, seen[2] + own.b, shared.r, shared.g, shared.b];
                 measured.found[sample].push(found);
                 measured.receivers += usize::from(slot.takes);
                 let offers = matches!(slot.offer, SecondVertex::Far(_) | SecondVertex::Near(_));
-                measured.lenders += usize::from(offers && slot.lent.max_component() > 0.0);
+                measured.lenders += usize::from(offers && slot.shared.max_component() > 0.0);
             }
         }
     }
@@ -277,18 +277,18 @@ mod tests {
     use super::*;
 
     /// A block of radiance 1 whose two samples deviate from the mean by `kept` and `lent`.
-    fn block(kept: f32, lent: f32, paths: usize) -> MeasuredBlock {
+    fn block(kept: f32, shared: f32, paths: usize) -> MeasuredBlock {
         let pair = |sign: f32| {
-            let (kept, lent) = (0.5 + sign * kept, 0.5 + sign * lent);
-            vec![[kept, kept, kept, lent, lent, lent]; paths]
+            let (kept, shared) = (0.5 + sign * kept, 0.5 + sign * shared);
+            vec![[kept, kept, kept, shared, shared, shared]; paths]
         };
         MeasuredBlock { found: [pair(1.0), pair(-1.0)], receivers: 2 * paths, lenders: 2 * paths }
     }
 
     #[test]
     fn reuse_is_chosen_only_where_it_pays() {
-        let choice = |kept, lent| {
-            let block = block(kept, lent, 16);
+        let choice = |kept, shared| {
+            let block = block(kept, shared, 16);
             let price = Price::of(std::slice::from_ref(&block), 200);
             block.choice(&price).0
         };

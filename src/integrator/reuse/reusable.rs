@@ -2,7 +2,7 @@
 
 use crate::integrator::path::Path;
 use crate::math::{Color, Vector};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::shading::normals::is_turned;
 use crate::shading::principled::albedo;
 use crate::shading::principled::bsdf::Bsdf;
@@ -141,7 +141,7 @@ pub struct EvaluatedVertex<'a, F: Float> {
 #[inline(always)]
 pub fn roles<F: Float>(path: &Path<F>, vertex: &EvaluatedVertex<F>, mask: F::Mask) -> ReuseRoles<F> {
     let EvaluatedVertex { point, bsdf, light, drawn } = vertex;
-    let (surface, record): (&Surface<F>, &Material) = (point.surface, point.material);
+    let (surface, record): (&Surface<F>, &MaterialRecord) = (point.surface, point.material);
     let none = F::Mask::from_bits(0);
     let first = mask & path.depth.eq(F::Int::splat(0));
     let takes = if takes(record) { first & bsdf.diffuse_chance().ge(F::splat(LEAST_DIFFUSE)) } else { none };
@@ -159,12 +159,12 @@ pub fn roles<F: Float>(path: &Path<F>, vertex: &EvaluatedVertex<F>, mask: F::Mas
     };
     let second = gives_at(path, point, mask);
     if !second.any() {
-        return ReuseRoles { takes: takes, gives: none, reusable };
+        return ReuseRoles { takes, gives: none, reusable };
     }
     (reusable.above, reusable.roughness, reusable.left) = bsdf.above_diffuse();
     reusable.light = bsdf.diffuse_part(light.0, light.1, second);
     reusable.onward = bsdf.diffuse_part(drawn.direction, drawn.weight * drawn.pdf, second);
-    ReuseRoles { takes: takes, gives: second, reusable }
+    ReuseRoles { takes, gives: second, reusable }
 }
 
 /// The lanes whose vertices give.
@@ -182,17 +182,17 @@ pub(in crate::integrator) fn gives_at<F: Float>(
 }
 
 /// True if first vertices of any of these materials can take.
-pub fn any(materials: &[Material]) -> bool {
+pub fn any(materials: &[MaterialRecord]) -> bool {
     materials.iter().any(|record| takes(record) && !record.unlit)
 }
 
 /// True if first vertices of a material can take: it transmits no light, and is not wholly metallic.
-fn takes(record: &Material) -> bool {
+fn takes(record: &MaterialRecord) -> bool {
     record.transmission.is_zero() && record.diffuse_transmission.is_zero() && !record.metallic.is_one()
 }
 
 /// True if second vertices of a material have a diffuse lobe with nothing but a mirror lobe above it.
-fn gives(record: &Material) -> bool {
+fn gives(record: &MaterialRecord) -> bool {
     let bare = record.coat.is_zero() && record.sheen_color.is_black() && record.film.is_none();
     takes(record) && bare && !record.is_anisotropic()
 }

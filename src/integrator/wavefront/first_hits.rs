@@ -50,12 +50,12 @@ impl FirstHits {
         tile: Region,
         samples: &SampleRanges,
     ) -> Vec<Features> {
-        let [all] = self.look_apart(setup, isa, tile, samples);
+        let [all] = self.trace_by_parity(setup, isa, tile, samples);
         all
     }
 
     /// Returns the first hits of every Nth sample separately: with 2 of even and of odd samples.
-    pub fn look_apart<const N: usize>(
+    pub fn trace_by_parity<const N: usize>(
         &mut self,
         setup: &RenderSetup,
         isa: Isa,

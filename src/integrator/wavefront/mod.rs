@@ -32,7 +32,7 @@ use crate::film::{Film, Region};
 use crate::math::Rgb;
 use crate::simd::{Isa, dispatch};
 use crate::world::Transport;
-use path_stages::{EndQueue, Groups, HitRoles, ShadePathsStage};
+use path_stages::{EndQueue, HitRoles, MaterialRanges, ShadePathsStage};
 use queue::{Columns, HitQueue, PADDING, PathAnyHit, PathQueue, RayLimits};
 use reuse::ReuseBuffers;
 use shadows::ShadowQueue;
@@ -61,7 +61,7 @@ pub struct Wave {
     crossings: Crossings,
     pixels: Vec<u32>,
     samples: Vec<u32>,
-    groups: Groups,
+    groups: MaterialRanges,
     ends: RayLimits,
     stack: Stack,
 }
@@ -90,7 +90,7 @@ impl Wave {
             crossings: Crossings::default(),
             pixels: integers(),
             samples: integers(),
-            groups: Groups::new(capacity, setup.scene.materials.len(), sorting),
+            groups: MaterialRanges::new(capacity, setup.scene.materials.len(), sorting),
             ends: RayLimits::new(capacity + PADDING),
             stack: Stack::new(&setup.scene.bvh),
         }

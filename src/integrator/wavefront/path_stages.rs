@@ -14,7 +14,7 @@ use crate::world::Transport;
 
 /// The order in which hits are shaded.
 #[derive(Default)]
-pub struct Groups {
+pub struct MaterialRanges {
     sorting: Sorting,
     order: Vec<u32>,
     /// Material, first place and the place after the last one, for each material that occurs.
@@ -22,7 +22,7 @@ pub struct Groups {
     counts: Vec<u32>,
 }
 
-impl Groups {
+impl MaterialRanges {
     /// Creates the order of at most `capacity` hits of `materials` materials.
     pub fn new(capacity: usize, materials: usize, sorting: Sorting) -> Self {
         Self {
@@ -93,7 +93,7 @@ pub struct ShadePathsStage<'a> {
     /// Their hits.
     pub hits: &'a HitQueue,
     /// The order in which hits are shaded.
-    pub groups: &'a Groups,
+    pub groups: &'a MaterialRanges,
     /// 1 for each path that goes on, else 0.
     pub goes_on: &'a mut [u32],
     /// The paths that go on.
@@ -133,7 +133,7 @@ impl Kernel for ShadePathsStage<'_> {
                     self.forks.append(fork.mask, &fork.next, Int::splat(NONE));
                 }
                 if let Some(roles) = &mut self.roles {
-                    roles.put::<L::Queue>(places, outcome.shared.as_ref(), valid);
+                    roles.put::<L::Queue>(places, outcome.reuse.as_ref(), valid);
                 }
             }
         }
@@ -149,7 +149,7 @@ pub struct PhotonStage<'a> {
     /// Their hits.
     pub hits: &'a HitQueue,
     /// The order in which hits are evaluated.
-    pub groups: &'a Groups,
+    pub groups: &'a MaterialRanges,
     /// The photons that go on.
     pub next: &'a mut PathQueue,
     /// The photons that pass a surface as well.
@@ -203,7 +203,7 @@ impl PhotonStage<'_> {
         let d = path.direction;
         let floats = [p.x, p.y, p.z, f.r, f.g, f.b, -d.x, -d.y, -d.z, n.x, n.y, n.z, place.0, place.1];
         let bounces = path.depth - path.scatterings;
-        let integers = [path.pixel, bounces, path.facing, places];
+        let integers = [path.pixel, bounces, path.packed_normal, places];
         self.ended.0.append::<F>(outcome.lands, floats, integers);
     }
 }
@@ -228,10 +228,10 @@ impl HitRoles {
     fn put<F: Float>(&mut self, places: F::Int, shared: Option<&ReuseRoles<F>>, mask: F::Mask) {
         let mut at = [0; 16];
         places.store(&mut at);
-        let (mut takes, mut lends, mut rows) = (0, 0, [[[0.0; 4]; 16]; COLUMNS / 4]);
+        let (mut takes, mut gives, mut rows) = (0, 0, [[[0.0; 4]; 16]; COLUMNS / 4]);
         if let Some(shared) = shared {
-            (takes, lends) = (shared.takes.bits(), shared.gives.bits());
-            if lends != 0 {
+            (takes, gives) = (shared.takes.bits(), shared.gives.bits());
+            if gives != 0 {
                 for (rows, columns) in rows.iter_mut().zip(shared.reusable.columns().as_chunks().0) {
                     F::store_rows_mixed(*columns, rows);
                 }
@@ -241,7 +241,7 @@ impl HitRoles {
             let place = *place as usize;
             self.takes[place] = takes >> lane & 1 != 0;
             self.reusable[place] = None;
-            if lends >> lane & 1 != 0 {
+            if gives >> lane & 1 != 0 {
                 let mut numbers = [0.0; COLUMNS];
                 for (to, rows) in numbers.as_chunks_mut::<4>().0.iter_mut().zip(&rows) {
                     *to = rows[F::mixed(lane) % 16];

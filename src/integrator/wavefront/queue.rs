@@ -1,6 +1,5 @@
 //! Queues in structure-of-arrays form: a column for each number, so that lanes load and pack them directly. Columns are
-//! as long as the queue's capacity plus the widest lane count: kernels may write past the end of what is used, never
-//! past a column.
+//! longer than the queue's capacity by the widest lane count, past which kernels never write.
 
 use std::num::Wrapping;
 
@@ -149,15 +148,13 @@ impl<const N: usize, const M: usize> Columns<N, M> {
 }
 
 #[inline(always)]
-fn gather_vector<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -> Vector<F> {
-    let [x, y, z] = columns;
+fn gather_vector<F: Float>([x, y, z]: [&[f32]; 3], places: F::Int, mask: F::Mask) -> Vector<F> {
     Vector::new(F::gather(x, places, mask), F::gather(y, places, mask), F::gather(z, places, mask))
 }
 
 #[inline(always)]
-fn gather_color<F: Float>(columns: [&[f32]; 3], places: F::Int, mask: F::Mask) -> Color<F> {
-    let v = gather_vector::<F>(columns, places, mask);
-    Color::new(v.x, v.y, v.z)
+fn gather_color<F: Float>([r, g, b]: [&[f32]; 3], places: F::Int, mask: F::Mask) -> Color<F> {
+    Color::new(F::gather(r, places, mask), F::gather(g, places, mask), F::gather(b, places, mask))
 }
 
 /// A queue of paths: origin, direction, throughput, radiance, density, width, spread, distance travelled; pixel,
@@ -177,11 +174,10 @@ pub const PATH_BYTES: usize = Columns::<16, 8>::ITEM;
 /// Bytes of a hit.
 pub const HIT_BYTES: usize = Columns::<3, 3>::ITEM;
 
-/// Columns of [`PathQueue`].
+/// Columns of [`PathQueue`], the last one of integers.
 const THROUGHPUT: usize = 6;
 const RADIANCE: usize = 9;
 const DENSITY: usize = 12;
-/// Integer column of [`PathQueue`].
 const SOURCE: usize = 6;
 /// Bits of a path's depth in the column that it shares with its scatterings.
 const DEPTH_BITS: i32 = 17;
@@ -215,7 +211,7 @@ impl PathQueue {
             width: q.float(13, at),
             spread: q.float(14, at),
             bodies: q.integer(4, at),
-            facing: q.integer(5, at),
+            packed_normal: q.integer(5, at),
             scatterings: q.integer::<F::Int>(3, at).shr::<DEPTH_BITS>(),
             travelled: q.float(15, at),
             landing,
@@ -245,7 +241,7 @@ impl PathQueue {
             width: F::gather(&f[13], places, mask),
             spread: F::gather(&f[14], places, mask),
             bodies: F::Int::gather(&i[4], places, mask),
-            facing: F::Int::gather(&i[5], places, mask),
+            packed_normal: F::Int::gather(&i[5], places, mask),
             scatterings: bounces.shr::<DEPTH_BITS>(),
             travelled: F::gather(&f[15], places, mask),
             landing,
@@ -259,7 +255,16 @@ impl PathQueue {
         let Path { pdf, width, spread, travelled, .. } = *path;
         let floats =
             [o.x, o.y, o.z, d.x, d.y, d.z, t.r, t.g, t.b, r.r, r.g, r.b, pdf, width, spread, travelled];
-        let Path { pixel, sample, bounce_counts: branch, depth, bodies, facing, scatterings, .. } = *path;
+        let Path {
+            pixel,
+            sample,
+            bounce_counts: branch,
+            depth,
+            bodies,
+            packed_normal: facing,
+            scatterings,
+            ..
+        } = *path;
         let bounces = depth | scatterings.shl::<DEPTH_BITS>();
         let integers = [pixel, sample, branch, bounces, bodies, facing, source];
         self.columns.pack::<F>(at, mask, floats, integers);

@@ -255,8 +255,8 @@ impl Wave {
         self.retire(setup, photons, isa, Some(slots), clock);
         self.shade_paths(setup, photons, isa, true, clock);
         self.report_paths(setup, photons, isa, clock.observer);
-        for ((path, emitted), lent) in self.paths.found().zip(&self.roles.reusable) {
-            slots.second(path, emitted, lent.as_ref());
+        for ((path, emitted), reusable) in self.paths.found().zip(&self.roles.reusable) {
+            slots.second(path, emitted, reusable.as_ref());
         }
         self.put_aside(clock);
         self.shadows(setup, isa, clock);

@@ -11,7 +11,7 @@ use crate::integrator::shadow::{ShadowRay, connect};
 use crate::integrator::transparent_shadow::arriving;
 use crate::integrator::{RenderSetup, Stage};
 use crate::math::{Color, NONE, Ray, Vector};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::scene::bodies::{Body, NOWHERE};
 use crate::simd::{Float, Isa};
 use crate::world::Transport;
@@ -34,14 +34,14 @@ pub struct ShadowQueue {
 impl ShadowQueue {
     /// Creates a queue with room for `capacity` rays.
     pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
-        let any = |is: fn(&Material) -> bool| {
+        let any = |is: fn(&MaterialRecord) -> bool| {
             setup.transport == Transport::Path && setup.scene.materials.iter().any(is)
         };
-        let passes = if any(|material| material.straight) { capacity } else { 0 };
+        let passes = if any(|material| material.passes_shadow_rays) { capacity } else { 0 };
         Self {
             rays: Columns::new(capacity),
             emitters: setup.scene.emitters.can_be_hit().then(|| Columns::new(capacity)),
-            bodies: (any(|m| m.body != 0) && any(|m| m.attenuates() || m.straight))
+            bodies: (any(|m| m.body != 0) && any(|m| m.attenuates() || m.passes_shadow_rays))
                 .then(|| Columns::new(capacity)),
             passes: (0..passes).map(|_| AtomicBool::new(false)).collect(),
         }

@@ -8,7 +8,7 @@ use super::*;
 use crate::compile::light_tree::{LightBounds, build};
 use crate::math::{Aabb, NONE, Vec3};
 use crate::sampling::Stream;
-use crate::shading::facing::facing;
+use crate::shading::packed_normal::packed_normal;
 use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
 /// A diffuse rectangle, `corner + u * edges.0 + v * edges.1`.
@@ -110,16 +110,16 @@ fn sun(axis: Vec3, power: f32) -> LightBounds {
 
 /// The facing of a surface that transmits light; of no surface if the normal is zero.
 fn both_sides(normal: Vec3) -> Wrapping<u32> {
-    if normal == Vec3::ZERO { Wrapping(NONE) } else { facing::<f32>(Vector::splat(normal), true) }
+    if normal == Vec3::ZERO { Wrapping(NONE) } else { packed_normal::<f32>(Vector::splat(normal), true) }
 }
 
 /// The facing of a surface that transmits no light.
 fn front(normal: Vec3) -> Wrapping<u32> {
-    facing::<f32>(Vector::splat(normal), false)
+    packed_normal::<f32>(Vector::splat(normal), false)
 }
 
-fn chance_on(tree: &LightTree, point: Vec3, facing: Wrapping<u32>, light: usize) -> f32 {
-    pmf::<f32>(tree, Vector::splat(point), facing, Wrapping(light as u32), true)
+fn chance_on(tree: &LightTree, point: Vec3, packed_normal: Wrapping<u32>, light: usize) -> f32 {
+    pmf::<f32>(tree, Vector::splat(point), packed_normal, Wrapping(light as u32), true)
 }
 
 fn chance(tree: &LightTree, point: Vec3, normal: Vec3, light: usize) -> f32 {
@@ -224,12 +224,12 @@ fn every_contributing_light_can_be_chosen() {
                 point = place + panel.normal() * size * 1e-3;
             }
             for (i, panel) in panels.iter().enumerate() {
-                for (both, facing) in [(true, both_sides(normal)), (false, front(normal))] {
+                for (both, packed_normal) in [(true, both_sides(normal)), (false, front(normal))] {
                     if !both && normal == Vec3::ZERO {
                         continue;
                     }
                     let brings = panel.brings(point, normal, both);
-                    let chance = chance_on(&tree, point, facing, i);
+                    let chance = chance_on(&tree, point, packed_normal, i);
                     assert!(
                         brings == 0.0 || chance > 0.0,
                         "light {i} brings {brings}, {reach} {size} {round}"
@@ -298,7 +298,7 @@ fn lights_behind_an_opaque_surface_are_not_chosen() {
     lights.push(lamp(Vec3::Y * 3.0, 1.0));
     lights.push(sun(-Vec3::Y, 50.0));
     let tree = build(&lights);
-    let on = |facing, light| chance_on(&tree, Vec3::Y * 0.01, facing, light);
+    let on = |packed_normal, light| chance_on(&tree, Vec3::Y * 0.01, packed_normal, light);
     assert!((on(front(Vec3::Y), 64) - 1.0).abs() < 1e-6, "{}", on(front(Vec3::Y), 64));
     assert!((0..64).all(|light| on(front(Vec3::Y), light) == 0.0 && on(front(-Vec3::Y), light) > 0.0));
     assert!(on(front(Vec3::Y), 65) == 0.0 && on(front(-Vec3::Y), 65) > 0.0);
@@ -387,9 +387,9 @@ fn choose_lanes<F: Float>(Choose(tree, numbers, both): Choose, out: &mut Vec<u32
         let position = Vector::new(column(0), column(1), column(2)) * F::splat(10.0);
         let normal = Vector::new(column(3), column(4), column(5)).normalize();
         let all = F::Mask::first(F::WIDTH);
-        let facing = facing(normal, both);
-        let (light, chance, rest) = sample(tree, position, facing, column(6).abs(), all);
-        let again = pmf(tree, position, facing, light, all);
+        let packed_normal = packed_normal(normal, both);
+        let (light, chance, rest) = sample(tree, position, packed_normal, column(6).abs(), all);
+        let again = pmf(tree, position, packed_normal, light, all);
         for bits in [light, chance.to_bits(), rest.to_bits(), again.to_bits()] {
             bits.store(&mut row);
             out.extend_from_slice(&row[..F::WIDTH]);

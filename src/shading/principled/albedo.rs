@@ -29,16 +29,16 @@ pub struct AlbedoTable {
 #[derive(Clone, Copy)]
 pub struct Albedo<F> {
     /// The coefficient of F₀.
-    pub straight: F,
+    pub at_normal: F,
     /// The coefficient of F₉₀.
-    pub grazing: F,
+    pub at_grazing: F,
 }
 
 impl<F: Float> Albedo<F> {
     /// The albedo of a surface that reflects everything.
     #[inline(always)]
     pub fn whole(&self) -> F {
-        self.straight + self.grazing
+        self.at_normal + self.at_grazing
     }
 
     /// Interpolates linearly.
@@ -46,8 +46,8 @@ impl<F: Float> Albedo<F> {
     pub(super) fn mix(self, other: Self, weight: F) -> Self {
         let rest = F::one() - weight;
         Self {
-            straight: self.straight * rest + other.straight * weight,
-            grazing: self.grazing * rest + other.grazing * weight,
+            at_normal: self.at_normal * rest + other.at_normal * weight,
+            at_grazing: self.at_grazing * rest + other.at_grazing * weight,
         }
     }
 }
@@ -69,12 +69,12 @@ impl AlbedoTable {
                 let cosine = (node * node).max(1e-4);
                 let w = Vector::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
                 let (albedo, cosine) = integrate(isa, w, Ggx { x: alpha, y: alpha }, &points);
-                entries.extend([albedo.straight, albedo.grazing]);
+                entries.extend([albedo.at_normal, albedo.at_grazing]);
                 cosines.extend(cosine);
             }
             // The mean ∫ 2 μ E(μ) dμ.
             let steps = 256;
-            let (mut straight, mut grazing) = (0.0f64, 0.0f64);
+            let (mut at_normal, mut at_grazing) = (0.0f64, 0.0f64);
             for i in 0..steps {
                 let cosine = (i as f64 + 0.5) / steps as f64;
                 let place = cosine.sqrt() * (COSINES - 1) as f64;
@@ -84,10 +84,10 @@ impl AlbedoTable {
                 let value = |k: usize| {
                     entries[first + k] as f64 * (1.0 - weight) + entries[first + 2 + k] as f64 * weight
                 };
-                straight += 2.0 * cosine * value(0) / steps as f64;
-                grazing += 2.0 * cosine * value(1) / steps as f64;
+                at_normal += 2.0 * cosine * value(0) / steps as f64;
+                at_grazing += 2.0 * cosine * value(1) / steps as f64;
             }
-            means.extend([straight as f32, grazing as f32]);
+            means.extend([at_normal as f32, at_grazing as f32]);
         }
         AlbedoTable { entries, means, cosines }
     }
@@ -145,7 +145,7 @@ impl AlbedoIntegral<'_> {
         let w = Vector::new(F::splat(self.w.x), F::splat(self.w.y), F::splat(self.w.z));
         let ggx = Ggx { x: F::splat(self.ggx.x), y: F::splat(self.ggx.y) };
         let own = F::one() + ggx.lambda(w);
-        let (mut straight, mut grazing) = (0.0f64, 0.0f64);
+        let (mut at_normal, mut at_grazing) = (0.0f64, 0.0f64);
         let (mut first, mut second) = (0.0f64, 0.0f64);
         let count = self.points.count();
         for at in (0..count).step_by(F::WIDTH) {
@@ -161,17 +161,18 @@ impl AlbedoIntegral<'_> {
             for (weight, cos) in weights[..F::WIDTH].iter().zip(cosines) {
                 let weight = f64::from(*weight);
                 let f = (1.0 - f64::from(cos)).powi(5);
-                straight += weight * (1.0 - f);
-                grazing += weight * f;
+                at_normal += weight * (1.0 - f);
+                at_grazing += weight * f;
                 first += weight * f64::from(cos);
                 second += weight * f64::from(cos * cos);
             }
         }
-        let whole = (straight + grazing).max(1e-9);
+        let whole = (at_normal + at_grazing).max(1e-9);
         let mean = first / whole;
         let deviation = (second / whole - mean * mean).max(0.0).sqrt();
         let count = count as f64;
-        let albedo = Albedo { straight: (straight / count) as f32, grazing: (grazing / count) as f32 };
+        let albedo =
+            Albedo { at_normal: (at_normal / count) as f32, at_grazing: (at_grazing / count) as f32 };
         (albedo, [mean as f32, deviation as f32])
     }
 }
@@ -187,8 +188,8 @@ pub(super) fn between<F: Float>(place: F, nodes: usize) -> (F::Int, F) {
 /// The albedo for a cosine to the normal and a roughness √α.
 #[inline(always)]
 pub fn directional<F: Float>(table: &AlbedoTable, cosine: F, roughness: F, mask: F::Mask) -> Albedo<F> {
-    let [straight, grazing] = pair(&table.entries, cosine, roughness, mask);
-    Albedo { straight, grazing }
+    let [at_normal, at_grazing] = pair(&table.entries, cosine, roughness, mask);
+    Albedo { at_normal, at_grazing }
 }
 
 /// Two cosines that represent all angles of incidence at microfacets, one standard deviation to either side of the
@@ -210,7 +211,7 @@ fn pair<F: Float>(table: &[f32], cosine: F, roughness: F, mask: F::Mask) -> [F; 
     let first = first + row;
     let high = entry(table, first, mask).mix(entry(table, first + F::Int::splat(2), mask), wc);
     let both = low.mix(high, wr);
-    [both.straight, both.grazing]
+    [both.at_normal, both.at_grazing]
 }
 
 /// The mean albedo over the hemisphere, with weight cos/π.
@@ -225,7 +226,7 @@ pub fn average<F: Float>(table: &AlbedoTable, roughness: F, mask: F::Mask) -> Al
 #[inline(always)]
 pub(super) fn entry<F: Float>(table: &[f32], first: F::Int, mask: F::Mask) -> Albedo<F> {
     Albedo {
-        straight: F::gather(table, first, mask),
-        grazing: F::gather(table, first + F::Int::splat(1), mask),
+        at_normal: F::gather(table, first, mask),
+        at_grazing: F::gather(table, first + F::Int::splat(1), mask),
     }
 }

@@ -46,7 +46,7 @@ impl AnisotropicTable {
                         let cosine = (part(c, COSINES) * part(c, COSINES)).max(1e-4);
                         let w = direction(cosine, part(a, AZIMUTHS));
                         let (albedo, _) = integrate(isa, w, ggx, &points);
-                        table.entries.extend([albedo.straight, albedo.grazing]);
+                        table.entries.extend([albedo.at_normal, albedo.at_grazing]);
                     }
                 }
             }
@@ -65,18 +65,18 @@ pub(super) fn direction(cosine: f32, azimuth: f32) -> Vector<f32> {
 /// The mean 1/π ∫ E(ω) cos dω.
 fn mean(table: &AnisotropicTable, ggx: &Ggx<f32>) -> [f32; 2] {
     const STEPS: [usize; 2] = [16, 64];
-    let (mut straight, mut grazing) = (0.0f64, 0.0f64);
+    let (mut at_normal, mut at_grazing) = (0.0f64, 0.0f64);
     for a in 0..STEPS[0] {
         let (_, azimuth) = sin_cos_turns((a as f32 + 0.5) / (4 * STEPS[0]) as f32);
         for c in 0..STEPS[1] {
             let cosine = (c as f64 + 0.5) / STEPS[1] as f64;
             let albedo = directional(table, direction(cosine as f32, azimuth), ggx, true);
-            straight += 2.0 * cosine * f64::from(albedo.straight);
-            grazing += 2.0 * cosine * f64::from(albedo.grazing);
+            at_normal += 2.0 * cosine * f64::from(albedo.at_normal);
+            at_grazing += 2.0 * cosine * f64::from(albedo.at_grazing);
         }
     }
     let count = STEPS.iter().product::<usize>() as f64;
-    [(straight / count) as f32, (grazing / count) as f32]
+    [(at_normal / count) as f32, (at_grazing / count) as f32]
 }
 
 /// Positions among roughnesses and strengths of a pair of widths, x the larger one: lower nodes, and the weights of the

@@ -56,12 +56,12 @@ impl<F: Float> Bsdf<F> {
     /// Divides light between reflection, transmission and scattering within bodies.
     #[inline(always)]
     pub(super) fn divide(&mut self, mask: F::Mask) {
-        let scatters = self.has.diffuse || self.has.back;
+        let scatters = self.has.diffuse || self.has.diffuse_transmission;
         if scatters {
             // Schlick's term lacks total reflection.
             self.left = self.fresnel(self.wo.z).dielectric.complement();
             self.left_mean = Color::grey(self.left_mean_of_body(self.p.eta, mask));
-            if self.has.back {
+            if self.has.diffuse_transmission {
                 self.left_mean_behind = self.left_mean_of_body(F::one() / self.p.eta, mask);
             }
         }

@@ -70,7 +70,7 @@ impl<F: Float> Bsdf<F> {
         let white = black.complement();
         let wo = p.frame.local(to_viewer);
         let none = F::Mask::from_bits(0);
-        let nothing = Albedo { straight: zero, grazing: zero };
+        let nothing = Albedo { at_normal: zero, at_grazing: zero };
         let mut bsdf = Self {
             has,
             p,
@@ -164,8 +164,8 @@ impl<F: Float> Bsdf<F> {
         if self.has.diffuse {
             diffuse = p.diffuse.luminance() * left;
         }
-        if self.has.back {
-            back = p.back.luminance() * left;
+        if self.has.diffuse_transmission {
+            back = p.diffuse_transmission.luminance() * left;
         }
         if self.has.specular {
             microfacets = self.mixed(self.once).luminance().max(F::splat(1e-3));
@@ -176,7 +176,7 @@ impl<F: Float> Bsdf<F> {
         }
         if self.has.transmission {
             let fresnel = self.fresnel(self.wo.z.abs());
-            let through = (p.through * fresnel.dielectric.complement()).luminance();
+            let through = (p.transmission * fresnel.dielectric.complement()).luminance();
             let reflected = self.mixed(fresnel).luminance();
             microfacets = through + if self.has.solid { reflected } else { microfacets };
             if !self.has.solid {
@@ -204,7 +204,7 @@ impl<F: Float> Bsdf<F> {
             return F::one();
         }
         let reflected = self.mixed(*fresnel).luminance();
-        let through = (self.p.through * fresnel.dielectric.complement()).luminance();
+        let through = (self.p.transmission * fresnel.dielectric.complement()).luminance();
         reflected / (reflected + through).max(F::splat(1e-20))
     }
 
@@ -245,7 +245,7 @@ impl<F: Float> Bsdf<F> {
         }
         value = Color::select(front, value, Color::black());
         pdf = F::select(front, pdf, zero);
-        if self.has.back || self.has.transmission {
+        if self.has.diffuse_transmission || self.has.transmission {
             let (lobe, density) = self.far_side(wi, lambert, mask & behind);
             value = value + Color::select(behind, lobe * self.below, Color::black());
             pdf = pdf + F::select(behind, density, zero);
@@ -335,8 +335,8 @@ impl<F: Float> Bsdf<F> {
     fn far_side(&self, wi: Vector<F>, lambert: F, mask: F::Mask) -> (Color<F>, F) {
         let (zero, p) = (F::zero(), &self.p);
         let (mut value, mut pdf) = (Color::black(), zero);
-        if self.has.back {
-            let mut lobe = p.back * self.left * lambert;
+        if self.has.diffuse_transmission {
+            let mut lobe = p.diffuse_transmission * self.left * lambert;
             if self.has.solid && !self.has.constant_fresnel {
                 let eta = F::one() / p.eta;
                 lobe = lobe * (self.left_by_body(wi, eta, mask) / self.left_mean_behind);
@@ -362,7 +362,7 @@ impl<F: Float> Bsdf<F> {
     /// bounce: all that is not reflected in further bounces.
     #[inline(always)]
     fn often_through(&self) -> Color<F> {
-        self.p.through * self.dielectric.complement()
+        self.p.transmission * self.dielectric.complement()
     }
 
     /// The angular distribution of light that bounced more than once, relative to that of a diffuse surface, for a
@@ -383,13 +383,13 @@ impl<F: Float> Bsdf<F> {
         let visible = F::one() / (F::one() + self.lambda + p.ggx.lambda(turned));
         let fresnel = self.fresnel(self.wo.dot(h).max(F::zero()));
         let pdf = density / (F::one() + self.lambda) * (F::one() - self.reflects(&fresnel));
-        (p.through * fresnel.dielectric.complement() * (density * visible), pdf)
+        (p.transmission * fresnel.dielectric.complement() * (density * visible), pdf)
     }
 
     /// The factor on transmitted light, for the wavelength of the path.
     #[inline(always)]
-    pub(super) fn through(&self) -> Color<F> {
-        if self.has.dispersion { self.p.through * self.p.spectrum.tint } else { self.p.through }
+    pub(super) fn transmission(&self) -> Color<F> {
+        if self.has.dispersion { self.p.transmission * self.p.spectrum.tint } else { self.p.transmission }
     }
 
     /// True if microfacets transmit light.
@@ -401,7 +401,7 @@ impl<F: Float> Bsdf<F> {
     /// True if light from behind can reach the viewer.
     #[inline(always)]
     pub fn lets_through(&self) -> bool {
-        self.has.back || self.has.transmission
+        self.has.diffuse_transmission || self.has.transmission
     }
 
     /// Set if light samples can contribute: perfect mirrors need none.

@@ -14,7 +14,7 @@ impl<F: Float> Bsdf<F> {
     pub(super) fn coat_albedo(&self, mask: F::Mask) -> F {
         let coat = &self.p.coat;
         let own = albedo::directional(self.tables.mirror, self.coat_wo.z, coat.roughness, mask);
-        (coat.weight * (coat.f0 * own.straight + coat.f90 * own.grazing).max_component()).clamp(0.0, 1.0)
+        (coat.weight * (coat.f0 * own.at_normal + coat.f90 * own.at_grazing).max_component()).clamp(0.0, 1.0)
     }
 
     /// The value and density of the clear coat's mirror lobe.

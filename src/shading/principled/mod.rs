@@ -50,14 +50,14 @@ impl<F: Float> ShadingPoint<'_, F> {
             frame,
             geometric_normal: self.surface.geometric_normal,
             diffuse: base,
-            back: Color::black(),
+            diffuse_transmission: Color::black(),
             f0: Color::black(),
             f90: Color::black(),
             metal: base,
             metallic: zero,
             ggx: Ggx { x: one, y: one },
             roughness: one,
-            through: Color::black(),
+            transmission: Color::black(),
             eta: one,
             inside: self.surface.inside,
             spectrum: Spectrum::none(),
@@ -79,14 +79,14 @@ impl<F: Float> ShadingPoint<'_, F> {
         if has.transmission {
             let part = scalar(&m.transmission, textures, &self.at, self.mask).clamp(0.0, 1.0);
             scattered = scattered * (one - part);
-            p.through = base * (part * (one - p.metallic));
+            p.transmission = base * (part * (one - p.metallic));
             p.diffuse = p.diffuse * (one - part);
             p.eta = outside.eta(m, self.surface.inside);
         }
-        if has.back {
+        if has.diffuse_transmission {
             let part = scalar(&m.diffuse_transmission, textures, &self.at, self.mask).clamp(0.0, 1.0);
             let tint = color(&m.diffuse_transmission_color, textures, &self.at, self.mask);
-            p.back = tint * (scattered * part);
+            p.diffuse_transmission = tint * (scattered * part);
             p.diffuse = p.diffuse * (one - part);
         }
         if m.sheet_depth != [0.0; 3] {
@@ -127,7 +127,7 @@ impl<F: Float> ShadingPoint<'_, F> {
             transmission,
             solid: m.refracts(),
             dispersion: m.dispersion > 0.0,
-            back: !m.diffuse_transmission.is_zero(),
+            diffuse_transmission: !m.diffuse_transmission.is_zero(),
             coat: !m.coat.is_zero(),
             sheen: !m.sheen_color.is_black(),
             film: m.film.is_some(),
@@ -149,8 +149,8 @@ impl<F: Float> ShadingPoint<'_, F> {
             exp2(way * F::splat(-g * LOG2_E)),
             exp2(way * F::splat(-b * LOG2_E)),
         );
-        p.through = p.through * left;
-        p.back = p.back * left;
+        p.transmission = p.transmission * left;
+        p.diffuse_transmission = p.diffuse_transmission * left;
     }
 
     /// Looks up reflectance and roughness of the mirror lobe, and attenuates the diffuse one by the metal.

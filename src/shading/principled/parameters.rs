@@ -5,7 +5,7 @@ use super::ggx::Ggx;
 use super::shading_frame::ShadingFrame;
 use super::thin_film::ThinFilm;
 use crate::math::{Color, Vector};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 use crate::scene::material::is_real;
 use crate::simd::Float;
 
@@ -29,7 +29,7 @@ pub struct LobeFlags {
     /// Refraction that depends on the colour.
     pub dispersion: bool,
     /// Diffuse transmission.
-    pub back: bool,
+    pub diffuse_transmission: bool,
     /// A clear coat.
     pub coat: bool,
     /// Sheen of fibres.
@@ -49,7 +49,7 @@ impl LobeFlags {
         transmission: false,
         solid: false,
         dispersion: false,
-        back: false,
+        diffuse_transmission: false,
         coat: false,
         sheen: false,
         film: false,
@@ -59,7 +59,9 @@ impl LobeFlags {
     /// because there is none.
     #[inline(always)]
     pub fn is_matte(&self) -> bool {
-        let LobeFlags { diffuse, specular, transmission, back, coat, sheen, film, .. } = *self;
+        let LobeFlags {
+            diffuse, specular, transmission, diffuse_transmission: back, coat, sheen, film, ..
+        } = *self;
         diffuse && !(specular || transmission || back || coat || sheen || film)
     }
 }
@@ -95,7 +97,7 @@ pub struct Outside<F: Float> {
     pub is_air: bool,
     /// Index of refraction.
     pub index: F,
-    /// See [`Material::dispersion`].
+    /// See [`MaterialRecord::dispersion`].
     pub dispersion: F,
 }
 
@@ -126,7 +128,7 @@ impl<F: Float> Outside<F> {
 
     /// The index on the viewer's side divided by the index on the other side of a boundary of rough or smooth glass.
     #[inline(always)]
-    pub(super) fn eta(&self, material: &Material, inside: F::Mask) -> F {
+    pub(super) fn eta(&self, material: &MaterialRecord, inside: F::Mask) -> F {
         let ior = F::splat(material.ior);
         let eta = F::select(inside, ior / self.index, self.index / ior);
         if self.is_air || material.roughness.is_zero() {
@@ -148,7 +150,7 @@ pub struct Parameters<F: Float> {
     /// Diffuse albedo, before attenuation by the layers above.
     pub diffuse: Color<F>,
     /// Albedo of diffuse transmission, before attenuation by the layers above.
-    pub back: Color<F>,
+    pub diffuse_transmission: Color<F>,
     /// Reflectance of the dielectric at normal incidence.
     pub f0: Color<F>,
     /// Reflectance of the dielectric at grazing angles.
@@ -162,7 +164,7 @@ pub struct Parameters<F: Float> {
     /// √α, where α is the geometric mean of both widths.
     pub roughness: F,
     /// A factor on transmitted light.
-    pub through: Color<F>,
+    pub transmission: Color<F>,
     /// Index of refraction on the viewer's side divided by that on the other side.
     pub eta: F,
     /// Set if the viewer is inside the body.

@@ -73,7 +73,7 @@ impl<F: Float> UnderMirror<F> {
     /// The light left for a direction with albedo `own`.
     #[inline(always)]
     pub fn left(&self, own: &Albedo<F>) -> Color<F> {
-        rest(self.f0 * own.straight + self.f90 * own.grazing, self.further, own).clamp(0.0, 1.0)
+        rest(self.f0 * own.at_normal + self.f90 * own.at_grazing, self.further, own).clamp(0.0, 1.0)
     }
 }
 
@@ -120,7 +120,7 @@ impl<F: Float> Bsdf<F> {
     /// The transmittance of a microfacet.
     #[inline(always)]
     pub(super) fn transmitted(&self, fresnel: &Reflectance<F>) -> Color<F> {
-        self.through() * fresnel.dielectric.complement()
+        self.transmission() * fresnel.dielectric.complement()
     }
 
     /// The reflectance of a microfacet.
@@ -214,11 +214,11 @@ impl<F: Float> Bsdf<F> {
             return Reflectance { dielectric: p.f0 * own.whole(), metal: Color::black() };
         }
         let metal = if self.has.metallic {
-            p.metal * own.straight + Color::grey(own.grazing)
+            p.metal * own.at_normal + Color::grey(own.at_grazing)
         } else {
             Color::black()
         };
-        let bare = Reflectance { dielectric: p.f0 * own.straight + p.f90 * own.grazing, metal };
+        let bare = Reflectance { dielectric: p.f0 * own.at_normal + p.f90 * own.at_grazing, metal };
         if !self.has.film {
             return bare;
         }

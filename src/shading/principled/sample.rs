@@ -18,7 +18,7 @@ pub struct BsdfSample<F: Float> {
     /// Set if there is a direction.
     pub valid: F::Mask,
     /// Set if the direction leads to the other side.
-    pub through: F::Mask,
+    pub transmitted: F::Mask,
     /// Set if the direction was drawn from a diffuse lobe.
     pub wide: F::Mask,
 }
@@ -82,7 +82,7 @@ impl<F: Float> Bsdf<F> {
             weight,
             pdf: F::select(delta, zero, pdf),
             valid: mask & right_side & possible,
-            through: goes_through,
+            transmitted: goes_through,
             wide,
         }
     }
@@ -101,7 +101,7 @@ impl<F: Float> Bsdf<F> {
             weight: narrow.weight,
             pdf: F::zero(),
             valid: mask & is_microfacet & self.smooth & behind & narrow.valid & narrow.both,
-            through,
+            transmitted: through,
             wide: F::Mask::from_bits(0),
         }
     }

@@ -59,12 +59,13 @@ impl White {
             let ior = ior.max(1.02);
             p.eta = if inside { ior } else { 1.0 / ior };
             let part = chance.part();
-            (p.through, p.diffuse) = (grey(part), grey(1.0 - part));
+            (p.transmission, p.diffuse) = (grey(part), grey(1.0 - part));
             has.diffuse = part < 1.0;
             if chance.happens(0.2) {
                 let metallic = chance.unit();
                 (has.metallic, p.metallic, p.metal) = (true, metallic, grey(1.0));
-                (p.through, p.diffuse) = (p.through * (1.0 - metallic), p.diffuse * (1.0 - metallic));
+                (p.transmission, p.diffuse) =
+                    (p.transmission * (1.0 - metallic), p.diffuse * (1.0 - metallic));
             }
             (has, p)
         } else {
@@ -76,12 +77,12 @@ impl White {
         if !solid && p.metallic < 1.0 && chance.happens(0.3) {
             has.transmission = true;
             let part = chance.part();
-            (p.through, p.diffuse) = (grey(part * (1.0 - p.metallic)), p.diffuse * (1.0 - part));
+            (p.transmission, p.diffuse) = (grey(part * (1.0 - p.metallic)), p.diffuse * (1.0 - part));
         }
         if has.diffuse && chance.happens(0.2) {
             let part = chance.part();
-            has.back = true;
-            (p.back, p.diffuse) = (p.diffuse * part, p.diffuse * (1.0 - part));
+            has.diffuse_transmission = true;
+            (p.diffuse_transmission, p.diffuse) = (p.diffuse * part, p.diffuse * (1.0 - part));
         }
         if chance.happens(0.3) {
             (has, p) = anisotropic((has, p), chance.unit());
@@ -103,8 +104,8 @@ impl White {
             "roughness {roughness:.3} ior {ior:.2} metallic {:.2} through {:.2} back {:.2} eta {:.3} \
              coat {:.2} {:.2} sheen {:.2} {:.2} film {:.2} {:.0} nm {:.2}",
             p.metallic,
-            p.through.r,
-            p.back.r,
+            p.transmission.r,
+            p.diffuse_transmission.r,
             p.eta,
             p.coat.weight,
             p.coat.roughness,
@@ -137,7 +138,7 @@ impl White {
 
 /// The largest error of the mean albedo over all directions, beyond that of chance.
 fn allowed(white: &White) -> f64 {
-    let LobeFlags { film, anisotropic, solid, diffuse, back, sheen, .. } = white.has;
+    let LobeFlags { film, anisotropic, solid, diffuse, diffuse_transmission: back, sheen, .. } = white.has;
     match (film, solid && (diffuse || back)) {
         // Smooth fibres are bright only at grazing angles: 4 σ of few samples underestimate the error.
         (false, false) if sheen => 0.01,

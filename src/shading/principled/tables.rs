@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use super::{albedo, anisotropic, anisotropic_glass, glass, sheen};
-use crate::scene::Material;
+use crate::scene::MaterialRecord;
 
 /// The tables of lobes. Tables that no material needs are empty.
 #[derive(Clone, Copy)]
@@ -54,10 +54,10 @@ impl LobeTables {
     }
 
     /// The tables that materials need, computed in parallel, one thread each.
-    pub fn of(materials: &[Material]) -> Self {
-        let any = |needs: fn(&Material) -> bool| materials.iter().any(needs);
+    pub fn of(materials: &[MaterialRecord]) -> Self {
+        let any = |needs: fn(&MaterialRecord) -> bool| materials.iter().any(needs);
         let mirror = any(|m| m.has_mirror() || !m.coat.is_zero());
-        let anisotropic = any(Material::is_anisotropic);
+        let anisotropic = any(MaterialRecord::is_anisotropic);
         let glass = any(|m| {
             let plain = m.roughness.is_zero() && m.transmission.is_one() && m.diffuse_transmission.is_zero();
             m.refracts() && (!plain || m.is_anisotropic())

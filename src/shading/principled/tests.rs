@@ -35,14 +35,14 @@ pub(super) fn opaque(base: f32, metallic: f32, roughness: f32) -> (LobeFlags, Pa
         frame,
         geometric_normal: up,
         diffuse: grey(base * (1.0 - metallic)),
-        back: grey(0.0),
+        diffuse_transmission: grey(0.0),
         f0: grey(0.04),
         f90: grey(1.0),
         metal: grey(base),
         metallic,
         ggx: Ggx { x: alpha, y: alpha },
         roughness,
-        through: grey(0.0),
+        transmission: grey(0.0),
         eta: 1.0,
         inside: false,
         spectrum: Spectrum::none(),
@@ -64,7 +64,7 @@ pub(super) fn opaque(base: f32, metallic: f32, roughness: f32) -> (LobeFlags, Pa
 /// Glass of ior 1.5, seen from outside or from `inside`.
 pub(super) fn glass(roughness: f32, inside: bool) -> (LobeFlags, Parameters<f32>) {
     let (_, mut parameters) = opaque(1.0, 0.0, roughness);
-    parameters.through = grey(1.0);
+    parameters.transmission = grey(1.0);
     parameters.diffuse = grey(0.0);
     parameters.eta = if inside { 1.5 } else { 1.0 / 1.5 };
     parameters.inside = inside;
@@ -191,7 +191,7 @@ fn thin_glass_conserves_energy() {
         {
             let (mut has, mut p) = opaque(1.0, 0.0, roughness);
             has.transmission = true;
-            (p.through, p.diffuse) = (grey(part), grey(1.0 - part));
+            (p.transmission, p.diffuse) = (grey(part), grey(1.0 - part));
             let found = albedo(has, p, cos);
             assert!((found - 1.0).abs() < 0.005, "roughness {roughness} part {part} cos {cos}: {found}");
         }
@@ -227,7 +227,7 @@ fn partly_transmissive_bodies_conserve_energy() {
             for step in 1..=20 {
                 let cos = step as f32 / 20.0;
                 let (mut has, mut p) = glass(roughness, inside);
-                (has.diffuse, p.diffuse, p.through) = (true, grey(0.5), grey(0.5));
+                (has.diffuse, p.diffuse, p.transmission) = (true, grey(0.5), grey(0.5));
                 p.eta = if inside { ior } else { 1.0 / ior };
                 let [found, ..] = albedo_towards(has, p, towards(cos, 0.1), 1 << 13);
                 // The table's edge near the critical angle is less sharp than the actual one.
@@ -379,12 +379,12 @@ fn sampled_directions_follow_the_reported_density() {
         all.push((format!("glass from within {roughness}"), glass(roughness, true)));
     }
     let (mut has, mut p) = opaque(0.8, 0.5, 0.4);
-    (has.transmission, p.through) = (true, grey(0.5));
+    (has.transmission, p.transmission) = (true, grey(0.5));
     all.push(("thin".into(), (has, p)));
     all.push(("film".into(), covered(opaque(0.8, 0.3, 0.4), 300.0, 1.5)));
     all.push(("film on glass".into(), covered(glass(0.4, true), 300.0, 1.8)));
     let (mut has, mut p) = opaque(0.8, 0.0, 0.4);
-    (has.back, p.back) = (true, grey(0.5));
+    (has.diffuse_transmission, p.diffuse_transmission) = (true, grey(0.5));
     (has.coat, p.coat.weight, p.coat.roughness) = (true, 1.0, 0.3);
     p.ggx = Ggx { x: 0.5, y: 0.1 };
     all.push(("back, coat, anisotropic".into(), (has, p)));

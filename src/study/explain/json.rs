@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-use super::{ExplainedLightRay, Life, Shares, Step};
+use super::{ExplainedLightRay, SampleTrace, Shares, Step};
 use crate::integrator::path_event::PathEvent;
 use crate::math::NONE;
 
 /// Returns a sample with all its paths.
-pub fn life(life: &Life) -> Value {
+pub fn life(life: &SampleTrace) -> Value {
     let paths: Vec<Value> = life
         .paths
         .iter()
@@ -27,7 +27,7 @@ pub fn life(life: &Life) -> Value {
 }
 
 /// Returns the photons that a sample sees directly.
-pub fn drawn(life: &Life) -> Value {
+pub fn drawn(life: &SampleTrace) -> Value {
     let (light, count) = life.drawn;
     json!({"count": count, "radiance": light})
 }

@@ -20,7 +20,7 @@ pub use recipe::Recipe;
 
 /// A sample, from the camera to the ends of all its paths.
 #[derive(Clone, Debug)]
-pub struct Life {
+pub struct SampleTrace {
     /// The number of the sample.
     pub sample: u32,
     /// The camera's path, followed by the forks, each after the path that it split off from.
@@ -29,7 +29,7 @@ pub struct Life {
     pub drawn: (Components, u32),
 }
 
-impl Life {
+impl SampleTrace {
     /// Returns the radiance that the sample adds to the film.
     pub fn radiance(&self) -> Components {
         let mut sum = self.drawn.0;
@@ -231,7 +231,7 @@ pub fn explain(
     names: &GivenNames,
     [x, y]: [u32; 2],
     samples: std::ops::Range<u32>,
-) -> (Vec<Life>, Film) {
+) -> (Vec<SampleTrace>, Film) {
     let region = Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
     let options = Options { schedule: Schedule::Recursive, region: Some(region), ..Options::default() };
     let session = Session::of(setup.clone(), samples.end, options).with_samples(samples);
@@ -252,7 +252,7 @@ pub fn explain(
 struct Story<'a> {
     setup: &'a RenderSetup,
     names: &'a GivenNames,
-    lives: Vec<Life>,
+    lives: Vec<SampleTrace>,
     /// The kind of continuation and the index of the path, for each path that continues from a vertex.
     begun: HashMap<PathKey, (Continuation, usize)>,
     /// Pending forks of the path transport: the depth and the index of the path.
@@ -281,9 +281,9 @@ impl Story<'_> {
                     vertex.own = [0, 1, 2].map(|channel| radiance[channel] - before[channel]);
                 }
             }
-            EventKind::Choice { emission_share, fate } => {
+            EventKind::Choice { emission_mis_weight, fate } => {
                 if let Some(vertex) = self.last_vertex() {
-                    (vertex.own_share, vertex.fate) = (*emission_share, Some(*fate));
+                    (vertex.own_share, vertex.fate) = (*emission_mis_weight, Some(*fate));
                 }
             }
             EventKind::Gathered { light } => {
@@ -327,7 +327,7 @@ impl Story<'_> {
                     self.waiting.push((place.depth, from));
                 }
             }
-            EventKind::Aside => {
+            EventKind::Spilled => {
                 if let Some(path) = self.path() {
                     if place.depth == 0 {
                         let nothing = [0.0; 3];
@@ -376,7 +376,7 @@ impl Story<'_> {
     /// Starts a new sample or path, unless the ray continues the current one. Returns the name of the ray's queue.
     fn begin(&mut self, place: PathKey) -> &'static str {
         if self.lives.last().is_none_or(|life| life.sample != place.sample) {
-            self.lives.push(Life { sample: place.sample, paths: Vec::new(), drawn: ([0.0; 3], 0) });
+            self.lives.push(SampleTrace { sample: place.sample, paths: Vec::new(), drawn: ([0.0; 3], 0) });
         }
         let begun = self.begun.get(&place);
         let mut from = begun.map(|(_, from)| (*from, place.depth.saturating_sub(1)));

@@ -26,11 +26,11 @@ fn world() -> World {
     world
 }
 
-fn explained(pixel: [u32; 2]) -> (Vec<Life>, Film) {
+fn explained(pixel: [u32; 2]) -> (Vec<SampleTrace>, Film) {
     explained_of(&world(), pixel)
 }
 
-fn explained_of(world: &World, pixel: [u32; 2]) -> (Vec<Life>, Film) {
+fn explained_of(world: &World, pixel: [u32; 2]) -> (Vec<SampleTrace>, Film) {
     let scene = crate::compile::compile(world, None).unwrap();
     let setup = Arc::new(crate::render::setup(scene, &world.settings));
     explain(setup, &GivenNames::new(world), pixel, 0..3)
@@ -91,7 +91,7 @@ fn path_traced(change: impl Fn(&mut World)) -> World {
     world
 }
 
-fn sums(lives: &[Life], film: &Film) -> (f64, f64) {
+fn sums(lives: &[SampleTrace], film: &Film) -> (f64, f64) {
     let sum = lives.iter().map(|life| f64::from(life.radiance()[1])).sum();
     let pixel = film.pixels()[0];
     (sum, (pixel.sum[0][1] + pixel.sum[1][1]) as f64 * QUANTUM)
@@ -129,7 +129,7 @@ fn path_transport_records_why_paths_end() {
     let why = |pixel, change: fn(&mut World)| {
         let (lives, _) = explained_of(&path_traced(change), pixel);
         // At glass a path may fork, and its reflection escape.
-        let why = |life: &Life| {
+        let why = |life: &SampleTrace| {
             let all = life.paths.iter().map(|path| path.why);
             all.reduce(|first, other| if first == Why::Escaped { other } else { first })
         };

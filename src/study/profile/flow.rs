@@ -184,7 +184,7 @@ impl FlowCounter<'_> {
             | EventKind::Choice { .. }
             | EventKind::Gathered { .. }
             | EventKind::Drawn { .. }
-            | EventKind::Aside
+            | EventKind::Spilled
             | EventKind::Received { .. } => {}
         }
     }

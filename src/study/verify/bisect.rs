@@ -77,7 +77,7 @@ fn rank(what: &EventKind) -> usize {
         EventKind::Gathered { .. } => 4,
         EventKind::Light { .. } => 5,
         EventKind::Shadow { .. } => 6,
-        EventKind::Aside => 7,
+        EventKind::Spilled => 7,
         EventKind::End { .. } => 8,
         EventKind::Received { .. } => 9,
         EventKind::Drawn { .. } => 10,
@@ -165,7 +165,7 @@ fn stage(place: PathKey, happened: &[Option<EventKind>; 2]) -> Stage {
             EventKind::Shadow { .. } => Stage::Shadow,
             EventKind::Received { .. } => Stage::Connect,
             EventKind::Gathered { .. } | EventKind::Drawn { .. } => Stage::Photons,
-            EventKind::Aside | EventKind::End { .. } => Stage::Advance,
+            EventKind::Spilled | EventKind::End { .. } => Stage::Advance,
         },
         [None, None] => Stage::Advance,
     }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::number::{all_finite, finite, one, white};
-use super::texture::Slot;
+use super::texture::TextureInfo;
 
 /// `KHR_materials_emissive_strength`.
 #[derive(Deserialize)]
@@ -30,7 +30,7 @@ fn usual_ior() -> f32 {
 pub(in super::super) struct Transmission {
     #[serde(default, deserialize_with = "finite")]
     pub transmission_factor: f32,
-    pub transmission_texture: Option<Slot>,
+    pub transmission_texture: Option<TextureInfo>,
 }
 
 /// `KHR_materials_volume`. The thickness is used for open surfaces only; in closed ones rays measure it.
@@ -73,10 +73,10 @@ pub(in super::super) struct Dispersion {
 pub(in super::super) struct Specular {
     #[serde(default = "one", deserialize_with = "finite")]
     pub specular_factor: f32,
-    pub specular_texture: Option<Slot>,
+    pub specular_texture: Option<TextureInfo>,
     #[serde(default = "white", deserialize_with = "all_finite")]
     pub specular_color_factor: [f32; 3],
-    pub specular_color_texture: Option<Slot>,
+    pub specular_color_texture: Option<TextureInfo>,
 }
 
 /// `KHR_materials_clearcoat`.
@@ -85,11 +85,11 @@ pub(in super::super) struct Specular {
 pub(in super::super) struct Clearcoat {
     #[serde(default, deserialize_with = "finite")]
     pub clearcoat_factor: f32,
-    pub clearcoat_texture: Option<Slot>,
+    pub clearcoat_texture: Option<TextureInfo>,
     #[serde(default, deserialize_with = "finite")]
     pub clearcoat_roughness_factor: f32,
-    pub clearcoat_roughness_texture: Option<Slot>,
-    pub clearcoat_normal_texture: Option<Slot>,
+    pub clearcoat_roughness_texture: Option<TextureInfo>,
+    pub clearcoat_normal_texture: Option<TextureInfo>,
 }
 
 /// `KHR_materials_sheen`.
@@ -98,10 +98,10 @@ pub(in super::super) struct Clearcoat {
 pub(in super::super) struct GltfSheen {
     #[serde(default, deserialize_with = "all_finite")]
     pub sheen_color_factor: [f32; 3],
-    pub sheen_color_texture: Option<Slot>,
+    pub sheen_color_texture: Option<TextureInfo>,
     #[serde(default, deserialize_with = "finite")]
     pub sheen_roughness_factor: f32,
-    pub sheen_roughness_texture: Option<Slot>,
+    pub sheen_roughness_texture: Option<TextureInfo>,
 }
 
 /// `KHR_materials_anisotropy`.
@@ -112,7 +112,7 @@ pub(in super::super) struct GltfAnisotropy {
     pub anisotropy_strength: f32,
     #[serde(default, deserialize_with = "finite")]
     pub anisotropy_rotation: f32,
-    pub anisotropy_texture: Option<Slot>,
+    pub anisotropy_texture: Option<TextureInfo>,
 }
 
 /// `KHR_materials_iridescence`.
@@ -121,14 +121,14 @@ pub(in super::super) struct GltfAnisotropy {
 pub(in super::super) struct GltfIridescence {
     #[serde(default, deserialize_with = "finite")]
     pub iridescence_factor: f32,
-    pub iridescence_texture: Option<Slot>,
+    pub iridescence_texture: Option<TextureInfo>,
     #[serde(default = "film_ior", deserialize_with = "finite")]
     pub iridescence_ior: f32,
     #[serde(default = "thinnest", deserialize_with = "finite")]
     pub iridescence_thickness_minimum: f32,
     #[serde(default = "thickest", deserialize_with = "finite")]
     pub iridescence_thickness_maximum: f32,
-    pub iridescence_thickness_texture: Option<Slot>,
+    pub iridescence_thickness_texture: Option<TextureInfo>,
 }
 
 fn film_ior() -> f32 {
@@ -149,10 +149,10 @@ fn thickest() -> f32 {
 pub(in super::super) struct DiffuseTransmission {
     #[serde(default, deserialize_with = "finite")]
     pub diffuse_transmission_factor: f32,
-    pub diffuse_transmission_texture: Option<Slot>,
+    pub diffuse_transmission_texture: Option<TextureInfo>,
     #[serde(default = "white", deserialize_with = "all_finite")]
     pub diffuse_transmission_color_factor: [f32; 3],
-    pub diffuse_transmission_color_texture: Option<Slot>,
+    pub diffuse_transmission_color_texture: Option<TextureInfo>,
 }
 
 /// `KHR_materials_pbrSpecularGlossiness`.
@@ -161,12 +161,12 @@ pub(in super::super) struct DiffuseTransmission {
 pub(in super::super) struct SpecularGlossiness {
     #[serde(default = "opaque_white", deserialize_with = "all_finite")]
     pub diffuse_factor: [f32; 4],
-    pub diffuse_texture: Option<Slot>,
+    pub diffuse_texture: Option<TextureInfo>,
     #[serde(default = "white", deserialize_with = "all_finite")]
     pub specular_factor: [f32; 3],
     #[serde(default = "one", deserialize_with = "finite")]
     pub glossiness_factor: f32,
-    pub specular_glossiness_texture: Option<Slot>,
+    pub specular_glossiness_texture: Option<TextureInfo>,
 }
 
 fn opaque_white() -> [f32; 4] {

@@ -11,7 +11,7 @@ use super::number::{all_finite, finite, one};
 /// A texture reference of a material, for any purpose.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in super::super) struct Slot {
+pub(in super::super) struct TextureInfo {
     pub index: Index<json::Texture>,
     #[serde(default)]
     pub tex_coord: u32,
@@ -21,14 +21,14 @@ pub(in super::super) struct Slot {
     pub extensions: Option<Map<String, Value>>,
 }
 
-impl From<&Info> for Slot {
+impl From<&Info> for TextureInfo {
     fn from(info: &Info) -> Self {
         let extensions = info.extensions.as_ref().map(|extensions| extensions.others.clone());
         Self { index: info.index, tex_coord: info.tex_coord, scale: 1.0, extensions }
     }
 }
 
-impl From<&NormalTexture> for Slot {
+impl From<&NormalTexture> for TextureInfo {
     fn from(normal: &NormalTexture) -> Self {
         let extensions = normal.extensions.as_ref().map(|extensions| extensions.others.clone());
         Self { index: normal.index, tex_coord: normal.tex_coord, scale: normal.scale, extensions }

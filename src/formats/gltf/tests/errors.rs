@@ -110,7 +110,7 @@ fn sparse_overrides_are_checked() {
 fn memory_is_bounded_by_the_file_size() {
     let mut file = triangle();
     set(&mut file, "/accessors/0", json!({"componentType": 5126, "count": 1u64 << 40, "type": "VEC3"}));
-    assert!(refused(&file).contains("POSITION: what is read up to here is far larger"));
+    assert!(refused(&file).contains("POSITION: the decoded data are far larger"));
     // Each copy of a buffer takes only a few bytes of JSON.
     let mut file = triangle();
     let accessor = add_accessor(&mut file, &vec![0; 1 << 18], 5121, "SCALAR", 1 << 18);

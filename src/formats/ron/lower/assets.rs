@@ -1,5 +1,4 @@
-//! The files that a scene refers to, each read once. Pictures are read when everything else is,
-//! several at once.
+//! The asset files that a scene refers to, each read only once. Images are read after everything else, in parallel.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -11,21 +10,21 @@ use crate::formats::gltf::GltfModel;
 use crate::formats::ron::source::{Raw, SceneText};
 use crate::world::{Image, ImageId, MeshId, Texels, Texture, TextureId, World};
 
-/// What was read so far.
+/// The assets read so far.
 pub(super) struct LoweredAssets<'s, 'a> {
     files: &'s mut dyn AssetFiles,
-    /// The scene file's.
+    /// The scene file's folder.
     folder: PathBuf,
-    /// By the path as it is written in the scene, and by the file's canonical path.
+    /// Meshes by the path as written in the scene and by the file's canonical path.
     meshes: HashMap<PathBuf, MeshId>,
     models: HashMap<PathBuf, Rc<GltfModel>>,
     images: HashMap<PathBuf, ImageId>,
-    /// Pictures that are still to be read: where they are named, and their ids and paths.
+    /// Images still to be read: their places in the text, ids and paths.
     named: Vec<Raw<'a>>,
     wanted: Vec<ImageId>,
     paths: Vec<PathBuf>,
     textures: HashMap<TextureKey, TextureId>,
-    /// Whether `"#3"` means what the world already holds under that number.
+    /// True if `"#3"` refers to the world's existing asset of that number.
     numbered: bool,
 }
 
@@ -49,7 +48,7 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         }
     }
 
-    /// Refers by number to what the world already holds.
+    /// Enables references by number to existing assets of the world.
     pub(super) fn with_numbers(self) -> Self {
         Self { numbered: true, ..self }
     }
@@ -83,13 +82,13 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         Ok(id)
     }
 
-    /// The number that a text such as `#3` refers to, if it exists.
+    /// The number in a text such as `#3`, if references by number are enabled and it is below `count`.
     fn number(&self, written: &Path, count: usize) -> Option<u32> {
         let number = written.to_str()?.strip_prefix('#').filter(|_| self.numbered)?;
         number.parse().ok().filter(|number| (*number as usize) < count)
     }
 
-    /// The model of the glTF file that `raw` names, and the file.
+    /// The model of the glTF file that `raw` names, and the file's path.
     pub(super) fn model(
         &mut self,
         source: &SceneText<'a>,
@@ -107,7 +106,7 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         Ok((model, path))
     }
 
-    /// The picture of the file that `raw` names, which [`LoweredAssets::read_images`] will read.
+    /// The image of the file that `raw` names, to be read by [`LoweredAssets::read_images`].
     pub(super) fn image(
         &mut self,
         source: &SceneText<'a>,
@@ -139,7 +138,7 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         Ok(id)
     }
 
-    /// Reads all pictures that were asked for.
+    /// Reads all images requested with [`LoweredAssets::image`].
     pub(super) fn read_images(self, source: &SceneText<'a>, world: &mut World) -> Result<(), LoadError> {
         let read = self.files.images(&self.paths);
         for ((image, id), raw) in read.into_iter().zip(self.wanted).zip(self.named) {
@@ -149,10 +148,11 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         Ok(())
     }
 
-    /// The id of this texture; equal textures have the same. (The store's own search compares it with every other.)
+    /// The id of a texture; equal textures share one. A hash map is used, since `Assets::add_texture` compares a
+    /// texture with every other.
     pub(super) fn texture(&mut self, texture: Texture, world: &mut World) -> TextureId {
         if self.numbered {
-            // This does not know what was there before.
+            // The map lacks the textures that the world already had.
             return world.assets.add_texture(texture);
         }
         let Texture { image, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
@@ -171,7 +171,7 @@ fn path_of<'a>(source: &SceneText<'a>, raw: Raw<'a>, what: &str) -> Result<PathB
     if path.is_empty() { Err(source.error(raw.0, "the path is empty")) } else { Ok(PathBuf::from(path)) }
 }
 
-/// One path for all the ways to write it; the path itself if the file cannot be found.
+/// The canonical path of a file; the path itself if the file cannot be found.
 fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.components().collect())
 }

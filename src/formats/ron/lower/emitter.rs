@@ -1,4 +1,4 @@
-//! `light` and `camera`.
+//! Reads `light` and `camera`.
 
 use super::Lowering;
 use crate::error::LoadError;

@@ -1,4 +1,4 @@
-//! `entities`, and their parents.
+//! Reads `entities` and resolves their parents.
 
 use std::collections::HashMap;
 
@@ -9,17 +9,18 @@ use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, shorten, suggest};
 use crate::world::{Model, Name, Parent, Transform, WithoutCaustics};
 
-/// What is known of the entities before their parents are.
+/// The entities before their parents are resolved. Indices are places in `entities`.
 #[derive(Default)]
 struct Family<'a> {
     entities: Vec<hecs::Entity>,
-    /// Where a name is given and which entity has it.
+    /// Names: place in the text and entity.
     names: HashMap<String, (Raw<'a>, usize)>,
-    /// Which entity asks for a parent, and where.
+    /// Entities with a parent, and the place of its name in the text.
     parents: Vec<(usize, Raw<'a>)>,
-    /// The same for a node of a glTF file: where, and the names of the entity that places it and of the node.
+    /// Entities whose parent is a node of a glTF file: the place in the text, and the names of the entity that places
+    /// the file and of the node.
     nodes: Vec<(usize, Raw<'a>, String, String)>,
-    /// Which entity places a glTF file, and with which materials.
+    /// Entities that place a glTF file: the file and the material overrides.
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
 }
 
@@ -42,7 +43,7 @@ impl<'a> Lowering<'_, 'a> {
             let (source, file) = self.assets.model(self.source, *raw, &mut self.world)?;
             let entity = family.entities[*index];
             let _ = self.world.entities.insert_one(entity, Model(file));
-            // Entities are numbered in the order in which they were spawned, and none has been removed.
+            // Entities are numbered in the order of spawning, and none has been removed.
             let first = self.world.entities.len();
             source.place(&mut self.world, Some(entity));
             if !overrides.is_empty() {
@@ -58,12 +59,12 @@ impl<'a> Lowering<'_, 'a> {
         Ok(())
     }
 
-    /// The node of a name below an entity that places a glTF file.
+    /// Finds a node by name below an entity that places a glTF file.
     fn node(&self, raw: Raw<'a>, model: hecs::Entity, name: &str) -> Result<hecs::Entity, LoadError> {
         let world = &self.world;
         let parent = |entity: hecs::Entity| world.entities.get::<&Parent>(entity).ok().map(|it| it.0);
         let is_below = |entity: hecs::Entity| {
-            // glTF nodes form no circles.
+            // glTF nodes form no cycles.
             std::iter::successors(parent(entity), |entity| parent(*entity)).any(|above| above == model)
         };
         let below: Vec<_> = world.in_order().into_iter().filter(|entity| is_below(*entity)).collect();
@@ -151,7 +152,7 @@ impl<'a> Lowering<'_, 'a> {
         Ok(())
     }
 
-    /// The parent of each entity, by their places in the file.
+    /// The parent of each entity, as indices in file order. Parents inside glTF files are left to [`Family::nodes`].
     fn parents(&self, family: &mut Family<'a>) -> Result<Vec<Option<usize>>, LoadError> {
         let mut parents = vec![None; family.entities.len()];
         for (child, raw) in &family.parents {
@@ -171,7 +172,8 @@ impl<'a> Lowering<'_, 'a> {
         Ok(parents)
     }
 
-    /// Follows every line of ancestors until it ends or meets an entity already seen.
+    /// Returns an error if parents form a cycle. Follows each chain of ancestors until it ends or meets an entity
+    /// already seen.
     fn refuse_cycles(&self, family: &Family<'a>, parents: &[Option<usize>]) -> Result<(), LoadError> {
         let mut seen_from = vec![usize::MAX; parents.len()];
         for (start, raw) in &family.parents {
@@ -192,7 +194,7 @@ impl<'a> Lowering<'_, 'a> {
         Ok(())
     }
 
-    /// The error for the cycle that `member` belongs to, at its first parent in the file.
+    /// The error for the cycle that contains `member`, reported at the `parent` key that comes first in the file.
     fn cycle(&self, family: &Family<'a>, parents: &[Option<usize>], member: usize) -> Option<LoadError> {
         const MOST_NAMES: usize = 8;
         let mut members = vec![member];
@@ -202,7 +204,7 @@ impl<'a> Lowering<'_, 'a> {
         let first = members.iter().enumerate().min_by_key(|(_, entity)| **entity)?.0;
         members.rotate_left(first);
         let (_, place) = family.parents.iter().find(|(child, _)| *child == members[0])?;
-        // Every member is some entity's parent, so it has a name.
+        // Every member is a parent, so it has a name.
         let name = |entity: usize| {
             let found = family.names.values().find(|(_, index)| *index == entity);
             found.map_or_else(String::new, |(raw, _)| shorten(raw.0))

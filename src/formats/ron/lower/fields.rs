@@ -1,4 +1,4 @@
-//! Reads the fields of a component by their table ([`crate::world::fields`]).
+//! Reads the fields of a component by means of their table ([`crate::world::fields`]).
 
 use super::Lowering;
 use crate::error::LoadError;
@@ -7,18 +7,18 @@ use crate::math::Vec2;
 use crate::world::Settings;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields, radians};
 
-/// Keys and values as they stand in the file.
+/// The keys and values of a structure, in file order.
 type Members<'a> = [(&'a str, Raw<'a>)];
 
 impl<'a> Lowering<'_, 'a> {
-    /// Sets the fields that `(key: value, …)` gives; all others stay.
+    /// Sets the fields given in `(key: value, …)`; all others keep their values.
     pub(super) fn structure(&mut self, raw: Raw<'a>, to: &mut dyn Fields) -> Result<(), LoadError> {
         let what = to.what();
         let members = self.source.structure(raw, what)?;
         self.fill(&members, (what, raw.0), None, all_fields(to))
     }
 
-    /// Sets the fields that members give; messages call them those of the owner, if there is one.
+    /// Sets the fields given by `members`; messages name the `owner` of a field, if there is one.
     pub(super) fn fill(
         &mut self,
         members: &Members<'a>,
@@ -98,7 +98,7 @@ impl<'a> Lowering<'_, 'a> {
         Ok(())
     }
 
-    /// `Name` or `Name(key: value, …)`.
+    /// Reads `Name` or `Name(key: value, …)`.
     pub(super) fn form(&mut self, raw: Raw<'a>, to: &mut dyn Forms) -> Result<(), LoadError> {
         let (source, names, kind) = (self.source, to.names(), to.kind());
         let Some(variant) = source.variant(raw) else {
@@ -117,7 +117,7 @@ impl<'a> Lowering<'_, 'a> {
 }
 
 impl<'a> SceneText<'a> {
-    /// A number in a range; `name` is that of its field.
+    /// A number in a range; `name` is the name of its field.
     pub(super) fn number_in(&self, raw: Raw<'a>, name: &str, range: Range) -> Result<f32, LoadError> {
         let number = self.number(raw)?;
         if range.contains(number) {
@@ -127,7 +127,7 @@ impl<'a> SceneText<'a> {
         }
     }
 
-    /// A number or `(width, height)`, above 0.
+    /// A number or `(width, height)`, each above 0.
     fn sides(&self, raw: Raw<'a>, name: &str) -> Result<Vec2, LoadError> {
         let side = |raw| self.number_in(raw, name, Range::Above0);
         self.keyed(raw, |raw| {
@@ -139,7 +139,7 @@ impl<'a> SceneText<'a> {
         })
     }
 
-    /// Refuses keys that stand for no field, and second ones for a field.
+    /// Returns an error for an unknown key, or a second key for the same field.
     fn check_keys(&self, members: &Members<'a>, what: &str, fields: &[Field]) -> Result<(), LoadError> {
         let mut given = vec![false; fields.len()];
         for (key, _) in members {

@@ -1,4 +1,4 @@
-//! `shape`.
+//! Reads `shape`.
 
 use super::Lowering;
 use crate::error::LoadError;

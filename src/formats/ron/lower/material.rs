@@ -1,4 +1,4 @@
-//! `materials`, and materials within entities.
+//! Reads `materials`, and materials within entities.
 
 use super::Lowering;
 use crate::error::LoadError;
@@ -9,7 +9,7 @@ use crate::world::{BlinnPhong, Material, MaterialId, Principled};
 const MODELS: &[&str] = &["BlinnPhong", "Principled"];
 
 impl<'a> Lowering<'_, 'a> {
-    /// The scene's map of materials by name.
+    /// Reads the scene's map of materials by name.
     pub(super) fn named_materials(&mut self, raw: Raw<'a>) -> Result<(), LoadError> {
         for (key, value) in self.source.map(raw, "the materials")? {
             let name = self.source.string(key, "the name of a material")?;
@@ -24,12 +24,12 @@ impl<'a> Lowering<'_, 'a> {
         Ok(())
     }
 
-    /// An entity's material: a name or the thing itself.
+    /// An entity's material: a name or an inline material.
     pub(super) fn material_of_entity(&mut self, raw: Raw<'a>) -> Result<MaterialId, LoadError> {
         let named = raw.0.starts_with('"') || raw.0.starts_with("r\"") || raw.0.starts_with("r#");
         if !named {
             let material = self.material(raw)?;
-            // The default one is already there.
+            // The default material already exists.
             return Ok(if material == Material::default() {
                 MaterialId::DEFAULT
             } else {

@@ -1,4 +1,4 @@
-//! From the structures of a file to a [`World`].
+//! Lowers the structures of a file to a [`World`].
 
 mod assets;
 mod emitter;
@@ -26,11 +26,11 @@ struct Lowering<'s, 'a> {
     source: &'s SceneText<'a>,
     world: World,
     assets: LoweredAssets<'s, 'a>,
-    /// The scene's own named materials; those that a mesh brought along have no say.
+    /// The scene's own named materials, without those of mesh files.
     materials: HashMap<String, MaterialId>,
 }
 
-/// The error for a text with fields that scenes do not have, if it is a study: those have a title.
+/// Replaces the error for unknown fields if the file is a study, which has a title.
 fn as_study(error: LoadError, root: Raw) -> LoadError {
     let is_title = |item: &&str| scan::key_and_value(item).is_some_and(|(key, _)| key == "title");
     match error {
@@ -42,10 +42,10 @@ fn as_study(error: LoadError, root: Raw) -> LoadError {
     }
 }
 
-/// Reads the whole scene.
+/// Reads a whole scene.
 pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let root = source.root()?;
-    let scene: schema::Scene = source.fields(root, "a scene").map_err(|error| as_study(error, root))?;
+    let scene: schema::SceneKeys = source.fields(root, "a scene").map_err(|error| as_study(error, root))?;
     let mut lowering = Lowering {
         source,
         world: World::default(),
@@ -73,7 +73,7 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
             .carry_out(&mut world, &statement, files)
             .map_err(|error| source.error(raw.0, error.to_string()))?;
     }
-    world.moves |= source.clock().asked.get();
+    world.is_animated |= source.clock().asked.get();
     world.transport_is_chosen = transport.is_none();
     world.choose_transport();
     Ok(world)

@@ -1,4 +1,4 @@
-//! `overrides`: replacements for the materials of a glTF file.
+//! Reads `overrides`: replacements for the materials of a glTF file.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -7,27 +7,27 @@ use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, shorten, suggest};
 use crate::world::{MaterialId, Mesh, MeshId, Overrides, Shape};
 
-/// The file's name for a material, where it is written, and the material that replaces it.
+/// An override: the place and name of a material of the file, and its replacement.
 pub(super) struct Override<'a> {
     place: Raw<'a>,
     name: String,
     material: MaterialId,
 }
 
-/// An entity that shows a mesh, and the material that it has instead of the mesh's own.
+/// An entity with a mesh, and the material that replaces the mesh's own, if any.
 type Placed = (hecs::Entity, MeshId, Option<MaterialId>);
 
-/// What happens to a mesh.
+/// The change of a mesh by overrides.
 #[derive(Clone, Copy)]
 enum MeshChange {
-    /// All of it gets one material.
+    /// One material for the whole mesh.
     Whole(MaterialId),
-    /// It is replaced by a copy that has other materials for some triangles.
+    /// A copy with other materials for some triangles.
     Copy(MeshId),
 }
 
 impl<'a> Lowering<'_, 'a> {
-    /// `{"name in the file": material, …}`.
+    /// Reads `{"name in the file": material, …}`.
     pub(super) fn overrides(&mut self, raw: Raw<'a>) -> Result<Vec<Override<'a>>, LoadError> {
         let mut overrides: Vec<Override> = Vec::new();
         let mut names = BTreeSet::new();
@@ -43,7 +43,7 @@ impl<'a> Lowering<'_, 'a> {
         Ok(overrides)
     }
 
-    /// Changes the entities that a file brought along: those whose number is at least `first`.
+    /// Applies the overrides to the entities of a glTF file: those whose number is at least `first`.
     pub(super) fn apply(&mut self, first: u32, overrides: &[Override<'a>]) -> Result<(), LoadError> {
         let mut placed: Vec<Placed> = Vec::new();
         let mut query = self.world.entities.query::<(hecs::Entity, &Shape, Option<&MaterialId>)>();
@@ -68,7 +68,7 @@ impl<'a> Lowering<'_, 'a> {
                     change
                 }
             };
-            // The entity was just found.
+            // The entity was found above, so insertion succeeds.
             let _ = match change {
                 None => Ok(()),
                 Some(MeshChange::Whole(material)) => self.world.entities.insert_one(entity, material),
@@ -79,7 +79,7 @@ impl<'a> Lowering<'_, 'a> {
         Ok(())
     }
 
-    /// Names that no material of the placed meshes has.
+    /// Returns an error for an override whose name no material of the placed meshes has.
     fn refuse_unknown(&self, placed: &[Placed], overrides: &[Override<'a>]) -> Result<(), LoadError> {
         let meshes: BTreeSet<MeshId> =
             placed.iter().filter(|(.., own)| own.is_none()).map(|(_, mesh, _)| *mesh).collect();
@@ -104,7 +104,7 @@ impl<'a> Lowering<'_, 'a> {
         })
     }
 
-    /// What the overrides change about a mesh; none if nothing.
+    /// The change of a mesh by the overrides, if any.
     fn change(&mut self, id: MeshId, overrides: &[Override<'a>]) -> Option<MeshChange> {
         let mesh = self.mesh(id)?;
         let of = |old: MaterialId| self.new_one(old, overrides);
@@ -125,7 +125,7 @@ impl<'a> Lowering<'_, 'a> {
         Some(MeshChange::Copy(self.world.assets.add_made_mesh(copy)))
     }
 
-    /// The material that replaces another.
+    /// The replacement of a material, if it is overridden.
     fn new_one(&self, old: MaterialId, overrides: &[Override<'a>]) -> Option<MaterialId> {
         let name = self.name(old)?;
         overrides.iter().find(|one| one.name == name).map(|one| one.material)

@@ -1,4 +1,4 @@
-//! Reads one component again, for a world that exists already.
+//! Reads a single component again, for an existing world.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -23,7 +23,7 @@ pub enum Component {
 }
 
 impl Component {
-    /// All of them, by their keys in scene files.
+    /// All components by their keys in scene files.
     pub const ALL: [(&str, Component); 5] = [
         ("transform", Component::Transform),
         ("shape", Component::Shape),
@@ -32,7 +32,7 @@ impl Component {
         ("material", Component::Material),
     ];
 
-    /// The component that a kind stands for.
+    /// The component that a query's kind stands for.
     pub fn of(kind: Kind) -> Option<Component> {
         match kind {
             Kind::Transform => Some(Component::Transform),
@@ -44,17 +44,17 @@ impl Component {
         }
     }
 
-    /// Its key in scene files.
+    /// The component's key in scene files.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(_, component)| *component == self).map_or("", |(name, _)| name)
     }
 }
 
-/// Named materials, once they have been needed: a statement may change a hundred thousand entities.
+/// Named materials, collected once and only if needed: a statement may change a hundred thousand entities.
 pub type Names = Option<HashMap<String, MaterialId>>;
 
-/// Reads a component from its text and gives it to an entity, or gives an existing material other content. Images
-/// that the text calls by number (`"#3"`) are those of the world.
+/// Reads a component from its text and sets it on an entity, or replaces the content of an existing material. Numbers
+/// in the text (`"#3"`) refer to the world's meshes and images.
 pub fn reread(
     world: &mut World,
     component: Component,
@@ -86,7 +86,7 @@ fn material_names(world: &World) -> HashMap<String, MaterialId> {
     named.filter_map(|(number, named)| Some((named.name.clone()?, MaterialId(number as u32)))).collect()
 }
 
-/// Reads settings again.
+/// Reads the settings of a world again.
 pub fn reread_settings(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<(), LoadError> {
     let source = SceneText::new(text, Path::new(""), 0.0);
     let assets = LoweredAssets::new(Path::new(""), files);
@@ -124,7 +124,7 @@ impl<'a> Lowering<'_, 'a> {
             return Ok(());
         }
         let Some(entity) = entity else { return Ok(()) };
-        // The entity was selected: it is there.
+        // The entity was selected, so it exists.
         let _ = match component {
             Component::Transform => {
                 let read = transform::transform(self.source, raw)?;

@@ -1,4 +1,4 @@
-//! `settings`, and the values that only these have.
+//! Reads `settings`, and the types of values that occur only in them.
 
 use super::Lowering;
 use crate::error::LoadError;
@@ -9,11 +9,12 @@ use crate::world::{Aov, Background, Caustics, Settings, Sharing, Transport};
 const TRANSPORTS: &[(&str, Option<Transport>)] =
     &[("Whitted", Some(Transport::Whitted)), ("Path", Some(Transport::Path)), ("Auto", None)];
 
-/// The choices, and whether the image decides its exposure.
+/// The kinds of exposure; true if it is chosen from the image.
 const EXPOSURES: &[(&str, bool)] = &[("Fixed", false), ("Auto", true)];
 
 impl<'a> Lowering<'_, 'a> {
-    /// Returns the transport, too: none if it is to be chosen when the rest is known; and whether the depth is named.
+    /// Reads the settings. Also returns the transport (none if it is to be chosen once the scene is known), and true if
+    /// `max_depth` is given.
     pub(super) fn settings(
         &mut self,
         raw: Raw<'a>,
@@ -36,7 +37,7 @@ impl<'a> SceneText<'a> {
         self.choice(raw, "transport", TRANSPORTS)
     }
 
-    /// `(width, height)`, each from 1 to `most`.
+    /// An image size, `(width, height)`, each from 1 to `most`.
     pub(super) fn size(&self, raw: Raw<'a>, most: u32) -> Result<[u32; 2], LoadError> {
         let [width, height] = self.tuple(raw, "(width, height)")?;
         Ok([
@@ -45,9 +46,9 @@ impl<'a> SceneText<'a> {
         ])
     }
 
-    /// `Auto` or `Fixed`: true if the image decides its exposure.
+    /// `Auto` or `Fixed`; true for `Auto`, an exposure chosen from the image.
     pub(super) fn exposure(&self, raw: Raw<'a>) -> Result<bool, LoadError> {
-        // A number would be in stops.
+        // A number is probably meant in stops.
         let kind = match raw.0.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) {
             true => "kind of exposure (in stops it is exposure_ev)",
             false => "kind of exposure",
@@ -71,7 +72,7 @@ impl<'a> SceneText<'a> {
         Ok(aovs)
     }
 
-    /// `Auto` or `Off`; none if it is neither a name nor one of these. Messages name all `forms`.
+    /// `Auto` or `Off`; none if the value is not a name, an error for any other name. Messages list all `forms`.
     fn auto_or_off<T>(&self, raw: Raw<'a>, (auto, off): (T, T), forms: &str) -> Result<Option<T>, LoadError> {
         let Some(variant) = self.variant(raw) else { return Ok(None) };
         let value = match variant.name {
@@ -83,7 +84,7 @@ impl<'a> SceneText<'a> {
         Ok(Some(value))
     }
 
-    /// `Auto`, `Off` or a number of pixels.
+    /// The path reuse: `Auto`, `Off` or a number of pixels.
     pub(super) fn sharing(&self, raw: Raw<'a>) -> Result<Sharing, LoadError> {
         const FORMS: &str = "Auto, Off, or 2, 4, 8, 16, 32 or 64 pixels that share";
         if let Some(sharing) = self.auto_or_off(raw, (Sharing::Auto, Sharing::Off), FORMS)? {
@@ -97,7 +98,7 @@ impl<'a> SceneText<'a> {
         Ok(Sharing::Groups(pixels))
     }
 
-    /// `Auto`, `Off` or numbers of photons.
+    /// The caustics: `Auto`, `Off` or `(photons: number, radius: pixels)`.
     pub(super) fn caustics(&self, raw: Raw<'a>) -> Result<Caustics, LoadError> {
         const FORMS: &str = "Auto, Off, or (photons: number, radius: pixels)";
         if let Some(caustics) = self.auto_or_off(raw, (Caustics::Auto, Caustics::Off), FORMS)? {
@@ -122,7 +123,7 @@ impl<'a> SceneText<'a> {
         Ok(Caustics::Photons { photons, radius })
     }
 
-    /// A colour or a gradient.
+    /// The background: a colour or a gradient.
     pub(super) fn background(&self, raw: Raw<'a>) -> Result<Background, LoadError> {
         let variant = match self.variant(raw) {
             Some(variant) if variant.name == "Gradient" => variant,

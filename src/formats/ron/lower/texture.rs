@@ -1,4 +1,4 @@
-//! What may come from a picture: colours, numbers and normals.
+//! Reads inputs that may be textures: colours, numbers, normals and bumps.
 
 use super::Lowering;
 use crate::error::LoadError;
@@ -20,7 +20,7 @@ const COLOR_SPACES: &[(&str, ColorSpace)] = &[("Srgb", ColorSpace::Srgb), ("Line
 const CHANNELS: &[(&str, Channel)] =
     &[("Red", Channel::Red), ("Green", Channel::Green), ("Blue", Channel::Blue), ("Alpha", Channel::Alpha)];
 
-/// The parts of a texture, before it is known what they are for.
+/// The parts of a texture, before its use is known.
 struct Read<'a> {
     texture: Texture,
     channel: Option<Raw<'a>>,
@@ -28,7 +28,7 @@ struct Read<'a> {
 }
 
 impl<'a> Lowering<'_, 'a> {
-    /// A value that names a texture where a constant would do as well; animation keys are such a constant.
+    /// The variant of a value that is a texture instead of a constant; animation keys count as a constant.
     fn picture(&self, raw: Raw<'a>) -> Option<VariantText<'a>> {
         let variant = self.source.variant(raw).filter(|variant| variant.name != "Srgb");
         variant.filter(|_| !self.source.has_keys(raw))
@@ -58,7 +58,7 @@ impl<'a> Lowering<'_, 'a> {
         }
     }
 
-    /// A number from 0 to 1, or a texture's channel, times such a number.
+    /// A number from 0 to 1, or a texture's channel times such a number.
     pub(super) fn scalar_input(
         &mut self,
         raw: Raw<'a>,
@@ -73,7 +73,7 @@ impl<'a> Lowering<'_, 'a> {
         Ok(ScalarInput { factor, texture: Some(self.channel(&read, usual)?) })
     }
 
-    /// A texture's channel.
+    /// A texture and one of its channels, without a factor.
     pub(super) fn channel_input(
         &mut self,
         raw: Raw<'a>,
@@ -84,7 +84,7 @@ impl<'a> Lowering<'_, 'a> {
         self.channel(&read, usual)
     }
 
-    /// A texture whose numbers are no colours.
+    /// A texture of data other than colours, without channel and factor.
     pub(super) fn data_input(&mut self, raw: Raw<'a>) -> Result<TextureId, LoadError> {
         let read = self.data(raw)?;
         self.no_channel(&read)?;
@@ -92,19 +92,19 @@ impl<'a> Lowering<'_, 'a> {
         Ok(self.assets.texture(read.texture, &mut self.world))
     }
 
-    /// A texture, or `(texture: …, scale: …)`.
+    /// A normal map: a texture, or `(texture: …, scale: …)`.
     pub(super) fn normal_map(&mut self, raw: Raw<'a>) -> Result<NormalMap, LoadError> {
         if !raw.0.starts_with('(') {
             return Ok(NormalMap { texture: self.data_input(raw)?, scale: 1.0 });
         }
-        let read: schema::NormalMap = self.source.fields(raw, "a normal map")?;
+        let read: schema::NormalMapKeys = self.source.fields(raw, "a normal map")?;
         let scale = read.scale.map_or(Ok(1.0), |raw| self.source.number(raw))?;
         Ok(NormalMap { texture: self.data_input(read.texture)?, scale })
     }
 
-    /// `(texture: …, height_m: …)`.
+    /// A bump map, `(texture: …, height_m: …)`.
     pub(super) fn bump_map(&mut self, raw: Raw<'a>) -> Result<BumpMap, LoadError> {
-        let read: schema::BumpMap = self.source.fields(raw, "a bump map")?;
+        let read: schema::BumpMapKeys = self.source.fields(raw, "a bump map")?;
         let height_m = self.source.number(read.height_m)?;
         let (texture, channel) = self.channel_input(read.texture, Channel::Red)?;
         Ok(BumpMap { texture, channel, height_m })
@@ -134,8 +134,8 @@ impl<'a> Lowering<'_, 'a> {
         })
     }
 
-    /// `Image("path")`, `Image("path", Green)` or `Texture(image: "path", …)`; values of eight bits
-    /// are usually in `space`.
+    /// A texture: `Image("path")`, `Image("path", Green)` or `Texture(image: "path", …)`; its default colour space is
+    /// `space`.
     fn texture(&mut self, variant: VariantText<'a>, space: ColorSpace) -> Result<Read<'a>, LoadError> {
         let source = self.source;
         match variant.name {
@@ -157,7 +157,7 @@ impl<'a> Lowering<'_, 'a> {
         }
     }
 
-    fn lookup(&mut self, read: schema::Texture<'a>, space: ColorSpace) -> Result<Read<'a>, LoadError> {
+    fn lookup(&mut self, read: schema::TextureKeys<'a>, space: ColorSpace) -> Result<Read<'a>, LoadError> {
         let source = self.source;
         let image = self.assets.image(source, read.image, &mut self.world)?;
         let mut texture = Texture { color_space: space, factor: Rgb::WHITE, ..Texture::new(image) };

@@ -1,5 +1,5 @@
-//! `transform`. Everything is computed in f64 with the same bits on every platform
-//! (`libm`, square roots) and rounded once.
+//! Reads `transform`. Everything is computed in f64, with the same bits on every platform (`libm`, square roots), and
+//! rounded once.
 
 use crate::error::LoadError;
 use crate::formats::ron::schema;
@@ -7,12 +7,12 @@ use crate::formats::ron::source::{Raw, SceneText, VariantText};
 use crate::math::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
 use crate::world::{LookAtFault, Transform};
 
-/// How far |q|² may be from 1 for a quaternion to be taken as it is: rounding to f32
-/// stays below, and what was saved comes back bit by bit.
+/// The largest difference of |q|² from 1 for which a quaternion is kept as it is. Rounding to f32 causes less, so saved
+/// quaternions read back bit by bit.
 const UNIT: f64 = 1e-6;
-/// How far |q|² may be from 1 for a quaternion that somebody typed: it is normalised.
+/// The largest difference of |q|² from 1 for which a quaternion, as typed by hand, is normalised.
 const NEARLY_UNIT: f64 = 1e-2;
-/// A matrix is flat if |determinant| over the product of the columns' lengths is below this.
+/// A matrix is singular if |determinant| over the product of the columns' lengths is below this.
 const FLAT: f64 = 1e-8;
 
 pub(super) fn transform<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
@@ -68,11 +68,11 @@ fn scale<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Vec3, LoadError> {
         let [x, y, z] = source.tuple(raw, "(x, y, z)")?;
         Ok(Vec3::new(factor(x)?, factor(y)?, factor(z)?))
     })?;
-    // This also happens between two keys of opposite sign.
+    // Interpolation between two keys of opposite sign can also give 0.
     if scale.to_array().into_iter().all(invertible) { Ok(scale) } else { Err(source.error(raw.0, flat)) }
 }
 
-/// About the fixed X axis first, then Y, then Z.
+/// The rotation by three angles in degrees, about the fixed X axis first, then Y, then Z.
 fn from_degrees(degrees: [f64; 3]) -> Quat {
     let about = |axis: DVec3, degrees: f64| {
         let half = degrees.to_radians() / 2.0;
@@ -106,7 +106,7 @@ fn look_at<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Trans
     let up = read.up.map(|raw| source.vec3(raw)).transpose()?;
     let up_place = read.up.unwrap_or(read.to);
     let looking = match (Transform::look_at(from, to, up.unwrap_or(Vec3::Y)), up) {
-        // Straight down or up, and nothing says which way is up in the image.
+        // The view is straight down or up, and no `up` is given.
         (Err(LookAtFault::Parallel), None) => Transform::look_at(from, to, Vec3::NEG_Z),
         (looking, _) => looking,
     };
@@ -141,7 +141,7 @@ fn matrix<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transf
     Ok(Transform::Matrix(matrix))
 }
 
-/// Whether volumes stay above zero, and within the range of f32.
+/// Tests if the linear part is invertible, and the inverse within the range of f32.
 fn is_invertible(matrix: Mat4) -> bool {
     let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().as_dvec3());
     let axes = DMat3::from_cols(x, y, z);

@@ -1,4 +1,4 @@
-//! One language for what is meant of a scene: `Light[name~"lamp*"]`, `Mesh & !Material`, `Material["glass"].ior = 1.6`.
+//! A query and edit language for scenes: `Light[name~"lamp*"]`, `Mesh & !Material`, `Material["glass"].ior = 1.6`.
 //!
 //! ```text
 //! statement  = ( query | "settings" ) "." path operator value        operator: = *= /= += -=
@@ -8,9 +8,8 @@
 //! filters    = "\"name\"" | filter { "," filter }   filter = key ( "=" | "!=" | "~" ) "\"text\""
 //! ```
 //!
-//! Kinds are components and their forms, as scene files call them; keys are `name`, `parent` and `material`; after
-//! `~`, `*` stands for any text. What values are allowed is decided by the reader of scene files, which reads the
-//! changed component again.
+//! Kinds are components and their forms, as named in scene files; keys are `name`, `parent` and `material`; after `~`,
+//! `*` stands for any text. Values are validated by the reader of scene files, which reads the changed component again.
 
 mod select;
 mod set;
@@ -23,7 +22,7 @@ use crate::formats::ron::scan::{self, find_unclosed};
 pub use select::{Selected, list, select};
 pub use set::{EditRunner, no_match, set};
 
-/// What is wrong with a query, with the place marked below it.
+/// An error in a query, with the place marked below its text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}\n  {text}\n  {}{}", " ".repeat(*.column), "^".repeat((*.width).max(1)))]
 pub struct QueryError {
@@ -34,7 +33,7 @@ pub struct QueryError {
 }
 
 impl QueryError {
-    /// `part` is the slice of `text` that is to blame.
+    /// Creates the error at `part`, a slice of `text`.
     fn new(text: &str, part: &str, reason: impl Into<String>) -> QueryError {
         let offset = scan::offset_of(text, part).unwrap_or(text.len());
         let column = text[..offset].chars().count();
@@ -43,24 +42,24 @@ impl QueryError {
     }
 }
 
-/// What an atom selects by: a component of an entity, or one form of it.
+/// The kind of entity that an atom selects: one that has a component, or one form of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Every entity.
     Entity,
-    /// What rays can hit.
+    /// Entities with a shape.
     Shape,
-    /// A light.
+    /// Entities with a light.
     Light,
-    /// A camera.
+    /// Entities with a camera.
     Camera,
-    /// Entities with a material of their own; alone with filters, the materials themselves.
+    /// Entities with a material of their own; if the query is a single atom with filters, the materials themselves.
     Material,
-    /// A place.
+    /// Entities with a transform.
     Transform,
-    /// A glTF file.
+    /// Entities that place a glTF file.
     Model,
-    /// What was read from a glTF file.
+    /// Entities read from a glTF file.
     Placed,
     /// A form of a shape, a light or a camera, by its name.
     Form(&'static str),
@@ -92,7 +91,7 @@ const KINDS: [(&str, Kind); 22] = [
     ("Orthographic", Kind::Form("Orthographic")),
 ];
 
-/// What filters compare.
+/// The property that a filter compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FilterKey {
     Name,
@@ -110,7 +109,7 @@ enum Comparison {
     Like,
 }
 
-/// A condition on a name or the like.
+/// A condition on an entity's name, parent or material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QueryFilter {
     key: FilterKey,
@@ -121,18 +120,18 @@ pub struct QueryFilter {
 /// A selection of parts of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Query {
-    /// All of a kind that pass every filter.
+    /// Entities of a kind that pass every filter.
     Atom(Kind, Vec<QueryFilter>),
-    /// All that it does not select.
+    /// Entities that the query does not select.
     Not(Box<Query>),
-    /// All that both select.
+    /// Entities that both queries select.
     And(Box<Query>, Box<Query>),
-    /// All that either selects.
+    /// Entities that at least one of the queries selects.
     Or(Box<Query>, Box<Query>),
 }
 
 impl Query {
-    /// Reads a query, which must be all of `text`.
+    /// Parses a query, which must fill all of `text`.
     pub fn parse(text: &str) -> Result<Query, QueryError> {
         let mut reader = QueryReader::new(text)?;
         let query = reader.either()?;
@@ -143,7 +142,7 @@ impl Query {
     }
 }
 
-/// Reads from the front of a text.
+/// A parser of queries and statements.
 struct QueryReader<'a> {
     text: &'a str,
     rest: &'a str,
@@ -165,7 +164,7 @@ impl<'a> QueryReader<'a> {
         QueryError::new(self.text, part, reason)
     }
 
-    /// Takes `word` if it comes next; returns whether it did.
+    /// Consumes `word` if it comes next; returns true if it does.
     fn accept(&mut self, word: &str) -> bool {
         let rest = self.rest.trim_start();
         let found = rest.strip_prefix(word);
@@ -190,7 +189,7 @@ impl<'a> QueryReader<'a> {
     }
 
     fn one(&mut self) -> Result<Query, QueryError> {
-        // No recursion for a row of these: somebody may type a million of them.
+        // A loop instead of recursion: there may be thousands of these.
         let mut negated = false;
         while self.accept("!") {
             negated = !negated;
@@ -262,7 +261,7 @@ impl<'a> QueryReader<'a> {
         Ok(QueryFilter { key: *key, comparison, text })
     }
 
-    /// Text in quotes, as scene files have it.
+    /// Text in quotes, as in scene files.
     fn string(&mut self) -> Result<String, QueryError> {
         self.rest = self.rest.trim_start();
         let body = self.rest.strip_prefix('"');
@@ -282,9 +281,9 @@ impl<'a> QueryReader<'a> {
     }
 }
 
-/// The longest query, in bytes: queries are parsed, evaluated and dropped by recursion.
+/// The maximum length of a query, in bytes: queries are parsed, evaluated and dropped recursively.
 const LONGEST: usize = 4096;
-/// The most nested brackets, for the same reason.
+/// The maximum number of opening parentheses, for the same reason.
 const DEEPEST: usize = 100;
 
 fn named(text: String) -> QueryFilter {
@@ -292,7 +291,7 @@ fn named(text: String) -> QueryFilter {
     QueryFilter { key: FilterKey::Name, comparison, text }
 }
 
-/// Whether a text is like a pattern in which `*` stands for any text.
+/// Tests if a text matches a pattern in which `*` stands for any text.
 fn is_like(text: &str, pattern: &str) -> bool {
     let mut parts = pattern.split('*');
     let first = parts.next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What a query selects from a world.
+//! Evaluates queries on a world.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -7,17 +7,17 @@ use super::{Comparison, FilterKey, Kind, Query, QueryFilter, is_like};
 use crate::formats::ron::{Portrait, WrittenPart, portrait};
 use crate::world::{Camera, FromModel, Light, MaterialId, Model, Parent, Shape, Transform, World};
 
-/// What a query selects.
+/// The result of a query.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Selected {
     /// Entities, in the world's order.
     Entities(Vec<hecs::Entity>),
-    /// Materials: the query is only about these.
+    /// Materials: the query is a `Material` atom with filters.
     Materials(Vec<MaterialId>),
 }
 
 impl Selected {
-    /// How many there are.
+    /// The number of selected entities or materials.
     pub fn len(&self) -> usize {
         match self {
             Selected::Entities(entities) => entities.len(),
@@ -25,29 +25,29 @@ impl Selected {
         }
     }
 
-    /// Whether there are none.
+    /// True if nothing is selected.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// What a query selects from a world.
+/// Evaluates a query on a world.
 pub fn select(world: &World, query: &Query) -> Selected {
     Index::new(world).select(world, query)
 }
 
-/// An index that spares a row of queries repeated searches while a world's entities keep their names.
+/// An index for a series of queries on a world whose entities keep their names: it avoids repeated searches.
 pub struct Index {
     order: Vec<hecs::Entity>,
     by_name: HashMap<String, Vec<hecs::Entity>>,
-    /// The materials that shapes have, if they have been asked for.
+    /// The materials in use by shapes, once computed.
     worn: Option<HashSet<MaterialId>>,
-    /// How many entities and materials queries have looked at.
+    /// The number of entities and materials that queries have tested so far.
     pub looked_at: u64,
 }
 
 impl Index {
-    /// Builds that of a world.
+    /// Builds the index of a world.
     pub fn new(world: &World) -> Index {
         let order = world.in_order();
         let mut by_name: HashMap<String, Vec<hecs::Entity>> = HashMap::new();
@@ -62,17 +62,17 @@ impl Index {
         self.order.len()
     }
 
-    /// The materials that shapes have.
+    /// The materials in use by shapes.
     pub fn worn(&mut self, world: &World) -> &HashSet<MaterialId> {
         self.worn.get_or_insert_with(|| world.worn())
     }
 
-    /// Shapes may have other materials than before.
+    /// Discards the cached materials in use, after shapes may have got other materials.
     pub fn forget_worn(&mut self) {
         self.worn = None;
     }
 
-    /// See [`select`].
+    /// Evaluates a query on the world; see [`select`].
     pub fn select(&mut self, world: &World, query: &Query) -> Selected {
         if let Query::Atom(Kind::Material, filters) = query
             && !filters.is_empty()
@@ -83,7 +83,7 @@ impl Index {
                 filters.iter().all(|filter| filter.takes(Some(&world.assets.material_name(*id))))
             };
             let mut meant: Vec<MaterialId> = all.filter(is_meant).collect();
-            // What nothing has to do with is not meant by "*".
+            // The default material is not selected among others if no shape uses it.
             if meant.len() > 1 && !self.worn(world).contains(&MaterialId::DEFAULT) {
                 meant.retain(|id| *id != MaterialId::DEFAULT);
             }
@@ -95,7 +95,7 @@ impl Index {
         Selected::Entities(found)
     }
 
-    /// Entities that include all that a query selects, in the world's order.
+    /// A superset of the entities that a query selects, in the world's order.
     fn among(&self, query: &Query) -> &[hecs::Entity] {
         match query {
             Query::Atom(_, filters) => {
@@ -115,7 +115,8 @@ impl Index {
     }
 }
 
-/// What a query selects, as the scene file at `scene_path` would say it; all entities and materials if there is none.
+/// The entities or materials that a query selects, as the scene file at `scene_path` would contain them; without a
+/// query, all entities and materials.
 pub fn list(world: &World, query: Option<&Query>, scene_path: &Path) -> Vec<WrittenPart> {
     let Portrait { materials, entities, .. } = portrait(world, scene_path);
     let materials = materials.into_iter().map(|(name, text)| (name, vec![("material", text)]));
@@ -135,7 +136,7 @@ pub fn list(world: &World, query: Option<&Query>, scene_path: &Path) -> Vec<Writ
 }
 
 impl Query {
-    /// Whether the query selects an entity.
+    /// Tests if the query selects an entity.
     pub fn matches(&self, world: &World, entity: hecs::Entity) -> bool {
         match self {
             Query::Atom(kind, filters) => {
@@ -193,7 +194,7 @@ pub(super) fn forms(world: &World, entity: hecs::Entity) -> [Option<&'static str
 }
 
 impl FilterKey {
-    /// The entity's text for this key.
+    /// The entity's value for this key.
     fn of(self, world: &World, entity: hecs::Entity) -> Option<String> {
         match self {
             FilterKey::Name => Some(world.name_of(entity)),

@@ -1,5 +1,5 @@
-//! Values of components changed by what is typed: the component is written as a scene file has it, the value replaced,
-//! and the whole read again, so that every field can be set, by its own name, to whatever a file may say.
+//! Changes values of components by statements: the component is written as in a scene file, the value replaced, and the
+//! text read again. Every field can thus be set, by its own name, to any value that a file may contain.
 
 use hecs::Entity;
 
@@ -12,7 +12,7 @@ use crate::formats::ron::scan;
 use crate::formats::ron::write::{component_text, settings_text};
 use crate::world::{MaterialId, World};
 
-/// `=`, and the operators that change a number by another.
+/// Assignment (`=`) and the arithmetic assignment operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Operator {
     Set,
@@ -22,7 +22,7 @@ enum Operator {
     Minus,
 }
 
-/// Longest first, or `=` would be found in all.
+/// All operators by their text.
 const OPERATORS: [(&str, Operator); 5] = [
     ("*=", Operator::Times),
     ("/=", Operator::Over),
@@ -31,50 +31,50 @@ const OPERATORS: [(&str, Operator); 5] = [
     ("=", Operator::Set),
 ];
 
-/// A thing that is changed.
+/// A component or material to change.
 #[derive(Clone, Copy)]
 enum Target {
     Entity(Entity, Component),
     Material(MaterialId),
 }
 
-/// A statement taken apart.
+/// A parsed statement.
 struct Statement<'a> {
     text: &'a str,
-    /// Names from the component's field inwards.
+    /// The field names, from the component's field inwards.
     path: Vec<&'a str>,
     operator: Operator,
     value: &'a str,
 }
 
-/// Carries out one statement; says how many things it changed, never none.
+/// Executes one statement. Returns the number of entities or materials that it changed, at least 1.
 pub fn set(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
     EditRunner::new(world).carry_out(world, text, files)
 }
 
-/// Each thing may be changed so many times, on average.
+/// The number of changes allowed for each entity or material, on average.
 const MOST_CHANGES: u64 = 64;
-/// Even if there are few, so many changes are allowed.
+/// The number of changes that is always allowed, however few entities and materials there are.
 const FEW_CHANGES: u64 = 100_000;
-/// So many entities or materials are looked at in the time of one change.
+/// The number of entities or materials that can be tested in the time of one change.
 const LOOKS: u64 = 64;
 
-/// Carries out statements, one after another. The time is bounded by the number of things and of statements, not by
-/// their product: a short file could keep a machine busy for hours.
+/// Executes statements in sequence. The time is bounded by the numbers of statements and of entities and materials, not
+/// by their product: a short file could otherwise keep a machine busy for hours.
 pub struct EditRunner {
     index: Index,
-    /// Those of materials, if they have been asked for.
+    /// The materials by name, once they have been needed.
     names: Names,
     changed: u64,
 }
 
 impl EditRunner {
-    /// In a world that nothing but the statements changes meanwhile.
+    /// Creates the runner for a world that only its statements change.
     pub fn new(world: &World) -> EditRunner {
         EditRunner { index: Index::new(world), names: None, changed: 0 }
     }
 
-    /// Carries out a statement; says how many things it changed, never none.
+    /// Executes a statement. Returns the number of entities or materials that it changed, at least 1.
     pub fn carry_out(
         &mut self,
         world: &mut World,
@@ -112,7 +112,7 @@ impl EditRunner {
             Target::Material(id) => Some(id),
             Target::Entity(..) => None,
         });
-        // One that is no material is worn by whoever has it.
+        // A material that is changed through an entity is in use.
         let are_all = targets.len() == materials.clone().count();
         if are_all && !materials.any(|id| self.index.worn(world).contains(id)) {
             let what = "no shape has this material, so nothing looks different";
@@ -123,7 +123,7 @@ impl EditRunner {
         Ok(targets.len())
     }
 
-    /// Errors: there have been too many changes.
+    /// Counts `more` changes; an error if there have been too many.
     fn count(&mut self, world: &World, more: usize, text: &str, part: &str) -> Result<(), QueryError> {
         self.changed += more as u64;
         let things = (self.index.len() + world.assets.materials.len()) as u64;
@@ -139,7 +139,7 @@ impl EditRunner {
     }
 }
 
-/// Why a query selects nothing, and what there is to select.
+/// The message for a query that selects nothing, with a similar name if there is one.
 pub fn no_match(world: &World, query: &Query) -> String {
     let names: Vec<String> = match query {
         Query::Atom(super::Kind::Material, _) => {
@@ -155,7 +155,7 @@ pub fn no_match(world: &World, query: &Query) -> String {
     format!("nothing in the scene matches this{hint}: rayfront ls lists what there is")
 }
 
-/// Defaults of numbers that files mostly leave out.
+/// The defaults of numbers that files mostly leave out.
 fn default_of(name: &str) -> Option<&'static str> {
     match name {
         "translate" => Some("(0, 0, 0)"),
@@ -193,7 +193,7 @@ impl Statement<'_> {
         QueryError::new(self.text, part, reason)
     }
 
-    /// Which component the path is in: the one that it begins with, or the query's.
+    /// The component of the path: the one that it begins with (which is removed), or the query's.
     fn component(&mut self, query: &Query) -> Result<Component, QueryError> {
         // No component has a field with the name of a component.
         let first = self.path[0];
@@ -211,7 +211,7 @@ impl Statement<'_> {
         Err(self.error(first, format!("expected one of {}{hint}", known.join(", "))))
     }
 
-    /// Changes the settings, which count as one thing.
+    /// Changes the settings, which count as one change.
     fn change_settings(&self, world: &mut World, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
         let whole = |reason: String| self.error(self.path.first().unwrap_or(&self.value), reason);
         let new = self.edited(&settings_text(world).map_err(whole)?)?;
@@ -240,7 +240,7 @@ impl Statement<'_> {
             Target::Material(_) => None,
         };
         let old = match component_text(world, component, entity, material) {
-            // What is replaced as a whole need not be one.
+            // A material that is replaced as a whole need not be the entity's only one.
             Err(_) if component == Component::Material && self.path.is_empty() => Some(String::new()),
             old => old.map_err(whole)?,
         };
@@ -264,7 +264,7 @@ impl Statement<'_> {
             .map_err(|error| self.explained(&error))
     }
 
-    /// The component's text with another value.
+    /// The component's text with the new value.
     fn edited(&self, old: &str) -> Result<String, QueryError> {
         if self.path.is_empty() {
             return Ok(self.value.to_owned());
@@ -286,7 +286,7 @@ impl Statement<'_> {
                 }
                 Some(value) => body = value,
                 None if is_last && (self.operator == Operator::Set || default_of(name).is_some()) => {
-                    // What is at its default is not written.
+                    // Values at their defaults are not written.
                     let new = self.combined(default_of(name).unwrap_or_default())?;
                     let at = scan::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
                     let Some(at) = at else { return Ok(format!("{old}({name}: {new})")) };
@@ -307,7 +307,7 @@ impl Statement<'_> {
         Ok(self.value.to_owned())
     }
 
-    /// Why a value that is not written cannot be changed: the name is unknown, or the value is at its default.
+    /// The error for changing a value that is not written: its name is unknown, or it has its default.
     fn not_there(
         &self,
         world: &mut World,
@@ -325,7 +325,7 @@ impl Statement<'_> {
         }
     }
 
-    /// The new value: numbers and colours are changed part by part.
+    /// The new value; the operators change tuples of numbers, such as colours, by component.
     fn combined(&self, old: &str) -> Result<String, QueryError> {
         if self.operator == Operator::Set {
             return Ok(self.value.to_owned());
@@ -353,7 +353,7 @@ impl Statement<'_> {
         if new.iter().any(|number| !number.is_finite()) {
             return Err(self.error(self.value, "that leaves no number"));
         }
-        // As precise as what files hold; whole numbers are counts and the like.
+        // Rounded to f32, the precision of scene files; whole numbers, such as counts, stay exact.
         let is_whole = |number: &f64| number.fract() == 0.0 && number.abs() < 9e15;
         let text = |number: &f64| match is_whole(number) {
             true => format!("{number}"),
@@ -363,7 +363,7 @@ impl Statement<'_> {
         Ok(if texts.len() == 1 { texts[0].clone() } else { format!("({})", texts.join(", ")) })
     }
 
-    /// The message of the scene file reader, at the place in the statement that it is about.
+    /// Maps an error of the scene file reader to its place in the statement.
     fn explained(&self, error: &LoadError) -> QueryError {
         let (part, reason) = match error {
             LoadError::At { reason, .. } if reason.contains("unknown field") => {
@@ -388,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_called_by_name_is_found_without_a_search() {
+    fn entities_selected_by_name_are_found_without_a_search() {
         let mut world = balls(300);
         let mut changes = EditRunner::new(&world);
         for i in 0..300 {
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn statements_may_change_each_thing_only_so_often() {
+    fn too_many_changes_and_searches_are_refused() {
         let mut world = balls(10);
         let mut changes = EditRunner::new(&world);
         changes.changed = FEW_CHANGES + MOST_CHANGES * 12 - 15;
@@ -414,7 +414,7 @@ mod tests {
             error.contains("combine statements") && error.contains("12 entities and materials"),
             "{error}"
         );
-        // So may they look only so often.
+        // Tests of entities are limited, too.
         let mut changes = EditRunner::new(&world);
         changes.index.looked_at = LOOKS * (FEW_CHANGES + MOST_CHANGES * 12);
         assert!(
@@ -423,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn materials_that_statements_make_and_name_are_known_to_the_next_ones() {
+    fn materials_set_by_statements_are_known_to_the_next_ones() {
         let mut world = balls(2);
         let mut changes = EditRunner::new(&world);
         for statement in [

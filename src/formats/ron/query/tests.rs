@@ -25,7 +25,7 @@ fn names(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn queries_mean_what_they_say() {
+fn queries_select_by_kind_filter_and_operator() {
     assert_eq!(names("Light"), ["lamp 1", "lamp 2"]);
     assert_eq!(names("Mesh & !Material"), ["knot"]);
     assert_eq!(names("Light[name~\"*2\"] | Camera"), ["eye", "lamp 2"]);
@@ -39,7 +39,7 @@ fn queries_mean_what_they_say() {
 }
 
 #[test]
-fn patterns_take_stars_for_any_text() {
+fn stars_in_patterns_match_any_text() {
     for (text, pattern) in
         [("lamp", "lamp"), ("lamp 12", "lamp*"), ("a.b.c", "*.b.*"), ("aa", "a*a"), ("x", "*")]
     {
@@ -51,11 +51,11 @@ fn patterns_take_stars_for_any_text() {
 }
 
 #[test]
-fn materials_without_a_name_have_a_number_and_those_that_nothing_has_are_told() {
+fn unnamed_materials_are_selected_by_number_and_changing_unused_ones_warns() {
     let text =
         SCENE.replace("material: \"glass\"", "material: (diffuse: 0.3)").replace("Mesh(\"a.ply\")", "Sphere");
     let mut world = read(&text).unwrap();
-    // The default one is on the knot.
+    // The default material is counted, since the knot has it.
     let count = |world: &World, text: &str| select(world, &Query::parse(text).unwrap()).len();
     assert_eq!([count(&world, "Material[\"*\"]"), count(&world, "Material[\"material 3\"]")], [4, 1]);
     world.warnings.clear();
@@ -65,13 +65,13 @@ fn materials_without_a_name_have_a_number_and_those_that_nothing_has_are_told() 
     };
     assert!(told("Material[\"material 3\"].diffuse = 0.1").is_empty());
     assert!(told("Material[\"paint\"].diffuse = 0.1")[0].contains("no shape has this material"));
-    // Once everything has one of its own, the default is not meant.
+    // The default material is not selected once no shape has it.
     told("\"knot\".material = \"paint\"");
     assert_eq!(count(&world, "Material[\"*\"]"), 3);
 }
 
 #[test]
-fn an_entitys_material_is_that_of_its_triangles() {
+fn material_of_a_model_entity_is_that_of_its_triangles() {
     let mut world =
         read(&SCENE.replace("shape: Mesh(\"a.ply\"), parent: \"ball\"", "gltf: \"room.glb\"")).unwrap();
     let shown = world
@@ -113,7 +113,7 @@ fn numbers_and_colours_are_set_and_changed() {
 }
 
 #[test]
-fn materials_keep_what_is_not_said_of_them() {
+fn materials_keep_fields_that_a_statement_does_not_set() {
     let of = |world: &World| match &world.assets.materials[1].material {
         Material::Principled(material) => (**material).clone(),
         Material::BlinnPhong(_) => panic!("glass"),
@@ -129,7 +129,7 @@ fn materials_keep_what_is_not_said_of_them() {
 }
 
 #[test]
-fn settings_are_one_thing() {
+fn settings_are_changed_by_statements() {
     let world = changed("settings.samples = 99").unwrap();
     assert_eq!((world.settings.samples, world.settings.transport), (99, crate::world::Transport::Path));
     let world = changed("settings.background = Gradient(bottom: 0, top: (0.1, 0.2, 0.3))").unwrap();
@@ -139,7 +139,7 @@ fn settings_are_one_thing() {
 }
 
 #[test]
-fn mistakes_are_marked() {
+fn mistakes_in_queries_are_marked_with_carets() {
     let error = |text: &str| changed(text).err().map(|error| error.to_string()).unwrap_or_default();
     let marked = |text: &str, what: &str, mark: &str| {
         let error = error(text);

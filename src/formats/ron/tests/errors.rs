@@ -1,4 +1,4 @@
-//! Every mistake is reported with its place, what is wrong and what would be right.
+//! Tests that every error is reported with its place, its reason and a remedy.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::{Fake, read};
 use crate::error::LoadError;
 use crate::formats::ron::load;
 
-/// The mistake in the text is at `^`, which is removed before reading.
+/// Checks that reading fails with `reason` at the `^` in the text, which is removed before reading.
 fn fails(marked: &str, reason: &str) {
     let place = marked.find('^').expect("a mark");
     let text = marked.replacen('^', "", 1);
@@ -22,7 +22,7 @@ fn fails(marked: &str, reason: &str) {
     }
 }
 
-/// The same for an entity's keys, behind some text that makes lines and columns count.
+/// Checks that reading an entity's keys fails (see [`fails`]), with non-ASCII text in front to test line and column.
 fn entity_fails(marked: &str, reason: &str) {
     fails(&format!("// ä\n(entities: [\n    /* ö */ ({marked}),\n])"), reason);
 }
@@ -32,7 +32,7 @@ fn settings_fail(marked: &str, reason: &str) {
 }
 
 #[test]
-fn the_whole_message_reads_well() {
+fn message_has_file_line_column_and_suggestion() {
     let text =
         "(entities: [\n  (name: \"ball\", material: \"galss\"),\n], materials: {\"glass\": (ior: 1.5)})";
     let message = read(text).err().unwrap().to_string();
@@ -40,7 +40,7 @@ fn the_whole_message_reads_well() {
 }
 
 #[test]
-fn unknown_fields() {
+fn unknown_fields_are_refused_with_suggestions() {
     entity_fails(
         "shape: Sphere(^radius: 1)",
         "unknown field \"radius\" in Sphere (did you mean \"radius_m\"?); fields: radius_m",
@@ -65,7 +65,7 @@ fn unknown_fields() {
 }
 
 #[test]
-fn unknown_variants() {
+fn unknown_variants_are_refused_with_suggestions() {
     let shapes = "shapes: Sphere, Triangle, Plane, Mesh";
     entity_fails(
         "shape: ^Shere(radius_m: 1)",
@@ -117,7 +117,7 @@ fn unknown_variants() {
 }
 
 #[test]
-fn wrong_types() {
+fn values_of_wrong_types_are_refused() {
     entity_fails("name: ^5", "expected a name in quotes, found 5");
     entity_fails(
         "shape: ^\"Sphere\"",
@@ -165,7 +165,7 @@ fn wrong_types() {
 }
 
 #[test]
-fn missing_fields() {
+fn missing_fields_are_reported() {
     fails("^()", "a scene needs the field \"entities\"");
     entity_fails("light: ^Point(falloff: Constant)", "Point needs the field \"power_w\"");
     entity_fails("light: ^Area(power_w: 1)", "Area needs the field \"size_m\"");
@@ -180,7 +180,7 @@ fn missing_fields() {
 }
 
 #[test]
-fn duplicates() {
+fn duplicate_fields_and_names_are_refused() {
     entity_fails("name: \"a\", ^name: \"b\"", "an entity has the field \"name\" twice");
     entity_fails("material: (diffuse: 1, ^kd: 1)", "BlinnPhong has the field \"diffuse\" twice");
     fails("(entities: [], ^entities: [])", "a scene has the field \"entities\" twice");
@@ -189,7 +189,7 @@ fn duplicates() {
 }
 
 #[test]
-fn syntax() {
+fn syntax_errors_are_reported_where_they_are() {
     fails("^(entities: [(name: \"a\")]", "this \"(\" is never closed");
     fails("(entities: ^[(name: \"a\")", "this \"[\" is never closed");
     fails("(entities: [(name: ^\"a)])", "this string is never closed");
@@ -210,7 +210,7 @@ fn syntax() {
 }
 
 #[test]
-fn deep_nesting_is_refused_and_nothing_overflows() {
+fn deep_nesting_is_refused_without_stack_overflow() {
     for (open, start) in
         [("(", ""), ("[", "(entities: "), ("{1: ", "(materials: "), ("a(", "(entities: "), ("Some(", "")]
     {
@@ -231,7 +231,7 @@ fn deep_nesting_is_refused_and_nothing_overflows() {
 }
 
 #[test]
-fn numbers_out_of_bounds() {
+fn numbers_out_of_range_are_refused() {
     entity_fails("shape: Sphere(radius_m: ^NaN)", "expected a finite number, found NaN");
     entity_fails("transform: (translate: (0, ^-inf, 0))", "expected a finite number, found -inf");
     entity_fails("shape: Sphere(radius_m: ^1e39)", "the number is too large (at most 3.4e38)");
@@ -299,7 +299,7 @@ fn numbers_out_of_bounds() {
 }
 
 #[test]
-fn transforms_without_an_inverse() {
+fn transforms_without_an_inverse_are_refused() {
     let flat = "a scale of 0 makes things flat: it must have an inverse";
     entity_fails("transform: (scale: ^0)", flat);
     entity_fails("transform: (scale: (1, ^0.0, 1))", flat);
@@ -335,7 +335,7 @@ fn transforms_without_an_inverse() {
 }
 
 #[test]
-fn shapes_that_are_none() {
+fn degenerate_shapes_are_refused() {
     entity_fails(
         "shape: Triangle(vertices: ^((0, 0, 0), (1, 1, 1), (2, 2, 2)))",
         "the triangle has no area: its corners lie on one line",
@@ -347,7 +347,7 @@ fn shapes_that_are_none() {
     let reason =
         "the plane is not convex at this corner: give the corners in order around it, or use two triangles";
     entity_fails("shape: Plane(corners: ((0, 0, 0), (4, 0, 0), ^(1, 1, 0), (0, 4, 0)))", reason);
-    // An extra corner on an edge does not make an area.
+    // A corner on an edge is refused, too.
     entity_fails("shape: Plane(corners: ((0, 0, 0), ^(1, 0, 0), (2, 0, 0), (0, 1, 0)))", reason);
     let no_area = "the plane has no area: give its corners in order around it";
     entity_fails("shape: Plane(corners: ^((0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1, 0)))", no_area);
@@ -366,20 +366,20 @@ fn files_that_do_not_load_are_reported_where_they_are_named() {
 }
 
 #[test]
-fn names_that_nothing_has() {
+fn unknown_parents_and_materials_are_refused() {
     fails(
         "(entities: [(name: \"ball\"), (parent: ^\"bal\")])",
         "unknown parent \"bal\" (did you mean \"ball\"?)",
     );
     entity_fails("material: ^\"wood\"", "unknown material \"wood\"");
-    // Too long to be compared with anything, and to be shown in full.
+    // A name that is too long for suggestions and is shortened in the message.
     let long = "x".repeat(1_000_000);
     let reason = format!("unknown material \"{}…\"", "x".repeat(48));
     entity_fails(&format!("material: ^\"{long}\""), &reason);
 }
 
 #[test]
-fn parents_in_a_circle() {
+fn cycles_of_parents_are_refused() {
     fails(
         "(entities: [(name: \"z\", parent: \"a\"), (name: \"a\", parent: ^\"b\"), (name: \"b\", parent: \"a\")])",
         "an entity cannot be its own ancestor: \"a\" is a child of \"b\" is a child of \"a\"",
@@ -388,7 +388,7 @@ fn parents_in_a_circle() {
         "(entities: [(name: \"a\", parent: ^\"a\")])",
         "an entity cannot be its own ancestor: \"a\" is a child of \"a\"",
     );
-    // A long line of ancestors is none, and costs no stack.
+    // A long chain of ancestors is not a cycle and does not overflow the stack.
     let mut text = String::from("(entities: [(name: \"0\")");
     for generation in 1..20_000 {
         text.push_str(&format!(", (name: \"{generation}\", parent: \"{}\")", generation - 1));
@@ -433,7 +433,7 @@ fn mistakes_are_found_deep_in_a_long_file() {
 }
 
 #[test]
-fn files_that_are_no_text() {
+fn files_that_are_unreadable_or_not_utf_8_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ron");
     std::fs::write(&path, b"(entities:\n [\xff])").unwrap();

@@ -1,4 +1,4 @@
-//! Values that change with time.
+//! Tests of values that change with time.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::formats::ron::parse;
 use crate::math::{Quat, Rgb, Vec3};
 use crate::world::{Assets, Camera, ColorInput, Image, Light, Material, Mesh, Transform, World};
 
-/// Some moment and files that are never asked for.
+/// A time in seconds, with files that are never read.
 struct At(f32);
 
 impl AssetFiles for At {
@@ -52,18 +52,18 @@ fn parts(world: &World) -> (Vec3, Quat, Vec3) {
 }
 
 #[test]
-fn transforms_move() {
+fn keyed_transforms_are_interpolated() {
     let keys = "transform: (translate: Keys([(1, (0, 0, 0)), (3, (4, 8, 2))]), \
                 rotate_degrees: (0, Keys([(0, 0), (4, 360)]), 0), \
                 scale: Keys([(0, 1), (2, (3, 1, 1))], Step))";
     let (translation, rotation, scale) = parts(&entity_at(1.5, keys));
     assert_eq!((translation, scale), (Vec3::new(1.0, 2.0, 0.5), Vec3::ONE));
     assert!(rotation.abs_diff_eq(Quat::from_rotation_y(135_f32.to_radians()), 1e-6), "{rotation}");
-    assert!(entity_at(1.5, keys).moves && !entity_at(1.5, "name: \"still\"").moves);
+    assert!(entity_at(1.5, keys).is_animated && !entity_at(1.5, "name: \"still\"").is_animated);
     let (before, _, _) = parts(&entity_at(-1.0, keys));
     let (after, _, stepped) = parts(&entity_at(99.0, keys));
     assert_eq!((before, after, stepped), (Vec3::ZERO, Vec3::new(4.0, 8.0, 2.0), Vec3::new(3.0, 1.0, 1.0)));
-    // Each number on its own; smooth: half of the way at half of the time.
+    // A single number has keys; a smooth one is halfway at half time.
     let smooth = "transform: (translate: (7, Keys([(0, 0), (2, 10)], Smooth), 0))";
     assert_eq!(parts(&entity_at(1.0, smooth)).0, Vec3::new(7.0, 5.0, 0.0));
     assert!(parts(&entity_at(0.1, smooth)).0.y < 0.1, "it sets off slowly");
@@ -71,7 +71,7 @@ fn transforms_move() {
 
 #[test]
 fn turns_take_the_shorter_way() {
-    // The second is a quarter turn, written as its negative.
+    // The second key is a quarter turn, written as the negative quaternion.
     for between in ["Linear", "Smooth"] {
         let keys = format!(
             "transform: (rotate_quaternion: Keys([(0, (0, 0, 0, 1)), (1, (0, 0, -0.70710677, -0.70710677))], {between}))"
@@ -82,7 +82,7 @@ fn turns_take_the_shorter_way() {
 }
 
 #[test]
-fn lights_cameras_and_materials_change() {
+fn keyed_lights_cameras_and_materials_are_interpolated() {
     let light = "light: Point(power_w: Keys([(0, 10), (2, (30, 10, 0))]))";
     let Light::Point { power_w, .. } = only::<Light>(&entity_at(1.0, light)) else { panic!() };
     assert_eq!(power_w, Rgb::new(20.0, 10.0, 5.0));
@@ -100,7 +100,7 @@ fn lights_cameras_and_materials_change() {
 }
 
 #[test]
-fn mistakes_say_where() {
+fn mistakes_in_keys_are_reported_where_they_are() {
     let fails = |marked: &str, reason: &str| {
         let column = marked.find('^').unwrap() + 1;
         let error = at(0.0, &marked.replacen('^', "", 1)).err().map(|error| error.to_string());

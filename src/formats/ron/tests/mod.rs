@@ -1,4 +1,4 @@
-//! Whole scenes: what they become, what is wrong with them, and there and back again.
+//! Tests with whole scenes: reading, errors, and writing and reading back.
 
 mod errors;
 mod keys;
@@ -16,7 +16,7 @@ use crate::formats::{AssetFiles, LoadOptions, gltf};
 use crate::math::{Rgb, Vec3};
 use crate::world::{Assets, Image, Mesh, Texels, World};
 
-/// Files that need no disk: all exist but those whose name says otherwise.
+/// Asset files that need no disk: every file exists, except those with "missing" in their path.
 #[derive(Default)]
 pub(in crate::formats::ron) struct Fake {
     loaded: Vec<PathBuf>,
@@ -61,7 +61,7 @@ impl AssetFiles for Fake {
     }
 }
 
-/// Two nodes, one a light, and a triangle of a named material.
+/// A model of two nodes: a light, and below it a triangle with a named material.
 const MODEL: &str = r#"{
     "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_lights_punctual"],
     "nodes": [{"name": "lamp", "extensions": {"KHR_lights_punctual": {"light": 0}}, "children": [1]}, {"mesh": 0}],
@@ -81,7 +81,7 @@ fn read_entity(keys: &str) -> World {
     read(&format!("(entities: [({keys})])")).unwrap()
 }
 
-/// The only component of its kind.
+/// The only component of its type in the world.
 fn only<T: hecs::Component + Clone>(world: &World) -> T {
     let mut query = world.entities.query::<&T>();
     let mut found = query.iter();
@@ -94,7 +94,7 @@ fn grey(value: f32) -> Rgb {
     Rgb::splat(value)
 }
 
-/// A scene with something of everything.
+/// A scene with every feature of the format.
 const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
 #![enable(implicit_some)]
 (

@@ -1,4 +1,4 @@
-//! Entities that place a glTF file.
+//! Tests of entities that place a glTF file.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ fn names(world: &World) -> Vec<String> {
 }
 
 #[test]
-fn its_nodes_stand_under_the_entity_after_the_scenes_own() {
+fn model_nodes_are_placed_below_their_entity_after_the_scenes_own() {
     let mut files = Fake::default();
     let world = parse(SCENE, Path::new("scenes/test.ron"), &mut files).unwrap();
     assert_eq!(names(&world), ["room", "entity 1", "lamp", "lamp (2)", "entity 4", "lamp (3)", "entity 6"]);
@@ -34,7 +34,7 @@ fn its_nodes_stand_under_the_entity_after_the_scenes_own() {
 }
 
 #[test]
-fn it_is_saved_as_a_reference() {
+fn model_is_saved_as_a_reference() {
     let world = read(SCENE).unwrap();
     let text = write(&world, Path::new("scenes/test.ron")).unwrap();
     assert!(
@@ -48,7 +48,7 @@ fn it_is_saved_as_a_reference() {
 }
 
 #[test]
-fn what_stands_under_one_of_its_nodes_cannot_be_saved() {
+fn children_of_model_nodes_cannot_be_saved() {
     let mut world = read(SCENE).unwrap();
     let inside =
         world.in_order().into_iter().find(|entity| world.entities.get::<&FromModel>(*entity).is_ok());
@@ -58,7 +58,7 @@ fn what_stands_under_one_of_its_nodes_cannot_be_saved() {
 }
 
 #[test]
-fn its_mistakes_are_reported_where_it_is_named() {
+fn mistakes_in_a_model_are_reported_where_it_is_named() {
     let message = |text: &str| read(text).err().unwrap().to_string();
     assert_eq!(
         message("(entities: [\n  (gltf: \"missing.glb\"),\n])"),
@@ -68,7 +68,7 @@ fn its_mistakes_are_reported_where_it_is_named() {
 }
 
 #[test]
-fn its_materials_are_overridden_by_name() {
+fn model_materials_are_overridden_by_name() {
     let text = r#"(
         materials: {"red": (diffuse: (1, 0, 0))},
         entities: [
@@ -96,7 +96,7 @@ fn its_materials_are_overridden_by_name() {
 }
 
 #[test]
-fn a_mesh_of_several_materials_is_copied_to_change_some() {
+fn mesh_of_several_materials_is_copied_if_some_are_overridden() {
     let text = r#"(entities: [
         (gltf: "two.gltf", overrides: {"metal": (diffuse: 0.25)}), (gltf: "two.gltf"),
         (gltf: "two.gltf", overrides: {"metal": (diffuse: 0.5), "paint": (diffuse: 0.75)}),
@@ -127,9 +127,9 @@ fn a_mesh_of_several_materials_is_copied_to_change_some() {
     assert_eq!(world.assets.meshes.len(), 3);
 }
 
-/// Two of the file's meshes are one of ours, shown with two materials.
+/// Two meshes of the file are merged into one mesh of the world, used with two materials.
 #[test]
-fn a_shared_mesh_is_overridden_by_what_each_entity_shows() {
+fn shared_mesh_is_overridden_by_the_material_of_each_entity() {
     let shared = super::MODEL
         .replace(r#"{"name": "paint"}"#, r#"{"name": "paint"}, {"name": "metal"}"#)
         .replace(r#"{"mesh": 0}]"#, r#"{"mesh": 0}, {"mesh": 1}]"#)
@@ -164,7 +164,7 @@ fn a_shared_mesh_is_overridden_by_what_each_entity_shows() {
 }
 
 #[test]
-fn overrides_of_nothing_are_refused() {
+fn overrides_that_match_nothing_are_refused() {
     let message = |keys: &str| read(&format!("(entities: [({keys})])")).err().unwrap().to_string();
     let found = message("gltf: \"room.glb\", overrides: {\"piant\": (diffuse: 1)}");
     assert!(
@@ -182,7 +182,7 @@ fn overrides_of_nothing_are_refused() {
 }
 
 #[test]
-fn what_has_been_changed_in_it_cannot_be_saved() {
+fn changed_entities_of_a_model_cannot_be_saved() {
     let mut world = read(SCENE).unwrap();
     let inside =
         world.in_order().into_iter().find(|entity| world.entities.get::<&FromModel>(*entity).is_ok());
@@ -192,7 +192,7 @@ fn what_has_been_changed_in_it_cannot_be_saved() {
 }
 
 #[test]
-fn nodes_of_models_are_parents_and_are_edited() {
+fn model_nodes_can_be_parents_and_be_edited() {
     let text = r#"(
         entities: [
             (name: "car", gltf: "car.glb", transform: (translate: (0, 0, 7))),

@@ -1,4 +1,4 @@
-//! Physically based materials: what their keys become, there and back again.
+//! Tests of reading and writing physically based materials.
 
 use std::path::Path;
 
@@ -36,7 +36,7 @@ const ALL: &str = r#"
 "#;
 
 #[test]
-fn every_key_is_read() {
+fn every_key_of_a_principled_material_is_read() {
     let (material, world) = principled(ALL);
     let scalar = |factor| ScalarInput::constant(factor);
     let ColorInput::Texture(base) = material.base_color else { panic!("no texture") };
@@ -78,19 +78,19 @@ fn every_key_is_read() {
 }
 
 #[test]
-fn defaults_are_those_of_the_world() {
+fn missing_keys_have_the_defaults_of_the_world() {
     assert_eq!(principled("").0, Principled::default());
     let (glass, _) = principled("transmission: 1, volume: (), alpha_mode: Blend");
     let volume = Volume::default();
     assert_eq!((glass.volume, glass.alpha_mode), (Some(volume), AlphaMode::Blend));
     assert_eq!(principled("alpha_mode: Mask").0.alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
-    // The names of the world are understood, too.
+    // The world's own field names are accepted, too.
     let (short, _) = principled("volume: (attenuation_distance: 2)");
     assert_eq!(short.volume.unwrap().attenuation_distance, 2.0);
 }
 
 #[test]
-fn it_comes_back() {
+fn principled_materials_survive_saving() {
     for keys in ["", "volume: ()", "alpha_mode: Blend, ior: 0, metallic: 0", ALL] {
         let (material, world) = principled(keys);
         let text = write(&world, Path::new("scenes/test.ron")).unwrap();
@@ -106,7 +106,7 @@ fn it_comes_back() {
 }
 
 #[test]
-fn trilinear_textures_and_environments_come_back() {
+fn trilinear_textures_and_environments_survive_saving() {
     let world = read("(entities: [(light: Environment(image: \"studio.exr\"), material: (kd: Texture(image: \"a.png\", filter: Trilinear)))])").unwrap();
     assert_eq!(world.assets.textures[0].filter, TextureFilter::Trilinear);
     let text = write(&world, Path::new("scenes/test.ron")).unwrap();
@@ -115,7 +115,7 @@ fn trilinear_textures_and_environments_come_back() {
 }
 
 #[test]
-fn mistakes_are_reported() {
+fn mistakes_in_principled_materials_are_refused() {
     let message = |keys: &str| {
         let text = format!("(entities: [(material: Principled({keys}))])");
         read(&text).err().unwrap_or_else(|| panic!("{keys} was accepted")).to_string()

@@ -1,4 +1,4 @@
-//! What the keys of a scene become.
+//! Tests of reading the keys of a scene.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
 use crate::world::*;
 
 #[test]
-fn settings_are_read_and_default() {
+fn settings_are_read_and_have_defaults() {
     let world = read(EVERYTHING).unwrap();
     assert_eq!(
         world.settings,
@@ -61,7 +61,7 @@ fn settings_are_read_and_default() {
 }
 
 #[test]
-fn scenes_with_glass_are_deep_unless_they_say_how_deep() {
+fn scenes_with_glass_are_traced_deeper_unless_they_set_max_depth() {
     let world = |settings: &str, material: &str| {
         let ball = format!("(shape: Sphere(radius_m: 1), material: {material})");
         read(&format!("(settings: ({settings}), entities: [{ball}])")).unwrap()
@@ -84,7 +84,7 @@ fn scenes_with_glass_are_deep_unless_they_say_how_deep() {
 }
 
 #[test]
-fn materials_are_read_and_default() {
+fn materials_are_read_and_have_defaults() {
     let world = read(EVERYTHING).unwrap();
     let named = |name: &str| {
         let found = world.assets.materials.iter().find(|m| m.name.as_deref() == Some(name)).unwrap();
@@ -114,7 +114,7 @@ fn materials_are_read_and_default() {
         }
     );
     assert_eq!(named("floor").highlight, Highlight::Phong);
-    // An empty one is the default material.
+    // An empty material is the default one.
     assert_eq!(only::<MaterialId>(&read_entity("material: ()")), MaterialId::DEFAULT);
     let bare = read_entity("material: (diffuse: 0.5)");
     let inline = &bare.assets.materials[only::<MaterialId>(&bare).0 as usize];
@@ -124,7 +124,7 @@ fn materials_are_read_and_default() {
 }
 
 #[test]
-fn shapes_lights_and_cameras_have_their_defaults() {
+fn shapes_lights_and_cameras_have_defaults() {
     assert_eq!(only::<Shape>(&read_entity("shape: Sphere")), Shape::Sphere { radius_m: 1.0 });
     assert_eq!(only::<Shape>(&read_entity("shape: Sphere()")), Shape::Sphere { radius_m: 1.0 });
     assert_eq!(
@@ -154,7 +154,7 @@ fn shapes_lights_and_cameras_have_their_defaults() {
 }
 
 #[test]
-fn entities_keep_the_files_order_and_parents_may_follow() {
+fn entities_keep_the_order_of_the_file_and_parents_may_follow() {
     let world = read(EVERYTHING).unwrap();
     let order = world.in_order();
     assert_eq!(order.len(), 15);
@@ -169,7 +169,7 @@ fn entities_keep_the_files_order_and_parents_may_follow() {
 }
 
 #[test]
-fn every_file_is_read_once_relative_to_the_scene() {
+fn each_file_is_read_once_relative_to_the_scene() {
     let mut files = Fake::default();
     let world = parse(EVERYTHING, Path::new("scenes/test.ron"), &mut files).unwrap();
     let paths = ["scenes/../assets/knot.ply", "scenes/../assets/checker.png"].map(PathBuf::from);
@@ -178,7 +178,7 @@ fn every_file_is_read_once_relative_to_the_scene() {
     assert_eq!(world.assets.textures.len(), 4);
     assert_eq!(world.assets.meshes[0].source.as_deref(), Some(paths[0].as_path()));
     assert_eq!(world.warnings.len(), 1);
-    // However a path is written, the file is the same.
+    // A file is read once, even if its path is written in different ways.
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.ply"), "").unwrap();
     std::fs::create_dir(folder.path().join("sub")).unwrap();
@@ -199,7 +199,7 @@ fn rotation_of(keys: &str) -> Quat {
 }
 
 #[test]
-fn look_at_points_minus_z_at_its_goal_and_y_up() {
+fn look_at_points_minus_z_at_the_target_and_y_up() {
     for (from, to, up) in [
         ((0.0, 1.0, 5.0), (0.0, 0.5, 0.0), (0.0, 1.0, 0.0)),
         ((1.0, 2.0, 3.0), (-4.0, 7.0, 11.0), (0.3, 1.0, 0.2)),
@@ -229,7 +229,7 @@ fn degrees_turn_about_fixed_axes_x_first() {
 }
 
 #[test]
-fn quaternions_are_kept_or_normalised() {
+fn unit_quaternions_are_kept_and_nearly_unit_ones_normalised() {
     let kept = Quat::from_xyzw(0.18257418, 0.36514837, 0.5477225, 0.73029673);
     let text = format!("(rotate_quaternion: ({}, {}, {}, {}))", kept.x, kept.y, kept.z, kept.w);
     assert_eq!(rotation_of(&text).to_array().map(f32::to_bits), kept.to_array().map(f32::to_bits));
@@ -238,7 +238,7 @@ fn quaternions_are_kept_or_normalised() {
 }
 
 #[test]
-fn rows_of_a_matrix_are_rows() {
+fn matrices_are_read_by_rows() {
     let world = read_entity("transform: Matrix(((1, 0, 0, 7), (0, 2, 0, 8), (0, 0, 3, 9)))");
     let Transform::Matrix(matrix) = only::<Transform>(&world) else { panic!("no matrix") };
     assert_eq!(matrix.transform_point3(Vec3::ONE), Vec3::new(8.0, 10.0, 12.0));
@@ -255,13 +255,13 @@ fn numbers_are_rounded_once() {
 }
 
 #[test]
-fn a_byte_order_mark_and_windows_line_ends_are_no_matter() {
+fn byte_order_mark_and_windows_line_ends_are_accepted() {
     let world = read(&format!("\u{feff}{}", EVERYTHING.replace('\n', "\r\n"))).unwrap();
     assert_eq!(world.in_order().len(), 15);
 }
 
 #[test]
-fn many_entities_take_no_time() {
+fn reading_thousands_of_entities_takes_less_than_a_second() {
     let mut text = String::from("(entities: [\n");
     for ball in 0..7382 {
         let x = ball as f32 * 0.013;
@@ -274,12 +274,12 @@ fn many_entities_take_no_time() {
     assert_eq!(read(&text).unwrap().in_order().len(), 7382);
     let took = start.elapsed();
     println!("7382 entities in {took:?}");
-    // Ten times what it takes, for slow and busy machines.
+    // Ten times the usual duration, for slow or busy machines.
     assert!(took < Duration::from_secs(1), "{took:?}");
 }
 
 #[test]
-fn colours_may_be_those_of_a_screen() {
+fn display_colours_are_decoded_and_malformed_ones_refused() {
     let color = |text: &str| {
         let keys = format!("(entities: [(light: Environment(radiance: {text}))])");
         read(&keys).map(|world| match only::<Light>(&world) {

@@ -1,4 +1,4 @@
-//! No file may make the reader panic, whatever happened to it.
+//! Tests that no file makes the reader panic, however damaged.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::{EVERYTHING, read};
 use crate::error::LoadError;
 use crate::formats::ron::write;
 
-/// Reads, and checks that an error's place is within the text.
+/// Reads a text; checks that an error's place is within it, or that the world survives saving.
 fn survives(text: &str) {
     match read(text) {
         Err(LoadError::At { line, column, .. }) => {
@@ -17,7 +17,7 @@ fn survives(text: &str) {
             assert!((1..=in_line.chars().count() + 1).contains(&column), "{line}:{column} in {text}");
         }
         Err(other) => panic!("an error without a place: {other}"),
-        // Whatever is accepted can be saved, unless its mesh is now called .pl or .exe.
+        // An accepted scene can be saved, unless a mutation changed its mesh's extension, for example to .pl or .exe.
         Ok(world) => {
             if let Ok(written) = write(&world, Path::new("scenes/test.ron")) {
                 let again =
@@ -29,7 +29,7 @@ fn survives(text: &str) {
 }
 
 #[test]
-fn every_prefix_fails_in_order() {
+fn every_prefix_is_refused_without_panic() {
     let end = EVERYTHING.trim_end().len();
     for (cut, _) in EVERYTHING.char_indices().filter(|(cut, _)| *cut < end) {
         let text = &EVERYTHING[..cut];
@@ -40,13 +40,13 @@ fn every_prefix_fails_in_order() {
 }
 
 #[test]
-fn every_suffix_survives() {
+fn every_suffix_is_read_without_panic() {
     for (cut, _) in EVERYTHING.char_indices() {
         survives(&EVERYTHING[cut..]);
     }
 }
 
-/// Pieces of what a scene consists of, and of what it does not.
+/// Pieces of text, valid and invalid in scenes.
 const PIECES: &[&str] = &[
     "(",
     ")",
@@ -107,13 +107,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
 
     #[test]
-    fn mutated_scenes_survive(
+    fn mutated_scenes_are_read_without_panic(
         edits in prop::collection::vec((any::<prop::sample::Index>(), 0..40_usize, 0..=PIECES.len()), 1..6),
     ) {
         let mut characters: Vec<char> = EVERYTHING.chars().collect();
         for (place, cut, piece) in edits {
             let start = place.index(characters.len().max(1)).min(characters.len());
-            // Mostly insertions: a long cut leaves little to go wrong later.
+            // Mostly insertions: after a long cut, little is left to go wrong.
             let end = (start + cut.saturating_sub(20)).min(characters.len());
             let piece = PIECES.get(piece).copied().unwrap_or_default();
             characters.splice(start..end, piece.chars());
@@ -122,7 +122,7 @@ proptest! {
     }
 
     #[test]
-    fn pieces_in_any_order_survive(pieces in prop::collection::vec(prop::sample::select(PIECES), 0..24)) {
+    fn pieces_in_any_order_are_read_without_panic(pieces in prop::collection::vec(prop::sample::select(PIECES), 0..24)) {
         let inside = pieces.concat();
         survives(&inside);
         survives(&format!("(entities: [({inside})])"));
@@ -132,7 +132,7 @@ proptest! {
     }
 
     #[test]
-    fn any_text_survives(text in any::<String>()) {
+    fn any_text_is_read_without_panic(text in any::<String>()) {
         survives(&text);
     }
 }

@@ -1,4 +1,4 @@
-//! What is saved and loaded again is the same.
+//! Tests that saved scenes read back as the same world.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ fn there_and_back(world: &World) -> World {
     read(&text).unwrap_or_else(|error| panic!("{error} in\n{text}"))
 }
 
-/// Everything about one entity, with names and values for ids. Debug tells 0 from −0.
+/// An entity's components as text, with ids replaced by names and values. `Debug` tells 0 from −0.
 fn portrait(world: &World, entity: hecs::Entity) -> String {
     let entities = &world.entities;
     let parent = entities.get::<&Parent>(entity).ok().map(|parent| world.name_of(parent.0));
@@ -28,7 +28,7 @@ fn portrait(world: &World, entity: hecs::Entity) -> String {
             Material::BlinnPhong(BlinnPhong { diffuse, specular, kr, emission, .. }) => {
                 [*diffuse, *specular, *kr, *emission]
             }
-            // Of textures for numbers, only the ids are compared.
+            // Textures for numbers are compared only by id.
             Material::Principled(material) => {
                 let Principled { base_color, specular_color, sheen_color, emission, .. } = **material;
                 [base_color, specular_color, sheen_color, emission]
@@ -64,7 +64,7 @@ pub(super) fn assert_same(before: &World, after: &World) {
 }
 
 #[test]
-fn a_scene_with_everything_comes_back() {
+fn scene_with_every_feature_survives_saving() {
     let world = read(EVERYTHING).unwrap();
     let again = there_and_back(&world);
     assert_same(&world, &again);
@@ -75,7 +75,7 @@ fn a_scene_with_everything_comes_back() {
 }
 
 #[test]
-fn the_text_is_one_to_read() {
+fn written_text_is_compact_and_omits_defaults() {
     let text = write(&read(EVERYTHING).unwrap(), Path::new(SCENE)).unwrap();
     for line in [
         "    settings: (size: (320, 200), samples: 4, max_depth: 3, diffuse_depth: 2, glossy_depth: 5, \
@@ -116,7 +116,7 @@ fn paths_are_relative_to_where_the_scene_is_saved() {
 }
 
 #[test]
-fn what_a_file_cannot_say_is_refused() {
+fn worlds_that_a_file_cannot_express_are_refused() {
     let reason = |world: &World| write(world, Path::new(SCENE)).unwrap_err().reason;
     let mut world = read("(entities: [(name: \"knot\", shape: Mesh(\"a.ply\"))])").unwrap();
     let of = |world: &mut World, number: usize, source: Option<PathBuf>| {
@@ -148,7 +148,7 @@ fn what_a_file_cannot_say_is_refused() {
 }
 
 #[test]
-fn names_are_made_up_where_a_file_needs_them() {
+fn missing_names_are_made_up_where_a_file_needs_them() {
     let mut world = World::default();
     let parent = world.entities.spawn((Transform::IDENTITY,));
     world.entities.spawn((Transform::IDENTITY, Parent(parent)));
@@ -176,13 +176,13 @@ fn names_are_made_up_where_a_file_needs_them() {
 }
 
 #[test]
-fn an_entity_without_anything_is_still_there() {
+fn entity_with_only_an_identity_transform_survives_saving() {
     let mut world = World::default();
     world.entities.spawn((Transform::IDENTITY,));
     assert_same(&world, &there_and_back(&world));
 }
 
-/// Finite floats of all sizes, among them those that print oddly.
+/// Finite floats of all magnitudes, including those that print in unusual ways.
 fn float() -> impl Strategy<Value = f32> {
     prop_oneof![
         4 => -1000.0_f32..1000.0,
@@ -231,7 +231,7 @@ fn transform() -> impl Strategy<Value = Transform> {
         let Transform::Trs { translation, rotation, scale } = transform else { return transform };
         let mut matrix = Mat4::from_scale_rotation_translation(scale.signum(), rotation, translation);
         matrix.y_axis += matrix.x_axis * shear;
-        // The last row is no part of the file, so it is 0 and not −0.
+        // The last row is not written, so it must be 0 and not −0.
         [matrix.x_axis.w, matrix.y_axis.w, matrix.z_axis.w] = [0.0; 3];
         Transform::Matrix(matrix)
     });
@@ -402,7 +402,7 @@ fn settings() -> impl Strategy<Value = Settings> {
 
 type Parts = (Transform, Option<Shape>, Option<(Option<bool>, BlinnPhong)>, Option<Light>, Option<Camera>);
 
-/// A world in which every odd entity is a child of the one before.
+/// The settings and entities of a world; [`build`] makes every odd entity a child of the previous one.
 fn world() -> impl Strategy<Value = (Settings, Vec<(String, Parts)>)> {
     let material = (prop::option::of(any::<bool>()), material());
     let parts = (
@@ -446,13 +446,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn any_world_comes_back((settings, entities) in world()) {
+    fn any_world_survives_saving((settings, entities) in world()) {
         let world = build(settings, entities);
         assert_same(&world, &there_and_back(&world));
     }
 
     #[test]
-    fn any_texture_comes_back(
+    fn any_texture_survives_saving(
         numbers in [float(), float(), float(), float()], factor in color(), nearest in any::<bool>(), wraps in 0..9_usize,
         turn in (float(), 0..2_u32),
     ) {
@@ -476,7 +476,7 @@ proptest! {
 }
 
 #[test]
-fn the_written_scene_is_read_by_its_own_path() {
+fn scene_written_for_another_folder_is_read_from_there() {
     let world = read(EVERYTHING).unwrap();
     let text = write(&world, Path::new("/somewhere/else.ron")).unwrap();
     let again = parse(&text, Path::new("/somewhere/else.ron"), &mut Fake::default()).unwrap();

@@ -1,4 +1,4 @@
-//! How a scene file refers to meshes and images.
+//! References to meshes and images in a scene file.
 
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
@@ -6,13 +6,13 @@ use std::path::{Component, Path, PathBuf};
 use super::{Written, quote};
 use crate::world::{Assets, ImageId, MeshId, TextureId};
 
-/// Paths as seen from the scene's folder.
+/// Writes references to assets: paths relative to the scene's folder, or numbers.
 pub(super) struct AssetPaths<'a> {
     pub assets: &'a Assets,
     folder: PathBuf,
-    /// How many meshes came from one file.
+    /// The number of meshes from each file.
     meshes_of: HashMap<&'a Path, usize>,
-    /// Whether the world's assets are referred to by number, as `"#3"`, and not by file.
+    /// True if assets are referred to by number, as `"#3"`, instead of by file.
     numbered: bool,
 }
 
@@ -25,12 +25,12 @@ impl<'a> AssetPaths<'a> {
         Self { assets, folder: normal(scene.parent().unwrap_or(Path::new(""))), meshes_of, numbered: false }
     }
 
-    /// Refers to the world's assets by number.
+    /// Creates references by number.
     pub(super) fn numbers(assets: &'a Assets) -> Self {
         Self { assets, folder: PathBuf::new(), meshes_of: HashMap::new(), numbered: true }
     }
 
-    /// The mesh's file in quotes.
+    /// The mesh's file or number in quotes.
     pub(super) fn mesh(&self, id: MeshId) -> Written {
         let number = id.0;
         if self.numbered {
@@ -55,12 +55,12 @@ impl<'a> AssetPaths<'a> {
         self.relative(source)
     }
 
-    /// A glTF file in quotes.
+    /// The path of a glTF file in quotes.
     pub(super) fn model(&self, file: &Path) -> Written {
         self.relative(file)
     }
 
-    /// The image's file in quotes.
+    /// The image's file or number in quotes.
     pub(super) fn image(&self, id: ImageId) -> Written {
         let number = id.0;
         if self.numbered {
@@ -72,7 +72,7 @@ impl<'a> AssetPaths<'a> {
         self.relative(source.ok_or_else(|| format!("image number {number} has no file to refer to"))?)
     }
 
-    /// The same of a texture.
+    /// The file or number of a texture's image in quotes.
     pub(super) fn image_of(&self, id: TextureId) -> Written {
         let texture = self.assets.textures.get(id.0 as usize);
         self.image(texture.ok_or_else(|| format!("there is no texture of number {}", id.0))?.image)
@@ -83,7 +83,7 @@ impl<'a> AssetPaths<'a> {
         let shared = file.components().zip(self.folder.components()).take_while(|(a, b)| a == b).count();
         let mut path = PathBuf::new();
         if shared == 0 {
-            // Another drive.
+            // On another drive.
             path.push(&file);
         } else {
             path.extend(self.folder.components().skip(shared).map(|_| Component::ParentDir));
@@ -95,7 +95,7 @@ impl<'a> AssetPaths<'a> {
     }
 }
 
-/// Absolute, without `.` and `..`.
+/// The absolute path without `.` and `..`.
 fn normal(path: &Path) -> PathBuf {
     let absolute =
         if path.as_os_str().is_empty() { std::env::current_dir() } else { std::path::absolute(path) };

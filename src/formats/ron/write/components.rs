@@ -1,4 +1,4 @@
-//! The components of an entity.
+//! Writes the components of an entity.
 
 use super::Written;
 use super::assets::AssetPaths;
@@ -8,7 +8,7 @@ use crate::math::{Mat4, Vec3};
 use crate::world::fields::Forms;
 use crate::world::{Shape, Transform};
 
-/// None for the identity, which need not be said.
+/// A transform; none for the identity, which need not be written.
 pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
     match transform {
         Transform::Matrix(matrix) => affine(matrix).map(Some),

@@ -1,4 +1,4 @@
-//! Writes the fields of a component by their table ([`crate::world::fields`]).
+//! Writes the fields of a component from their table ([`crate::world::fields`]).
 
 use super::Written;
 use super::number::{Keys, color, degrees, number, same, uniform_or_tuple};
@@ -16,7 +16,7 @@ impl WrittenTextures<'_> {
         self.differences(part, &mut *defaults)
     }
 
-    /// The keys of a structure that are not at other ones'.
+    /// The keys of a structure whose values differ from `defaults`.
     pub(super) fn differences(&self, part: &mut dyn Fields, defaults: &mut dyn Fields) -> Written<Keys> {
         let mut keys = Keys::default();
         for (Field { name, slot, .. }, default) in all_fields(part).into_iter().zip(all_fields(defaults)) {
@@ -27,7 +27,7 @@ impl WrittenTextures<'_> {
         Ok(keys)
     }
 
-    /// A value as a scene file has it; `None` if it is the default, a slot of the same kind.
+    /// A value as in a scene file; `None` if it equals `default`, a slot of the same kind.
     fn unless_default(&self, slot: Slot, default: Slot) -> Written<Option<String>> {
         let is_default = match (&slot, &default) {
             (Slot::Flag(a), Slot::Flag(b)) => a == b,
@@ -61,7 +61,7 @@ impl WrittenTextures<'_> {
         if is_default { Ok(None) } else { self.value(slot) }
     }
 
-    /// A value as a scene file has it; `None` if it is one that is left out.
+    /// A value as in a scene file; `None` if it is absent or a structure with all defaults.
     pub(super) fn value(&self, slot: Slot) -> Written<Option<String>> {
         let text = match slot {
             Slot::Flag(flag) => flag.to_string(),
@@ -128,8 +128,8 @@ impl WrittenTextures<'_> {
         Ok(Some(text))
     }
 
-    /// `Name`, or `Name(key: value, …)` with its numbers, which `--set` may multiply, and whatever else is required or
-    /// not at its default.
+    /// Returns `Name`, or `Name(key: value, …)` with all numbers (which `--set` may multiply) and all other fields that
+    /// are required or not at their defaults.
     pub(super) fn form(&self, form: &mut dyn Forms) -> Written {
         let (name, mut defaults) = (form.names()[form.form()], form.defaults());
         let mut keys = Keys::default();

@@ -1,4 +1,4 @@
-//! Materials.
+//! Writes materials.
 
 use super::Written;
 use super::assets::AssetPaths;

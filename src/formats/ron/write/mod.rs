@@ -1,11 +1,10 @@
-//! A world as a scene file that reads back as the same world: numbers with as many digits
-//! as their bits need, what is the default left out, one entity a line.
+//! Writes a world as a scene file that reads back as the same world: numbers with as many digits as their bits need,
+//! defaults left out, one entity per line.
 //!
-//! What came with a glTF file is written as a reference to that file, whatever has become of it.
-//! What a file cannot say is refused: meshes and images without a file of their own, two
-//! entities of one name, infinity and NaN. Some names are made up, since a file refers by
-//! name: for parents, for unnamed materials that several entities share, and for
-//! materials whose name another one has.
+//! Entities from a glTF file are written as a reference to that file; it is an error if they have been changed.
+//! Anything else that a file cannot express is an error, too: meshes and images without a file of their own, two
+//! entities with the same name, infinity and NaN. Since a file refers by name, some names are made up: for parents, for
+//! unnamed materials that several entities share, and for materials whose name is taken by another one.
 
 mod assets;
 mod components;
@@ -14,7 +13,7 @@ mod material;
 mod number;
 mod settings;
 #[cfg(test)]
-mod tables;
+mod tests;
 mod texture;
 
 use std::collections::{HashMap, HashSet};
@@ -31,7 +30,7 @@ use crate::world::{
     World,
 };
 
-/// Longer entities take a line for each key.
+/// The longest entity on one line, in characters; longer entities take a line for each key.
 const LONGEST_LINE: usize = 110;
 
 /// Writes `world` to `path`; paths of meshes and images become relative to its folder.
@@ -45,8 +44,8 @@ pub fn write(world: &World, scene_path: &Path) -> Result<String, SaveError> {
     text(world, scene_path).map_err(|reason| SaveError::new(scene_path, reason))
 }
 
-/// A component of an entity, or a material, as a scene file would have it, with `"#3"` for meshes and images; none
-/// that is not there.
+/// A component of an entity, or a material, as in a scene file, with numbers such as `"#3"` for meshes and images; none
+/// if the entity lacks the component.
 pub(super) fn component_text(
     world: &World,
     component: Component,
@@ -81,31 +80,31 @@ pub(super) fn component_text(
     })
 }
 
-/// `settings` as in a scene file.
+/// The settings as in a scene file.
 pub(super) fn settings_text(world: &World) -> Result<String, String> {
     settings::settings(&world.settings, world.fitting_transport(), world.fitting_depth())
 }
 
-/// The parts of a scene file, for people to read and compare.
+/// The parts of a scene file in human-readable form, for listing and comparison.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Portrait {
-    /// `settings`.
+    /// The settings.
     pub settings: String,
-    /// Materials by their names, or numbers.
+    /// The materials: name (or number) and text.
     pub materials: Vec<(String, String)>,
-    /// Entities by their names: keys and values.
+    /// The entities: names, keys and values.
     pub entities: Vec<WrittenPart>,
 }
 
-/// A name, with keys and what they say.
+/// A name, with keys and the text of their values.
 pub type WrittenPart = (String, Vec<(&'static str, String)>);
 
-/// Everything in a world, as the scene file at `scene_path` would say it. Assets without a file of their own are
+/// All parts of a world, as the scene file at `scene_path` would contain them. Assets without a file of their own are
 /// referred to by number.
 pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
     let files = AssetPaths::new(&world.assets, scene_path);
     let numbers = AssetPaths::numbers(&world.assets);
-    // If it cannot be written at all, the reason is shown instead.
+    // If a part cannot be written at all, the reason takes its place.
     let best = |text: &dyn Fn(&AssetPaths) -> Written| {
         text(&files).or_else(|_| text(&numbers)).unwrap_or_else(|reason| format!("({reason})"))
     };
@@ -142,23 +141,23 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
     }
 }
 
-/// A camera as the scene file at `scene_path` would have it.
+/// A camera as the scene file at `scene_path` would contain it.
 pub fn camera(world: &World, camera: &Camera, scene_path: &Path) -> Result<String, SaveError> {
     let paths = AssetPaths::new(&world.assets, scene_path);
     components::form(camera, &paths).map_err(|reason| SaveError::new(scene_path, reason))
 }
 
-/// The transform of something that stands at one point and looks at another, as in a scene file.
+/// The transform `LookAt(from: …, to: …, up: …)`, as in a scene file.
 pub fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Result<String, String> {
     components::look_at(from, to, up)
 }
 
-/// In here an error is only its reason.
+/// The result of writing a part; errors are reasons without a path.
 type Written<T = String> = Result<T, String>;
 
 fn text(world: &World, scene_path: &Path) -> Written {
     let mut order = world.in_order();
-    // What came with a glTF file will come with it again, so it must not have been changed.
+    // Entities from a glTF file will be read from it again, so they must be unchanged.
     let placed = |entity: hecs::Entity| world.entities.get::<&FromModel>(entity).ok().map(|placed| placed.0);
     if let Some(changed) = order.iter().find(|e| placed(**e).is_some_and(|was| was != world.fingerprint(**e)))
     {
@@ -222,7 +221,7 @@ fn one_entity(
     if let Ok(model) = world.entities.get::<&Model>(entity) {
         keys.push(format!("gltf: {}", paths.model(&model.0).map_err(within)?));
     }
-    // The material's name in the file, or all of it.
+    // The material's name in the file, or its full text.
     let written = |id: MaterialId| match materials.get(&id) {
         Some(name) => quote(name),
         None => {
@@ -248,7 +247,7 @@ fn one_entity(
         keys.push(format!("camera: {}", components::form(&*camera, paths).map_err(within)?));
     }
     if keys.is_empty() {
-        // An entity needs a key, and this one is at its default anyway.
+        // An entity needs at least one key, and this is the default.
         keys.push("transform: ()".to_owned());
     }
     let line = keys.join(", ");
@@ -259,7 +258,7 @@ fn one_entity(
     })
 }
 
-/// The names that entities have, and one for every parent that has none.
+/// The names of entities; unnamed parents get a new name.
 fn entity_names(world: &World, order: &[hecs::Entity]) -> Written<HashMap<hecs::Entity, String>> {
     let mut names = HashMap::new();
     let mut taken = HashSet::new();
@@ -281,9 +280,8 @@ fn entity_names(world: &World, order: &[hecs::Entity]) -> Written<HashMap<hecs::
     Ok(names)
 }
 
-/// The materials that stand in the file's map of materials, and their names there: those
-/// that have one, except where only a mesh file's own triangles use them (the mesh file
-/// brings them along again), and those that several entities share.
+/// The materials for the file's map of materials, and their names in it: named materials, except those used only by the
+/// triangles of mesh files (which are read with the mesh again), and unnamed ones that several entities share.
 fn material_names(world: &World, order: &[hecs::Entity]) -> HashMap<MaterialId, String> {
     let mut users: HashMap<MaterialId, usize> = HashMap::new();
     for entity in order {
@@ -309,7 +307,7 @@ fn material_names(world: &World, order: &[hecs::Entity]) -> HashMap<MaterialId, 
             Some(_) if users == 0 && of_meshes.contains(&id) => continue,
             Some(name) if given.insert(name.clone()) => name.clone(),
             Some(name) => free_name(name, &taken),
-            // A default material takes only two characters to write.
+            // The default material is written inline, in only two characters.
             None if users > 1 && *material != NamedMaterial::default() => {
                 free_name(&format!("material {index}"), &taken)
             }
@@ -321,7 +319,7 @@ fn material_names(world: &World, order: &[hecs::Entity]) -> HashMap<MaterialId, 
     names
 }
 
-/// `wish`, or `wish (2)` and so on.
+/// The first of `wish`, `wish (2)`, … that is not taken.
 fn free_name(wish: &str, taken: &HashSet<String>) -> String {
     let numbered = (2..).map(|number: u64| format!("{wish} ({number})"));
     let mut candidates = std::iter::once(wish.to_owned()).chain(numbered);
@@ -333,7 +331,7 @@ fn lookup(world: &World, id: MaterialId) -> Written<&NamedMaterial> {
     found.ok_or_else(|| format!("there is no material of number {}", id.0))
 }
 
-/// A string as RON writes it.
+/// A string in RON's quotes.
 fn quote(string: &str) -> Written {
     ron::to_string(string).map_err(|error| error.to_string())
 }

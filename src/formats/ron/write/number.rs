@@ -1,10 +1,10 @@
-//! Numbers that read back as the same bits, and what is made of them.
+//! Numbers that read back as the same bits, and tuples, colours and structures of them.
 
 use super::Written;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::world::fields::radians;
 
-/// The shortest digits that lead back to `value`.
+/// The shortest decimal that reads back as `value`.
 pub(super) fn number(value: f32) -> Written {
     if !value.is_finite() {
         return Err(format!("{value} cannot be written: a scene's numbers are finite"));
@@ -13,7 +13,7 @@ pub(super) fn number(value: f32) -> Written {
     Ok(digits.strip_suffix(".0").map_or(digits.clone(), str::to_owned))
 }
 
-/// The shortest degrees that lead back to these radians.
+/// The angle in degrees, as the shortest decimal that reads back as these radians.
 pub(super) fn degrees(angle: f32) -> Written {
     if !angle.is_finite() {
         return Err(format!("{angle} cannot be written: a scene's angles are finite"));
@@ -26,13 +26,13 @@ pub(super) fn degrees(angle: f32) -> Written {
     Ok(rounded.unwrap_or_else(|| format!("{exact:?}")))
 }
 
-/// `(1, 2, 3)`.
+/// A tuple, `(1, 2, 3)`.
 pub(super) fn tuple(values: &[f32]) -> Written {
     let numbers: Vec<String> = values.iter().map(|value| number(*value)).collect::<Written<_>>()?;
     Ok(format!("({})", numbers.join(", ")))
 }
 
-/// One number if all components are equal.
+/// One number if all components are bitwise equal, otherwise a tuple.
 pub(super) fn uniform_or_tuple(values: &[f32]) -> Written {
     match values {
         [first, rest @ ..] if rest.iter().all(|value| value.to_bits() == first.to_bits()) => number(*first),
@@ -45,24 +45,24 @@ pub(super) fn color(color: Rgb) -> Written {
     uniform_or_tuple(&color.to_array())
 }
 
-/// `((x, y, z), …)`.
+/// A tuple of vectors, `((x, y, z), …)`.
 pub(super) fn vectors(vectors: &[Vec3]) -> Written {
     let written: Vec<String> = vectors.iter().map(|v| tuple(&v.to_array())).collect::<Written<_>>()?;
     Ok(format!("({})", written.join(", ")))
 }
 
-/// `((u, v), …)`.
+/// A tuple of pairs, `((u, v), …)`.
 pub(super) fn pairs(pairs: &[Vec2]) -> Written {
     let written: Vec<String> = pairs.iter().map(|v| tuple(&v.to_array())).collect::<Written<_>>()?;
     Ok(format!("({})", written.join(", ")))
 }
 
-/// Whether they are bitwise the same: 0 and −0 compare equal, but are not the same.
+/// Tests for bitwise equality, which tells 0 from −0.
 pub(super) fn same(a: &[f32], b: &[f32]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
-/// The keys of a structure that are not at their defaults.
+/// The keys of a structure, as text.
 #[derive(Default)]
 pub(super) struct Keys(Vec<String>);
 
@@ -88,7 +88,7 @@ impl Keys {
         Ok(())
     }
 
-    /// `Name(key: value, …)`.
+    /// Returns `Name(key: value, …)`.
     pub(super) fn finish(self, name: &str) -> String {
         format!("{name}({})", self.0.join(", "))
     }

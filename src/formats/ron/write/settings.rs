@@ -1,11 +1,12 @@
-//! `settings`.
+//! Writes `settings`.
 
 use super::Written;
 use super::assets::AssetPaths;
 use super::texture::WrittenTextures;
 use crate::world::{Assets, Settings, Transport};
 
-/// `fitting` is the transport, and `fitting_depth` the depth, that a file gets if it does not name one.
+/// The settings that differ from the defaults; `fitting` and `fitting_depth` are the transport and depth of a file that
+/// names none.
 pub(super) fn settings(settings: &Settings, fitting: Transport, fitting_depth: u32) -> Written {
     let (mut settings, assets) = (settings.clone(), Assets::default());
     let mut defaults = Settings { transport: fitting, max_depth: fitting_depth, ..Settings::default() };

@@ -1,4 +1,4 @@
-//! Colours and numbers that may come from textures.
+//! Writes colours and numbers that may come from textures.
 
 use super::Written;
 use super::assets::AssetPaths;
@@ -7,7 +7,7 @@ use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
 use crate::world::{Channel, ColorInput, ScalarInput, Texture, TextureId};
 
-/// Where textures and images are.
+/// Writes values that may refer to textures and images.
 #[derive(Clone, Copy)]
 pub(super) struct WrittenTextures<'a> {
     pub paths: &'a AssetPaths<'a>,
@@ -27,7 +27,7 @@ impl WrittenTextures<'_> {
         }
     }
 
-    /// A number or a texture's channel, which is named if it is not the usual one.
+    /// A number or a texture, with its channel if that is not the usual one.
     pub(super) fn scalar(&self, input: &ScalarInput, usual: Channel) -> Written {
         let Some((id, channel)) = input.texture else { return number(input.factor) };
         let mut keys = self.lookup(id, ColorSpace::Linear)?;
@@ -51,7 +51,7 @@ impl WrittenTextures<'_> {
         texture.ok_or_else(|| format!("there is no texture of number {}", id.0))
     }
 
-    /// The keys that say how a texture is looked up. Values are in `space` unless these say otherwise.
+    /// The keys for a texture lookup that are not at their defaults; the default colour space is `space`.
     fn lookup(&self, id: TextureId, space: ColorSpace) -> Written<Keys> {
         let Texture { filter, wrap: [u, v], scale, rotation, offset, uv_set, color_space, .. } =
             self.get(id)?;
@@ -69,7 +69,7 @@ impl WrittenTextures<'_> {
         Ok(keys)
     }
 
-    /// The short form, if there are no keys.
+    /// Returns `Texture(image: …, …)`, or the short form `Image(…)` if there are no keys.
     fn finish(&self, id: TextureId, mut keys: Keys, channel: Option<Channel>) -> Written {
         let image = self.paths.image(self.get(id)?.image)?;
         if keys.is_empty() {

@@ -16,14 +16,14 @@ pub fn title(what: &EventKind) -> &'static str {
         EventKind::Onward { way: Continuation::Reflect, .. } => "reflected",
         EventKind::Onward { way: Continuation::Refract, .. } => "refracted",
         EventKind::Onward { way: Continuation::Scatter, .. } => "scattered",
-        EventKind::Aside => "put aside",
+        EventKind::Spilled => "put aside",
         EventKind::Received { .. } => "received",
         EventKind::End { .. } => "end",
     }
 }
 
 /// Returns the fields of an event. Floats are printed exactly: different values have different texts.
-pub fn facts(what: &EventKind) -> Vec<(&'static str, String)> {
+pub fn describe(what: &EventKind) -> Vec<(&'static str, String)> {
     match what {
         EventKind::Ray { origin, direction, throughput, hit } => vec![
             ("origin", triple(origin)),
@@ -41,8 +41,8 @@ pub fn facts(what: &EventKind) -> Vec<(&'static str, String)> {
             ("shading normal", triple(normal)),
             ("radiance", triple(radiance)),
         ],
-        EventKind::Choice { emission_share, fate } => {
-            vec![("share of emission", emission_share.to_string()), ("fate", format!("{fate:?}"))]
+        EventKind::Choice { emission_mis_weight, fate } => {
+            vec![("share of emission", emission_mis_weight.to_string()), ("fate", format!("{fate:?}"))]
         }
         EventKind::Gathered { light } | EventKind::Drawn { light } => vec![("light", triple(light))],
         EventKind::Light { light, share, which, origin, direction, distance, contribution } => vec![
@@ -63,7 +63,7 @@ pub fn facts(what: &EventKind) -> Vec<(&'static str, String)> {
             ("direction", triple(direction)),
             ("throughput", triple(throughput)),
         ],
-        EventKind::Aside => Vec::new(),
+        EventKind::Spilled => Vec::new(),
         EventKind::Received { own, shared, vertices } => {
             vec![("own", triple(own)), ("shared", triple(shared)), ("second vertices", vertices.to_string())]
         }

@@ -1,4 +1,4 @@
-//! The tables of `scenes/README.md` are those of the code.
+//! Generates the tables of `scenes/README.md` from the code, and checks that they are up to date.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::world::{
     Anisotropy, Aov, Assets, BlinnPhong, Camera, Falloff, Iridescence, Light, Principled, Settings, Volume,
 };
 
-/// The type of a field, for people.
+/// The human-readable type of a field.
 fn kind(slot: &mut Slot) -> String {
     let bounded = |noun: &str, range: &Range| match range {
         Range::Finite => noun.to_owned(),
@@ -75,7 +75,7 @@ fn kind(slot: &mut Slot) -> String {
 /// A number with commas between thousands.
 fn grouped(number: u32) -> String {
     let digits = number.to_string();
-    let comma = |i: usize| i > 0 && (digits.len() - i) % 3 == 0;
+    let comma = |i: usize| i > 0 && (digits.len() - i).is_multiple_of(3);
     digits.char_indices().map(|(i, c)| if comma(i) { format!(",{c}") } else { c.to_string() }).collect()
 }
 
@@ -88,7 +88,7 @@ fn keys(fields: Vec<Field>) -> String {
     format!("`({}: …)`", names.join(": …, "))
 }
 
-/// A default as a scene file has it.
+/// A default value as in a scene file.
 fn default_text(slot: Slot) -> String {
     let is_part = matches!(slot, Slot::Part(_));
     let is_infinite = matches!(&slot, Slot::Number(value, _) if value.is_infinite());
@@ -105,7 +105,7 @@ fn default_text(slot: Slot) -> String {
     }
 }
 
-/// A row for each field.
+/// A table with a row for each field.
 fn table(part: &mut dyn Fields) -> String {
     let mut text = "| field | type | default | meaning |\n|---|---|---|---|\n".to_owned();
     let (mut plain, mut glass) = (part.defaults(&|_| false), part.defaults(&|key| key == "ior"));
@@ -123,7 +123,7 @@ fn table(part: &mut dyn Fields) -> String {
     text
 }
 
-/// A row for each field of each form.
+/// A table with a row for each field of each form.
 fn table_of_forms(of: &mut dyn Forms) -> String {
     let mut text = format!("| {} | field | type | default | meaning |\n|---|---|---|---|---|\n", of.kind());
     for (index, form) in of.names().iter().enumerate() {
@@ -140,8 +140,8 @@ fn table_of_forms(of: &mut dyn Forms) -> String {
     text
 }
 
-/// Compares the tables of the guide, between `<!-- NAME -->` and the next empty line, with those of the code; writes
-/// them if `UPDATE` is set.
+/// Compares the guide's tables, which extend from `<!-- fields of NAME -->` to the next empty line, with those of the
+/// code; writes them if `UPDATE` is set.
 #[test]
 fn tables_of_the_guide_are_those_of_the_code() {
     let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/README.md");

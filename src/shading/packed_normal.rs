@@ -45,7 +45,7 @@ pub fn from_square<F: Float>(x: F, y: F) -> Vector<F> {
 
 /// Encodes a unit normal in one word. If `both` is set, light from behind counts too.
 #[inline(always)]
-pub fn facing<F: Float>(normal: Vector<F>, both: bool) -> F::Int {
+pub fn packed_normal<F: Float>(normal: Vector<F>, both: bool) -> F::Int {
     let half = F::splat(0.5);
     let (x, y) = to_square(normal);
     let x = ((x * half + half) * F::splat(STEPS_X) + half).clamp(0.0, STEPS_X).to_int();
@@ -60,7 +60,7 @@ fn signed<F: Float>(size: F, of: F) -> F {
 }
 
 impl<F: Float> Facing<F> {
-    /// Decodes a word of [`facing`]; [`NONE`] is no surface.
+    /// Decodes a word of [`packed_normal`]; [`NONE`] is no surface.
     #[inline(always)]
     pub fn new(word: F::Int) -> Self {
         let one = F::one();
@@ -103,12 +103,12 @@ mod tests {
         axes.extend((0..20_000).map(|_| Vec3::from_array([0; 3].map(|_| stream.random_range(-1.0..1.0)))));
         for axis in axes {
             let normal = axis.normalize();
-            let word = facing::<f32>(Vector::splat(normal), false);
+            let word = packed_normal::<f32>(Vector::splat(normal), false);
             let back = Facing::<f32>::new(word);
             let n = back.normal;
             let off = (Vec3::new(n.x, n.y, n.z) - normal).length();
             assert!(off < 1.5e-4 && !back.both && !back.none, "{normal} {off}");
-            let both = Facing::<f32>::new(facing::<f32>(Vector::splat(normal), true));
+            let both = Facing::<f32>::new(packed_normal::<f32>(Vector::splat(normal), true));
             assert!(both.both && !both.none);
         }
         assert!(Facing::<f32>::new(std::num::Wrapping(NONE)).none);
