@@ -1,6 +1,7 @@
 //! The code keeps to the architecture: this reads the sources.
 
 mod lanes;
+mod language;
 mod source;
 
 use std::collections::BTreeSet;
@@ -327,7 +328,7 @@ fn the_python_module_knows_the_forms_of_scene_files() {
     let folder = root().join("src/formats/ron/lower");
     let files = std::fs::read_dir(folder).expect("readers").map(|file| file.expect("a file").path());
     let texts = files
-        .chain([root().join("src/formats/ron/keys.rs")])
+        .chain([root().join("src/formats/ron/keyframes.rs")])
         .map(|path| std::fs::read_to_string(path).expect("text"));
     let is_form = |word: &&str| {
         word.starts_with(|c: char| c.is_ascii_uppercase()) && word.chars().all(|c| c.is_ascii_alphanumeric())
@@ -336,6 +337,24 @@ fn the_python_module_knows_the_forms_of_scene_files() {
     for text in texts {
         // Every second part is within quotes.
         forms.extend(text.split('"').skip(1).step_by(2).filter(is_form).map(str::to_owned));
+    }
+    for file in ["components.rs", "material.rs", "settings.rs"] {
+        let text = std::fs::read_to_string(root().join("src/world").join(file)).expect("text");
+        for table in text.split("\nforms! {\n").skip(1).filter_map(|rest| rest.split("\n}\n").next()) {
+            let variants = table.lines().filter_map(|line| line.strip_prefix("        "));
+            let names = variants.filter_map(|line| line.strip_suffix(" {").or(line.strip_suffix(',')));
+            forms.extend(names.filter(is_form).map(str::to_owned));
+        }
+        for list in text.split("names!(").skip(1).filter_map(|rest| rest.split(");").next()) {
+            let (_, names) = list.split_once('[').expect("a list");
+            forms.extend(
+                names
+                    .split([',', ' ', '\n', ']'])
+                    .filter(|name| !name.is_empty())
+                    .filter(is_form)
+                    .map(str::to_owned),
+            );
+        }
     }
     // Mesh is a class there.
     forms.retain(|form| !["None", "Some", "Mesh"].contains(&form.as_str()));
