@@ -262,7 +262,10 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
         roughness: scalar(m.roughness),
         normal: normal(m.normal),
         bump: m.bump.map(bump),
-        emission: color(m.emission),
+        emission: {
+            let emission = color(m.emission);
+            ColorParam { factor: emission.factor.map(|c| c * m.emission_strength), ..emission }
+        },
         one_sided_emission: !m.double_sided,
         unlit: m.unlit,
         caustics: m.caustics,
