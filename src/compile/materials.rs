@@ -262,10 +262,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
         roughness: scalar(m.roughness),
         normal: normal(m.normal),
         bump: m.bump.map(bump),
-        emission: {
-            let emission = color(m.emission);
-            ColorParam { factor: emission.factor.map(|c| c * m.emission_strength), ..emission }
-        },
+        emission: color(m.emission),
         one_sided_emission: !m.double_sided,
         unlit: m.unlit,
         caustics: m.caustics,

@@ -155,8 +155,6 @@ fields! {
         bump: Option<BumpMap> = None, Bumps;
         /// radiance that the surface emits, W m⁻² sr⁻¹
         emission: ColorInput = ColorInput::default(), ColorMap(Range::From(0.0));
-        /// a factor on `emission` (KHR_materials_emissive_strength)
-        emission_strength: f32 = 1.0, Number(Range::From(0.0));
         /// whether it has a back: if not, rays pass through the back, and it emits no light there; planes and surfaces
         /// with a `volume` always have their backs
         double_sided: bool = false, Flag;
