@@ -60,9 +60,13 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
             Material::BlinnPhong(material) => material,
             Material::Principled(material) => &mut **material,
         };
-        for id in fields::textures(part.fields()) {
-            exists("texture", id.0, assets.textures.len()).map_err(&place)?;
-        }
+        let mut found = Ok(());
+        fields::for_each_texture(part, &mut |id| {
+            if found.is_ok() {
+                found = exists("texture", id.0, assets.textures.len());
+            }
+        });
+        found.map_err(&place)?;
         fields::check(part).map_err(place)?;
     }
     Ok(())
@@ -182,9 +186,13 @@ fn check_shape(shape: &Shape, assets: &Assets) -> Result<(), String> {
 }
 
 fn check_form(form: &mut dyn Forms, assets: &Assets) -> Result<(), String> {
-    for id in fields::textures(form.fields()) {
-        exists("texture", id.0, assets.textures.len())?;
+    let mut found = Ok(());
+    for field in form.fields() {
+        fields::textures(field, &mut |id| {
+            found = found.clone().and(exists("texture", id.0, assets.textures.len()))
+        });
     }
+    found?;
     for id in fields::images(form.fields()) {
         exists("image", id.0, assets.images.len())?;
     }

@@ -17,6 +17,8 @@ pub(crate) enum Range {
     Finite,
     /// Finite, and above 0.
     Above0,
+    /// A number like [`Range::Above0`], infinite if it is left out.
+    Distance,
     /// Finite, and at least the number.
     From(f32),
     /// Finite, and between the numbers, both included.
@@ -34,7 +36,7 @@ impl Range {
         value.is_finite()
             && match self {
                 Range::Finite => true,
-                Range::Above0 => value > 0.0,
+                Range::Above0 | Range::Distance => value > 0.0,
                 Range::From(least) => value >= least,
                 Range::FromTo(least, most) => (least..=most).contains(&value),
                 Range::Between(least, most) => least < value && value < most,
@@ -47,7 +49,7 @@ impl std::fmt::Display for Range {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Range::Finite => f.write_str("finite"),
-            Range::Above0 => f.write_str("above 0"),
+            Range::Above0 | Range::Distance => f.write_str("above 0"),
             Range::From(least) => write!(f, "at least {least}"),
             Range::FromTo(least, most) => write!(f, "from {least} to {most}"),
             Range::Between(least, most) => write!(f, "above {least} and below {most}"),
@@ -148,8 +150,15 @@ pub(crate) trait Fields {
     /// The name of the structure in messages, with an article.
     fn what(&self) -> &'static str;
 
-    /// The fields, in the order in which they are written.
-    fn fields(&mut self) -> Vec<Field<'_>>;
+    /// Calls a function with each field, in the order in which they are written.
+    fn visit<'a>(&'a mut self, visitor: &mut dyn FnMut(Field<'a>));
+
+    /// The fields in that order.
+    fn fields(&mut self) -> Vec<Field<'_>> {
+        let mut fields = Vec::new();
+        self.visit(&mut |field| fields.push(field));
+        fields
+    }
 
     /// A structure of this type with all fields at their defaults; these may depend on the keys for which `is_given` is
     /// true.
@@ -196,15 +205,19 @@ pub(crate) trait Forms {
     fn defaults(&self) -> Box<dyn Forms>;
 }
 
+/// Calls a function with each field of a structure, including those of its [`Slot::Inline`] structures.
+pub(crate) fn visit_all<'a>(part: &'a mut dyn Fields, visitor: &mut dyn FnMut(Field<'a>)) {
+    part.visit(&mut |field| match field.slot {
+        Slot::Inline(part) => visit_all(part, visitor),
+        _ => visitor(field),
+    });
+}
+
 /// The fields of a structure, including those of its [`Slot::Inline`] structures.
 pub(crate) fn all_fields(part: &mut dyn Fields) -> Vec<Field<'_>> {
-    fn one(field: Field) -> Vec<Field> {
-        match field.slot {
-            Slot::Inline(part) => all_fields(part),
-            _ => vec![field],
-        }
-    }
-    part.fields().into_iter().flat_map(one).collect()
+    let mut fields = Vec::new();
+    visit_all(part, &mut |field| fields.push(field));
+    fields
 }
 
 /// Declares a structure, its defaults and its table of fields. Each field is
@@ -238,17 +251,15 @@ macro_rules! fields {
                 $what
             }
 
-            fn fields(&mut self) -> Vec<$crate::world::fields::Field<'_>> {
-                vec![$(
-                    $crate::world::fields::Field {
-                        name: $crate::world::fields::fields!(@key $field $($key)?),
-                        aliases: &[$($($alias),*)?],
-                        old: &[$($old)?],
-                        required: false,
-                        doc: concat!($($doc),+),
-                        slot: $crate::world::fields::Slot::$kind(&mut self.$field $(, $($argument),+)?),
-                    },
-                )+]
+            fn visit<'a>(&'a mut self, visitor: &mut dyn FnMut($crate::world::fields::Field<'a>)) {
+                $( visitor($crate::world::fields::Field {
+                    name: $crate::world::fields::fields!(@key $field $($key)?),
+                    aliases: &[$($($alias),*)?],
+                    old: &[$($old)?],
+                    required: false,
+                    doc: concat!($($doc),+),
+                    slot: $crate::world::fields::Slot::$kind(&mut self.$field $(, $($argument),+)?),
+                }); )+
             }
 
             fn defaults(&self, is_given: &dyn Fn(&str) -> bool) -> Box<dyn $crate::world::fields::Fields> {
@@ -361,83 +372,103 @@ macro_rules! names {
 
 pub(crate) use {fields, forms, names};
 
-/// The textures that fields refer to.
-pub(crate) fn textures(fields: Vec<Field>) -> Vec<TextureId> {
-    fields
-        .into_iter()
-        .flat_map(|field| match field.slot {
-            Slot::ColorMap(ColorInput::Texture(id), _) => vec![*id],
-            Slot::NumberMap(ScalarInput { texture: Some((id, _)), .. }, _) => vec![*id],
-            Slot::ChannelMap(Some((id, _)), _) | Slot::DataMap(Some(id)) => vec![*id],
-            Slot::Normals(Some(NormalMap { texture, .. })) | Slot::Bumps(Some(BumpMap { texture, .. })) => {
-                vec![*texture]
-            }
-            Slot::Profile(texture) => vec![*texture],
-            Slot::Part(part) => textures(part.fields()),
-            Slot::OptionalPart(part) => part.part().map(|part| textures(part.fields())).unwrap_or_default(),
-            _ => Vec::new(),
-        })
-        .collect()
+/// Calls a function with each texture of a structure.
+pub(crate) fn for_each_texture(part: &mut dyn Fields, found: &mut dyn FnMut(TextureId)) {
+    part.visit(&mut |field| textures(field, found));
 }
 
-/// Checks the numbers of a structure; the error describes the first one out of its range. Defaults need not be finite,
-/// and colours set by a program may be above 1.
-pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
-    let mut defaults = part.defaults(&|_| false);
-    check_fields(all_fields(part), all_fields(&mut *defaults))
-}
-
-/// Checks the numbers of a form, as [`check`] does for a structure.
-pub(crate) fn check_form(form: &mut dyn Forms) -> Result<(), String> {
-    let mut defaults = form.defaults();
-    check_fields(form.fields(), defaults.fields())
-}
-
-fn check_fields(fields: Vec<Field>, defaults: Vec<Field>) -> Result<(), String> {
-    for (Field { name, slot, .. }, default) in fields.into_iter().zip(defaults) {
-        match (slot, default.slot) {
-            (Slot::Number(value, _), Slot::Number(default, _)) if value == default => {}
-            (Slot::Number(value, range) | Slot::OptionalNumber(Some(value), range), _) => {
-                number(name, *value, range)?;
-            }
-            (Slot::Degrees(angle, range), _) => number(name, angle.to_degrees(), range)?,
-            (Slot::Azimuth(angle), _) => number(name, *angle, Range::Finite)?,
-            (Slot::Sides(size), _) => {
-                above("its width", size.x, 0.0)?;
-                above("its height", size.y, 0.0)?;
-            }
-            (Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _), _) => {
-                check_color(name, *color)?;
-            }
-            (Slot::NumberMap(input, _), _) => within(name, input.factor, 0.0, 1.0)?,
-            (Slot::Whole(value, least, most), _) => whole(name, *value, least, most)?,
-            (Slot::OptionalWhole(Some(value), most), _) => whole(name, *value, 0, most)?,
-            (Slot::Size(size), _) => {
-                for (name, value) in ["width", "height"].into_iter().zip(size) {
-                    whole(name, *value, 1, Settings::MOST_PIXELS_A_SIDE)?;
-                }
-            }
-            (Slot::Sharing(Sharing::Groups(pixels)), _) if !Sharing::SIZES.contains(pixels) => {
-                return Err(format!("{name} is {pixels}: it must be one of {:?}", Sharing::SIZES));
-            }
-            (Slot::Caustics(Caustics::Photons { photons, radius }), _) => {
-                above("the photons of caustics", *photons, 0.0)?;
-                within("the photons of caustics", *photons, 0.0, Caustics::MOST_PHOTONS)?;
-                within("the radius of caustics", *radius, Caustics::LEAST_RADIUS, Caustics::LARGEST_RADIUS)?;
-            }
-            (Slot::Background(Background::Constant(color)), _) => check_color(name, *color)?,
-            (Slot::Background(Background::Gradient { bottom, top }), _) => {
-                check_color(name, *bottom)?;
-                check_color(name, *top)?;
-            }
-            (Slot::Form(form), _) => {
-                let kind = form.kind();
-                check_form(form).map_err(|reason| format!("the {kind}'s {reason}"))?;
-            }
-            (Slot::Part(part), _) => check(part)?,
-            (Slot::OptionalPart(part), _) => part.part().map_or(Ok(()), check)?,
-            _ => {}
+/// Calls a function with each texture of a field.
+pub(crate) fn textures(field: Field, found: &mut dyn FnMut(TextureId)) {
+    match field.slot {
+        Slot::ColorMap(ColorInput::Texture(id), _) | Slot::DataMap(Some(id)) | Slot::Profile(id) => {
+            found(*id)
         }
+        Slot::NumberMap(ScalarInput { texture: Some((id, _)), .. }, _)
+        | Slot::ChannelMap(Some((id, _)), _) => {
+            found(*id);
+        }
+        Slot::Normals(Some(NormalMap { texture, .. })) | Slot::Bumps(Some(BumpMap { texture, .. })) => {
+            found(*texture);
+        }
+        Slot::Part(part) => for_each_texture(part, found),
+        Slot::OptionalPart(part) => {
+            if let Some(part) = part.part() {
+                for_each_texture(part, found);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The images of fields that are no textures.
+pub(crate) fn images(fields: Vec<Field>) -> Vec<ImageId> {
+    let image = |field: Field| match field.slot {
+        Slot::Image(image) => *image,
+        _ => None,
+    };
+    fields.into_iter().filter_map(image).collect()
+}
+
+/// Errors: the first number of a structure that is out of its range. Colours of a program may be above 1.
+pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
+    let mut result = Ok(());
+    visit_all(part, &mut |field| {
+        if result.is_ok() {
+            result = check_field(field);
+        }
+    });
+    result
+}
+
+/// Checks a form like [`check`].
+pub(crate) fn check_form(form: &mut dyn Forms) -> Result<(), String> {
+    form.fields().into_iter().try_for_each(check_field)
+}
+
+fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
+    match slot {
+        // A distance that a scene file leaves out.
+        Slot::Number(value, Range::Distance) if *value == f32::INFINITY => {}
+        Slot::Number(value, range) | Slot::OptionalNumber(Some(value), range) => {
+            number(name, *value, range)?;
+        }
+        Slot::Degrees(angle, range) => number(name, angle.to_degrees(), range)?,
+        Slot::Azimuth(angle) => number(name, *angle, Range::Finite)?,
+        Slot::Sides(size) => {
+            above("its width", size.x, 0.0)?;
+            above("its height", size.y, 0.0)?;
+        }
+        Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _) => {
+            check_color(name, *color)?;
+        }
+        Slot::NumberMap(input, _) => within(name, input.factor, 0.0, 1.0)?,
+        Slot::Whole(value, least, most) => whole(name, *value, least, most)?,
+        Slot::OptionalWhole(Some(value), most) => whole(name, *value, 0, most)?,
+        Slot::Size(size) => {
+            for (name, value) in ["width", "height"].into_iter().zip(size) {
+                whole(name, *value, 1, Settings::MOST_PIXELS_A_SIDE)?;
+            }
+        }
+        Slot::Sharing(Sharing::Groups(pixels)) if !Sharing::SIZES.contains(pixels) => {
+            return Err(format!("{name} is {pixels}: it must be one of {:?}", Sharing::SIZES));
+        }
+        Slot::Caustics(Caustics::Photons { photons, radius }) => {
+            above("the photons of caustics", *photons, 0.0)?;
+            within("the photons of caustics", *photons, 0.0, Caustics::MOST_PHOTONS)?;
+            within("the radius of caustics", *radius, Caustics::LEAST_RADIUS, Caustics::LARGEST_RADIUS)?;
+        }
+        Slot::Background(Background::Constant(color)) => check_color(name, *color)?,
+        Slot::Background(Background::Gradient { bottom, top }) => {
+            check_color(name, *bottom)?;
+            check_color(name, *top)?;
+        }
+        Slot::Form(form) => {
+            let kind = form.kind();
+            check_form(form).map_err(|reason| format!("the {kind}'s {reason}"))?;
+        }
+        Slot::Part(part) => check(part)?,
+        Slot::OptionalPart(part) => part.part().map_or(Ok(()), check)?,
+        _ => {}
     }
     Ok(())
 }
@@ -445,7 +476,7 @@ fn check_fields(fields: Vec<Field>, defaults: Vec<Field>) -> Result<(), String> 
 fn number(name: &str, value: f32, range: Range) -> Result<(), String> {
     match range {
         Range::Finite => within(name, value, -f32::MAX, f32::MAX),
-        Range::Above0 => above(name, value, 0.0),
+        Range::Above0 | Range::Distance => above(name, value, 0.0),
         Range::From(least) => within(name, value, least, f32::MAX),
         Range::FromTo(least, most) => within(name, value, least, most),
         Range::Between(least, most) if value > least && value < most => Ok(()),
@@ -460,15 +491,6 @@ fn whole(name: &str, value: u32, least: u32, most: u32) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("{name} is {value}: it must be {least} to {most}"))
-}
-
-/// The images that fields refer to without a texture.
-pub(crate) fn images(fields: Vec<Field>) -> Vec<ImageId> {
-    let image = |field: Field| match field.slot {
-        Slot::Image(image) => *image,
-        _ => None,
-    };
-    fields.into_iter().filter_map(image).collect()
 }
 
 /// Converts degrees to radians, as stored in worlds. Degrees are 64-bit numbers so that every 32-bit number of radians

@@ -244,7 +244,7 @@ fields! {
         /// what is left of white light after the distance, neither absorbed nor scattered
         attenuation_color: Rgb = Rgb::WHITE, Color(Range::UNIT);
         /// the distance, in metres; without one the body is clear
-        attenuation_distance ["attenuation_distance_m"] old ["attenuation_distance"]: f32 = f32::INFINITY, Number(Range::Above0);
+        attenuation_distance ["attenuation_distance_m"] old ["attenuation_distance"]: f32 = f32::INFINITY, Number(Range::Distance);
         /// the colour of a body so large that all light that leaves it has been scattered many times; it determines
         /// which part of the attenuation is scattering (Kulla and Conty 2017): the rest is absorbed, all of it at 0
         multiscatter_color: Rgb = Rgb::BLACK, Color(Range::UNIT);

@@ -5,17 +5,20 @@ use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, SceneText};
 use crate::math::Vec2;
 use crate::world::Settings;
-use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields, radians};
+use crate::world::fields::{Field, Fields, Forms, Range, Slot, radians, visit_all};
 
 /// The keys and values of a structure, in file order.
 type Members<'a> = [(&'a str, Raw<'a>)];
+
+/// Calls a function with each of some fields.
+type VisitFields<'f> = dyn FnMut(&mut dyn FnMut(Field)) + 'f;
 
 impl<'a> Lowering<'_, 'a> {
     /// Sets the fields given in `(key: value, …)`; all others keep their values.
     pub(super) fn structure(&mut self, raw: Raw<'a>, to: &mut dyn Fields) -> Result<(), LoadError> {
         let what = to.what();
         let members = self.source.structure(raw, what)?;
-        self.fill(&members, (what, raw.0), None, all_fields(to))
+        self.fill(&members, (what, raw.0), None, &mut |each| visit_all(to, &mut |field| each(field)))
     }
 
     /// Sets the fields given by `members`; messages name the `owner` of a field, if there is one.
@@ -24,26 +27,34 @@ impl<'a> Lowering<'_, 'a> {
         members: &Members<'a>,
         (what, place): (&str, &str),
         owner: Option<&str>,
-        fields: Vec<Field>,
+        fields: &mut VisitFields,
     ) -> Result<(), LoadError> {
-        let source = self.source;
-        source.check_keys(members, what, &fields)?;
-        for field in fields {
-            let Some((_, raw)) = members.iter().find(|(key, _)| field.is_called(key)) else {
-                if field.required {
-                    return Err(source.error(place, format!("{what} needs the field \"{}\"", field.name)));
+        self.source.check_keys(members, what, fields)?;
+        let mut result = Ok(());
+        fields(&mut |field| {
+            let given = members.iter().find(|(key, _)| field.is_called(key));
+            match given {
+                _ if result.is_err() => {}
+                Some((_, raw)) => result = self.set(*raw, owner, field),
+                None if field.required => {
+                    let reason = format!("{what} needs the field \"{}\"", field.name);
+                    result = Err(self.source.error(place, reason));
                 }
-                continue;
-            };
-            match (source.optional(*raw), field.slot) {
-                (Some(raw), slot) => match owner {
-                    Some(owner) => self.read(raw, &format!("the {owner}'s {}", field.name), slot)?,
-                    None => self.read(raw, field.name, slot)?,
-                },
-                (None, Slot::OptionalNumber(to, _)) => *to = None,
-                (None, Slot::OptionalWhole(to, _)) => *to = None,
-                (None, _) => {}
+                None => {}
             }
+        });
+        result
+    }
+
+    fn set(&mut self, raw: Raw<'a>, owner: Option<&str>, field: Field) -> Result<(), LoadError> {
+        match (self.source.optional(raw), field.slot) {
+            (Some(raw), slot) => match owner {
+                Some(owner) => return self.read(raw, &format!("the {owner}'s {}", field.name), slot),
+                None => return self.read(raw, field.name, slot),
+            },
+            (None, Slot::OptionalNumber(to, _)) => *to = None,
+            (None, Slot::OptionalWhole(to, _)) => *to = None,
+            (None, _) => {}
         }
         Ok(())
     }
@@ -107,12 +118,13 @@ impl<'a> Lowering<'_, 'a> {
         };
         let found = names.iter().position(|name| *name == variant.name);
         to.set_form(found.ok_or_else(|| source.unknown(variant.name, kind, names))?);
-        let fields = to.fields();
-        if fields.is_empty() {
+        if to.fields().is_empty() {
             return source.no_fields(variant);
         }
         let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
-        self.fill(&members, (variant.name, variant.name), Some(kind), fields)
+        self.fill(&members, (variant.name, variant.name), Some(kind), &mut |each| {
+            to.fields().into_iter().for_each(&mut *each)
+        })
     }
 }
 
@@ -140,18 +152,33 @@ impl<'a> SceneText<'a> {
     }
 
     /// Returns an error for an unknown key, or a second key for the same field.
-    fn check_keys(&self, members: &Members<'a>, what: &str, fields: &[Field]) -> Result<(), LoadError> {
-        let mut given = vec![false; fields.len()];
-        for (key, _) in members {
-            let Some(field) = fields.iter().position(|field| field.is_called(key)) else {
-                let known = fields.iter().flat_map(|field| std::iter::once(&field.name).chain(field.aliases));
-                return Err(self.unknown_field(key, what, &known.copied().collect::<Vec<_>>()));
-            };
-            if std::mem::replace(&mut given[field], true) {
-                let name = fields[field].name;
-                return Err(self.error(key, format!("{what} has the field \"{name}\" twice")));
+    fn check_keys(
+        &self,
+        members: &Members<'a>,
+        what: &str,
+        fields: &mut VisitFields,
+    ) -> Result<(), LoadError> {
+        let mut is_known = vec![false; members.len()];
+        let mut second = None;
+        fields(&mut |field| {
+            let mut given = false;
+            for ((key, _), is_known) in members.iter().zip(&mut is_known) {
+                if !*is_known && field.is_called(key) {
+                    *is_known = true;
+                    if std::mem::replace(&mut given, true) && second.is_none() {
+                        second = Some((*key, field.name));
+                    }
+                }
             }
+        });
+        if let Some(unknown) = is_known.iter().position(|is_known| !is_known) {
+            let mut known = Vec::new();
+            fields(&mut |field| known.extend(std::iter::once(&field.name).chain(field.aliases).copied()));
+            return Err(self.unknown_field(members[unknown].0, what, &known));
         }
-        Ok(())
+        match second {
+            Some((key, name)) => Err(self.error(key, format!("{what} has the field \"{name}\" twice"))),
+            None => Ok(()),
+        }
     }
 }

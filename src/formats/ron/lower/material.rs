@@ -65,7 +65,9 @@ impl<'a> Lowering<'_, 'a> {
             members.iter().any(|(given, raw)| *given == key && self.source.optional(*raw).is_some())
         };
         let mut material = BlinnPhong::with_keys(&is_given);
-        self.fill(&members, ("BlinnPhong", raw.0), None, material.fields())?;
+        self.fill(&members, ("BlinnPhong", raw.0), None, &mut |each| {
+            material.visit(&mut |field| each(field))
+        })?;
         Ok(Material::BlinnPhong(material))
     }
 }

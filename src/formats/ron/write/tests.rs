@@ -14,7 +14,7 @@ use crate::world::{
 fn kind(slot: &mut Slot) -> String {
     let bounded = |noun: &str, range: &Range| match range {
         Range::Finite => noun.to_owned(),
-        Range::Above0 => format!("{noun}, above 0"),
+        Range::Above0 | Range::Distance => format!("{noun}, above 0"),
         Range::Between(least, most) => format!("{noun}, above {least} and below {most}"),
         Range::From(least) => format!("{noun}, at least {least}"),
         Range::FromTo(least, most) => format!("{noun}, {least} to {most}"),
