@@ -11,6 +11,7 @@ use crate::denoise::Denoised;
 use crate::formats::film_file::FilmHeader;
 use crate::integrator::{Schedule, Stage};
 use crate::render::Session;
+use crate::world::Settings;
 
 /// The wall-clock time of each phase.
 #[derive(Default)]
@@ -42,7 +43,11 @@ pub fn noise_line(noise: f64, samples: f64, with_options: bool) -> String {
     }
     // The error is inversely proportional to the square root of the number of samples.
     let needed = (4.0 * samples).round() as u64;
-    let options = if with_options { format!(" (--spp {needed}), or --denoise") } else { String::new() };
+    let options = match with_options {
+        true if needed <= Settings::MOST_SAMPLES.into() => format!(" (--spp {needed}), or --denoise"),
+        true => ", or --denoise".to_owned(),
+        false => String::new(),
+    };
     let (noise, needed) = (100.0 * noise, count(needed));
     format!("{noise:.2} % of the mean brightness (estimate); halved at {needed} samples per pixel{options}")
 }

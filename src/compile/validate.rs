@@ -4,12 +4,11 @@
 use hecs::Entity;
 
 use crate::error::CompileError;
-use crate::world::bounds::{above, within};
-use crate::world::fields::{self, Fields, Forms};
+use crate::world::bounds::{self, above, check as check_fields, within};
+use crate::world::fields::{self, Forms};
 use crate::world::transforms::entity_error;
 use crate::world::{
-    Assets, Camera, Image, Light, Material, MaterialId, Mesh, Overrides, Parent, Settings, Shape, Texels,
-    World,
+    Assets, Camera, Image, Light, MaterialId, Mesh, Overrides, Parent, Settings, Shape, Texels, World,
 };
 
 /// Checks a world; the error describes the first fault.
@@ -56,10 +55,7 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
     for (number, named) in assets.materials.iter().enumerate() {
         let place = in_place("material", number, named.name.as_deref().unwrap_or(""));
         let mut material = named.material.clone();
-        let part: &mut dyn Fields = match &mut material {
-            Material::BlinnPhong(material) => material,
-            Material::Principled(material) => &mut **material,
-        };
+        let part = material.part();
         let mut found = Ok(());
         fields::for_each_texture(part, &mut |id| {
             if found.is_ok() {
@@ -67,7 +63,7 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
             }
         });
         found.map_err(&place)?;
-        fields::check(part).map_err(place)?;
+        check_fields(part).map_err(place)?;
     }
     Ok(())
 }
@@ -196,7 +192,7 @@ fn check_form(form: &mut dyn Forms, assets: &Assets) -> Result<(), String> {
     for id in fields::images(form.fields()) {
         exists("image", id.0, assets.images.len())?;
     }
-    fields::check_form(form)
+    bounds::check_form(form)
 }
 
 #[cfg(test)]
@@ -207,7 +203,8 @@ mod tests {
     use crate::math::{Vec2, Vec3};
     use crate::world::PixelFilter;
     use crate::world::{
-        ColorInput, Falloff, ImageId, MeshId, Principled, ScalarInput, Texture, TextureId, Transform,
+        ColorInput, Falloff, ImageId, Material, MeshId, Principled, ScalarInput, Texture, TextureId,
+        Transform,
     };
 
     fn world() -> World {

@@ -48,7 +48,7 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 ///
 /// # Safety
 ///
-/// As for [`run`].
+/// The conditions of [`run`] hold.
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
@@ -59,7 +59,7 @@ unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
 ///
 /// # Safety
 ///
-/// As for [`run`].
+/// The conditions of [`run`] hold.
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 unsafe fn part_outlined<P: Outlined>(part: P) -> P::Output {
@@ -301,7 +301,7 @@ impl Float for F32x8 {
 ///
 /// # Safety
 ///
-/// As for [`run`].
+/// The conditions of [`run`] hold.
 #[inline(always)]
 pub(super) unsafe fn half_bytes_in_reverse(by: u32) -> __m128i {
     let table: [u8; 16] = std::array::from_fn(|half| (half as u8).reverse_bits() >> 4 << by);
@@ -313,7 +313,7 @@ pub(super) unsafe fn half_bytes_in_reverse(by: u32) -> __m128i {
 ///
 /// # Safety
 ///
-/// As for [`run`].
+/// The conditions of [`run`] hold.
 #[inline(always)]
 pub(super) unsafe fn bytes_in_reverse() -> __m128i {
     // SAFETY: by the caller.
@@ -459,7 +459,7 @@ static PACKED: [u64; 256] = {
 ///
 /// # Safety
 ///
-/// As for [`run`].
+/// The conditions of [`run`] hold.
 #[inline(always)]
 unsafe fn front(mask: M32x8) -> __m256i {
     let lanes = PACKED[mask.bits() as usize & 255];

@@ -47,7 +47,7 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
 ///
 /// # Safety
 ///
-/// As for [`run`].
+/// The conditions of [`run`] hold.
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
@@ -58,7 +58,7 @@ unsafe fn run_outlined<K: Kernel>(kernel: K) -> K::Output {
 ///
 /// # Safety
 ///
-/// As for [`run`].
+/// The conditions of [`run`] hold.
 #[inline(never)]
 #[target_feature(enable = "avx,avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 unsafe fn part_outlined<P: Outlined>(part: P) -> P::Output {

@@ -1,6 +1,9 @@
 //! Range checks of the numbers in worlds built by programs and in film records. Readers of scene files produce only
 //! numbers that pass.
 
+use super::fields::{Field, Fields, Forms, Range, Slot, visit_all};
+use super::material::ColorInput;
+use super::settings::{Background, Caustics, Settings, Sharing};
 use crate::math::Rgb;
 
 /// Checks that a number or an angle is within a range, up to rounding.
@@ -31,4 +34,86 @@ pub(crate) fn check_color(what: &str, color: Rgb) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("{what} is {:?}: it must be nowhere below 0, and finite", color.to_array()))
+}
+
+/// Errors: the first number of a structure that is out of its range. Colours of a program may be above 1.
+pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
+    let mut result = Ok(());
+    visit_all(part, &mut |field| {
+        if result.is_ok() {
+            result = check_field(field);
+        }
+    });
+    result
+}
+
+/// Checks a form like [`check`].
+pub(crate) fn check_form(form: &mut dyn Forms) -> Result<(), String> {
+    form.fields().into_iter().try_for_each(check_field)
+}
+
+fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
+    match slot {
+        // A distance that a scene file leaves out.
+        Slot::Number(value, Range::Distance) if *value == f32::INFINITY => {}
+        Slot::Number(value, range) | Slot::OptionalNumber(Some(value), range) => {
+            number(name, *value, range)?;
+        }
+        // Degrees of a large number of radians may be infinite.
+        Slot::Azimuth(angle) | Slot::Degrees(angle, Range::Finite) => number(name, *angle, Range::Finite)?,
+        Slot::Degrees(angle, range) => number(name, angle.to_degrees(), range)?,
+        Slot::Sides(size) => {
+            above("its width", size.x, 0.0)?;
+            above("its height", size.y, 0.0)?;
+        }
+        Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _) => {
+            check_color(name, *color)?;
+        }
+        Slot::NumberMap(input, _) => within(name, input.factor, 0.0, 1.0)?,
+        Slot::Whole(value, least, most) => whole(name, *value, least, most)?,
+        Slot::OptionalWhole(Some(value), most) => whole(name, *value, 0, most)?,
+        Slot::Size(size) => {
+            for (name, value) in ["width", "height"].into_iter().zip(size) {
+                whole(name, *value, 1, Settings::MOST_PIXELS_A_SIDE)?;
+            }
+        }
+        Slot::Sharing(Sharing::Groups(pixels)) if !Sharing::SIZES.contains(pixels) => {
+            return Err(format!("{name} is {pixels}: it must be one of {:?}", Sharing::SIZES));
+        }
+        Slot::Caustics(Caustics::Photons { photons, radius }) => {
+            number("the photons of caustics", *photons, Caustics::PHOTON_RANGE)?;
+            number("the radius of caustics", *radius, Caustics::RADIUS_RANGE)?;
+        }
+        Slot::Background(Background::Constant(color)) => check_color(name, *color)?,
+        Slot::Background(Background::Gradient { bottom, top }) => {
+            check_color(name, *bottom)?;
+            check_color(name, *top)?;
+        }
+        Slot::Form(form) => {
+            let kind = form.kind();
+            check_form(form).map_err(|reason| format!("the {kind}'s {reason}"))?;
+        }
+        Slot::Part(part) => check(part)?,
+        Slot::OptionalPart(part) => part.part().map_or(Ok(()), check)?,
+        _ => {}
+    }
+    Ok(())
+}
+
+fn number(name: &str, value: f32, range: Range) -> Result<(), String> {
+    match range {
+        Range::Finite => within(name, value, -f32::MAX, f32::MAX),
+        Range::Above0 | Range::Distance => above(name, value, 0.0),
+        Range::From(least) => within(name, value, least, f32::MAX),
+        Range::FromTo(least, most) => within(name, value, least, most),
+        Range::UpTo(_) | Range::Between(..) if range.contains(value) => Ok(()),
+        Range::UpTo(_) | Range::Between(..) => Err(format!("{name} is {value}: it must be {range}")),
+    }
+}
+
+fn whole(name: &str, value: u32, least: u32, most: u32) -> Result<(), String> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(format!("{name} is {value}: it must be {least} to {most}"))
 }

@@ -6,9 +6,8 @@
 use crate::math::{Rgb, Vec2};
 
 use super::assets::{ImageId, TextureId};
-use super::bounds::{above, check_color, within};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
-use super::settings::{Aov, Background, Caustics, Settings, Sharing, Transport};
+use super::settings::{Aov, Background, Caustics, Sharing, Transport};
 
 /// The range of a field's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +22,8 @@ pub(crate) enum Range {
     From(f32),
     /// Finite, and between the numbers, both included.
     FromTo(f32, f32),
+    /// Above 0, and at most the number.
+    UpTo(f32),
     /// Finite, and between the numbers, both excluded.
     Between(f32, f32),
 }
@@ -39,6 +40,7 @@ impl Range {
                 Range::Above0 | Range::Distance => value > 0.0,
                 Range::From(least) => value >= least,
                 Range::FromTo(least, most) => (least..=most).contains(&value),
+                Range::UpTo(most) => value > 0.0 && value <= most,
                 Range::Between(least, most) => least < value && value < most,
             }
     }
@@ -52,6 +54,7 @@ impl std::fmt::Display for Range {
             Range::Above0 | Range::Distance => f.write_str("above 0"),
             Range::From(least) => write!(f, "at least {least}"),
             Range::FromTo(least, most) => write!(f, "from {least} to {most}"),
+            Range::UpTo(most) => write!(f, "above 0 and at most {most}"),
             Range::Between(least, most) => write!(f, "above {least} and below {most}"),
         }
     }
@@ -138,7 +141,12 @@ pub(crate) struct Field<'a> {
     pub slot: Slot<'a>,
 }
 
-impl Field<'_> {
+impl<'a> Field<'a> {
+    /// A field without other keys, which occurs in no table.
+    pub(crate) fn plain(name: &'static str, required: bool, slot: Slot<'a>) -> Self {
+        Self { name, aliases: &[], old: &[], doc: "", required, slot }
+    }
+
     /// True if the key is the field's name, an alias or an old key.
     pub(crate) fn is_called(&self, key: &str) -> bool {
         self.name == key || self.aliases.contains(&key) || self.old.contains(&key)
@@ -407,90 +415,6 @@ pub(crate) fn images(fields: Vec<Field>) -> Vec<ImageId> {
         _ => None,
     };
     fields.into_iter().filter_map(image).collect()
-}
-
-/// Errors: the first number of a structure that is out of its range. Colours of a program may be above 1.
-pub(crate) fn check(part: &mut dyn Fields) -> Result<(), String> {
-    let mut result = Ok(());
-    visit_all(part, &mut |field| {
-        if result.is_ok() {
-            result = check_field(field);
-        }
-    });
-    result
-}
-
-/// Checks a form like [`check`].
-pub(crate) fn check_form(form: &mut dyn Forms) -> Result<(), String> {
-    form.fields().into_iter().try_for_each(check_field)
-}
-
-fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
-    match slot {
-        // A distance that a scene file leaves out.
-        Slot::Number(value, Range::Distance) if *value == f32::INFINITY => {}
-        Slot::Number(value, range) | Slot::OptionalNumber(Some(value), range) => {
-            number(name, *value, range)?;
-        }
-        Slot::Degrees(angle, range) => number(name, angle.to_degrees(), range)?,
-        Slot::Azimuth(angle) => number(name, *angle, Range::Finite)?,
-        Slot::Sides(size) => {
-            above("its width", size.x, 0.0)?;
-            above("its height", size.y, 0.0)?;
-        }
-        Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _) => {
-            check_color(name, *color)?;
-        }
-        Slot::NumberMap(input, _) => within(name, input.factor, 0.0, 1.0)?,
-        Slot::Whole(value, least, most) => whole(name, *value, least, most)?,
-        Slot::OptionalWhole(Some(value), most) => whole(name, *value, 0, most)?,
-        Slot::Size(size) => {
-            for (name, value) in ["width", "height"].into_iter().zip(size) {
-                whole(name, *value, 1, Settings::MOST_PIXELS_A_SIDE)?;
-            }
-        }
-        Slot::Sharing(Sharing::Groups(pixels)) if !Sharing::SIZES.contains(pixels) => {
-            return Err(format!("{name} is {pixels}: it must be one of {:?}", Sharing::SIZES));
-        }
-        Slot::Caustics(Caustics::Photons { photons, radius }) => {
-            above("the photons of caustics", *photons, 0.0)?;
-            within("the photons of caustics", *photons, 0.0, Caustics::MOST_PHOTONS)?;
-            within("the radius of caustics", *radius, Caustics::LEAST_RADIUS, Caustics::LARGEST_RADIUS)?;
-        }
-        Slot::Background(Background::Constant(color)) => check_color(name, *color)?,
-        Slot::Background(Background::Gradient { bottom, top }) => {
-            check_color(name, *bottom)?;
-            check_color(name, *top)?;
-        }
-        Slot::Form(form) => {
-            let kind = form.kind();
-            check_form(form).map_err(|reason| format!("the {kind}'s {reason}"))?;
-        }
-        Slot::Part(part) => check(part)?,
-        Slot::OptionalPart(part) => part.part().map_or(Ok(()), check)?,
-        _ => {}
-    }
-    Ok(())
-}
-
-fn number(name: &str, value: f32, range: Range) -> Result<(), String> {
-    match range {
-        Range::Finite => within(name, value, -f32::MAX, f32::MAX),
-        Range::Above0 | Range::Distance => above(name, value, 0.0),
-        Range::From(least) => within(name, value, least, f32::MAX),
-        Range::FromTo(least, most) => within(name, value, least, most),
-        Range::Between(least, most) if value > least && value < most => Ok(()),
-        Range::Between(least, most) => {
-            Err(format!("{name} is {value}: it must be above {least} and below {most}"))
-        }
-    }
-}
-
-fn whole(name: &str, value: u32, least: u32, most: u32) -> Result<(), String> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(format!("{name} is {value}: it must be {least} to {most}"))
 }
 
 /// Converts degrees to radians, as stored in worlds. Degrees are 64-bit numbers so that every 32-bit number of radians

@@ -3,7 +3,7 @@
 use crate::math::Rgb;
 
 use super::assets::{MaterialId, TextureId};
-use super::fields::{Range, fields, forms};
+use super::fields::{Fields, Range, fields, forms};
 
 impl MaterialId {
     /// The white diffuse material with which every asset store begins.
@@ -62,6 +62,16 @@ pub enum Material {
     BlinnPhong(BlinnPhong),
     /// The metallic-roughness model of glTF with its extensions.
     Principled(Box<Principled>),
+}
+
+impl Material {
+    /// The table of its model.
+    pub(crate) fn part(&mut self) -> &mut dyn Fields {
+        match self {
+            Self::BlinnPhong(material) => material,
+            Self::Principled(material) => &mut **material,
+        }
+    }
 }
 
 impl Default for Material {

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::bvh::BuildQuality;
 use crate::math::Rgb;
 
+use super::bounds::check;
 use super::components::Pattern;
-use super::fields::{self, Field, Fields, Range, Slot, fields, forms, names};
+use super::fields::{Field, Fields, Range, Slot, fields, forms, names};
 
 fields! {
     /// The render settings. The defaults are those of a file without settings.
@@ -90,7 +91,7 @@ impl Settings {
 
     /// Checks all settings; the error describes the first one that is out of its range.
     pub(crate) fn check(&self) -> Result<(), String> {
-        fields::check(&mut self.clone())
+        check(&mut self.clone())
     }
 }
 
@@ -251,6 +252,8 @@ impl Caustics {
     pub const LEAST_RADIUS: f32 = 0.01;
     /// The largest first radius.
     pub const LARGEST_RADIUS: f32 = 64.0;
+    pub(crate) const PHOTON_RANGE: Range = Range::UpTo(Self::MOST_PHOTONS);
+    pub(crate) const RADIUS_RANGE: Range = Range::FromTo(Self::LEAST_RADIUS, Self::LARGEST_RADIUS);
 
     /// Returns the photons per pixel and sample, and the first radius; `None` without photons.
     pub fn numbers(&self) -> Option<(f32, f32)> {

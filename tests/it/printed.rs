@@ -112,6 +112,30 @@ fn combinations() -> Vec<Vec<&'static str>> {
     all
 }
 
+/// The noise line of a report names samples that halve the noise.
+#[test]
+fn samples_of_the_noise_line_halve_the_noise() {
+    let here = folder(
+        "(settings: (size: (32, 24), transport: Path, sharing: Off), entities: [
+            (camera: Pinhole(), transform: LookAt(from: (0, 2, 5), to: (0, 0, 0))),
+            (shape: Plane(corners: ((-6, 0, -6), (-6, 0, 6), (6, 0, 6), (6, 0, -6)))),
+            (shape: Sphere(radius_m: 0.5), transform: (translate: (0, 0.5, 0))),
+            (light: Area(power_w: 50, size_m: 1), transform: LookAt(from: (1, 3, 1), to: (0, 0, 0))),
+        ])",
+    );
+    let noise = |spp: &str| {
+        let [report, _] = printed(here.path(), &["scene.ron", "--spp", spp]);
+        let line = report.lines().find(|line| line.starts_with("noise")).expect("a noise line").to_owned();
+        let percent = line.split_whitespace().nth(1).and_then(|word| word.parse::<f64>().ok());
+        let needed = between(&line, "(--spp ", ")").first().expect("an option").to_string();
+        (percent.expect("a number"), needed)
+    };
+    let (before, needed) = noise("16");
+    assert_eq!(needed, "64");
+    let (after, _) = noise(&needed);
+    assert!((0.35..0.65).contains(&(after / before)), "{before} {after}");
+}
+
 #[test]
 fn a_printed_explanation_is_of_the_sample_that_was_rendered() {
     let folder = folder(SPARK);

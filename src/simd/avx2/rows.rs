@@ -10,7 +10,7 @@ use crate::simd::Int;
 ///
 /// # Safety
 ///
-/// As for [`super::run`]. In each lane of the mask three entries must exist, and the mask must have a lane.
+/// The conditions of [`super::run`] hold. In each lane of the mask three entries must exist, and the mask must have a lane.
 #[inline(always)]
 pub unsafe fn three_entries(table: *const f32, first: I32x8, mask: M32x8) -> [__m256; 3] {
     let mut places = [0; 8];
@@ -34,7 +34,7 @@ pub unsafe fn three_entries(table: *const f32, first: I32x8, mask: M32x8) -> [__
 ///
 /// # Safety
 ///
-/// As for [`super::run`].
+/// The conditions of [`super::run`] hold.
 #[inline(always)]
 pub unsafe fn transpose([a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
     // SAFETY: by the caller.

@@ -10,7 +10,7 @@ use crate::simd::Int;
 ///
 /// # Safety
 ///
-/// As for [`super::run`]. In each lane of the mask three entries must exist, and the mask must have a lane.
+/// The conditions of [`super::run`] hold. In each lane of the mask three entries must exist, and the mask must have a lane.
 #[inline(always)]
 pub unsafe fn three_entries(table: *const f32, first: I32x16, mask: M32x16) -> [__m512; 3] {
     let mut places = [0; 16];
@@ -33,7 +33,7 @@ pub unsafe fn three_entries(table: *const f32, first: I32x16, mask: M32x16) -> [
 ///
 /// # Safety
 ///
-/// As for [`super::run`], and from each of these places on three entries must exist.
+/// The conditions of [`super::run`] hold, and from each of these places on three entries must exist.
 #[inline(always)]
 unsafe fn four_times_three(table: *const f32, places: &[u32; 16], i: usize) -> __m512 {
     const THREE: __mmask8 = 0b111;
@@ -52,7 +52,7 @@ unsafe fn four_times_three(table: *const f32, places: &[u32; 16], i: usize) -> _
 ///
 /// # Safety
 ///
-/// As for [`super::run`], and the places must lie in the table.
+/// The conditions of [`super::run`] hold, and the places must lie in the table.
 #[inline(always)]
 pub unsafe fn four_rows(table: &[[f32; 4]], places: &[u32; 16], i: usize) -> __m512 {
     // SAFETY: by the caller.
@@ -69,7 +69,7 @@ pub unsafe fn four_rows(table: &[[f32; 4]], places: &[u32; 16], i: usize) -> __m
 ///
 /// # Safety
 ///
-/// As for [`super::run`].
+/// The conditions of [`super::run`] hold.
 #[inline(always)]
 pub unsafe fn transpose([a, b, c, d]: [__m512; 4]) -> [__m512; 4] {
     // SAFETY: by the caller.

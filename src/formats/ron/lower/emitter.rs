@@ -18,7 +18,9 @@ impl<'a> Lowering<'_, 'a> {
             let members = self.source.members(members.unwrap_or("()"), "Spot")?;
             let given = |name: &str| members.iter().find(|(key, _)| *key == name).map(|(_, raw)| raw.0);
             let place = given("outer_degrees").or(given("inner_degrees")).unwrap_or(raw.0);
-            let [inner, outer] = [inner_angle, outer_angle].map(f32::to_degrees);
+            // Rounded, so that the message has the digits of the file.
+            let degrees = |angle: f32| (f64::from(angle).to_degrees() * 1e4).round() / 1e4;
+            let [inner, outer] = [inner_angle, outer_angle].map(degrees);
             let reason = format!("outer_degrees ({outer}) must be at least inner_degrees ({inner})");
             return Err(self.source.error(place, reason));
         }

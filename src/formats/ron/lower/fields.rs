@@ -32,31 +32,40 @@ impl<'a> Lowering<'_, 'a> {
         self.source.check_keys(members, what, fields)?;
         let mut result = Ok(());
         fields(&mut |field| {
-            let given = members.iter().find(|(key, _)| field.is_called(key));
-            match given {
-                _ if result.is_err() => {}
-                Some((_, raw)) => result = self.set(*raw, owner, field),
-                None if field.required => {
-                    let reason = format!("{what} needs the field \"{}\"", field.name);
-                    result = Err(self.source.error(place, reason));
-                }
-                None => {}
+            let given = members.iter().find(|(key, _)| field.is_called(key)).map(|(_, raw)| *raw);
+            if result.is_ok() {
+                result = self.set(given, (what, place), owner, field);
             }
         });
         result
     }
 
-    fn set(&mut self, raw: Raw<'a>, owner: Option<&str>, field: Field) -> Result<(), LoadError> {
-        match (self.source.optional(raw), field.slot) {
+    /// Sets a field to the value that is given, if there is one.
+    fn set(
+        &mut self,
+        given: Option<Raw<'a>>,
+        (what, place): (&str, &str),
+        owner: Option<&str>,
+        Field { name, required, slot, .. }: Field,
+    ) -> Result<(), LoadError> {
+        match (given.and_then(|raw| self.source.optional(raw)), slot) {
             (Some(raw), slot) => match owner {
-                Some(owner) => return self.read(raw, &format!("the {owner}'s {}", field.name), slot),
-                None => return self.read(raw, field.name, slot),
+                Some(owner) => self.read(raw, &format!("the {owner}'s {name}"), slot),
+                None => self.read(raw, name, slot),
             },
-            (None, Slot::OptionalNumber(to, _)) => *to = None,
-            (None, Slot::OptionalWhole(to, _)) => *to = None,
-            (None, _) => {}
+            (None, _) if required => {
+                Err(self.source.error(place, format!("{what} needs the field \"{name}\"")))
+            }
+            (None, Slot::OptionalNumber(to, _)) if given.is_some() => {
+                *to = None;
+                Ok(())
+            }
+            (None, Slot::OptionalWhole(to, _)) if given.is_some() => {
+                *to = None;
+                Ok(())
+            }
+            (None, _) => Ok(()),
         }
-        Ok(())
     }
 
     fn read(&mut self, raw: Raw<'a>, name: &str, slot: Slot) -> Result<(), LoadError> {
@@ -98,8 +107,8 @@ impl<'a> Lowering<'_, 'a> {
             Slot::Size(to) => *to = source.size(raw, Settings::MOST_PIXELS_A_SIDE)?,
             Slot::Transport(to) => *to = source.transport(raw)?.unwrap_or_default(),
             Slot::Sharing(to) => *to = source.sharing(raw)?,
-            Slot::Caustics(to) => *to = source.caustics(raw)?,
-            Slot::Background(to) => *to = source.background(raw)?,
+            Slot::Caustics(to) => *to = self.caustics(raw)?,
+            Slot::Background(to) => *to = self.background(raw)?,
             Slot::Exposure(to) => *to = source.exposure(raw)?,
             Slot::Aovs(to) => *to = source.aovs(raw)?,
             Slot::Part(to) | Slot::Inline(to) => self.structure(raw, to)?,

@@ -3,7 +3,8 @@
 use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, SceneText};
-use crate::world::fields::{Forms, Range};
+use crate::math::Rgb;
+use crate::world::fields::{Field, Forms, Range, Slot};
 use crate::world::{Aov, Background, Caustics, Settings, Sharing, Transport};
 
 const TRANSPORTS: &[(&str, Option<Transport>)] =
@@ -28,6 +29,43 @@ impl<'a> Lowering<'_, 'a> {
         };
         let transport = given("transport").map(|raw| self.source.transport(raw)).transpose()?.flatten();
         Ok((settings, transport, given("max_depth").is_some()))
+    }
+
+    /// The caustics: `Auto`, `Off` or `(photons: number, radius: pixels)`.
+    pub(super) fn caustics(&mut self, raw: Raw<'a>) -> Result<Caustics, LoadError> {
+        const FORMS: &str = "Auto, Off, or (photons: number, radius: pixels)";
+        if let Some(caustics) = self.source.auto_or_off(raw, (Caustics::Auto, Caustics::Off), FORMS)? {
+            return Ok(caustics);
+        }
+        if !raw.0.starts_with('(') {
+            return Err(self.source.expected(raw, FORMS));
+        }
+        let members = self.source.members(raw.0, "photons")?;
+        let (mut photons, mut radius) = (Caustics::PHOTONS, Caustics::RADIUS);
+        self.fill(&members, ("photons", raw.0), None, &mut |each| {
+            each(Field::plain("photons", false, Slot::Number(&mut photons, Caustics::PHOTON_RANGE)));
+            each(Field::plain("radius", false, Slot::Number(&mut radius, Caustics::RADIUS_RANGE)));
+        })?;
+        Ok(Caustics::Photons { photons, radius })
+    }
+
+    /// The background: a colour or a gradient.
+    pub(super) fn background(&mut self, raw: Raw<'a>) -> Result<Background, LoadError> {
+        let source = self.source;
+        let variant = match source.variant(raw) {
+            Some(variant) if variant.name == "Gradient" => variant,
+            Some(variant) if variant.name != "Srgb" => {
+                return Err(source.unknown(variant.name, "background", &["Gradient", "Srgb"]));
+            }
+            _ => return Ok(Background::Constant(source.color(raw, "a radiance")?)),
+        };
+        let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
+        let [mut bottom, mut top] = [Rgb::BLACK; 2];
+        self.fill(&members, (variant.name, variant.name), None, &mut |each| {
+            each(Field::plain("bottom", true, Slot::Color(&mut bottom, Range::From(0.0))));
+            each(Field::plain("top", true, Slot::Color(&mut top, Range::From(0.0))));
+        })?;
+        Ok(Background::Gradient { bottom, top })
     }
 }
 
@@ -96,58 +134,5 @@ impl<'a> SceneText<'a> {
             return Err(self.expected(raw, FORMS));
         }
         Ok(Sharing::Groups(pixels))
-    }
-
-    /// The caustics: `Auto`, `Off` or `(photons: number, radius: pixels)`.
-    pub(super) fn caustics(&self, raw: Raw<'a>) -> Result<Caustics, LoadError> {
-        const FORMS: &str = "Auto, Off, or (photons: number, radius: pixels)";
-        if let Some(caustics) = self.auto_or_off(raw, (Caustics::Auto, Caustics::Off), FORMS)? {
-            return Ok(caustics);
-        }
-        if !raw.0.starts_with('(') {
-            return Err(self.expected(raw, FORMS));
-        }
-        let (mut photons, mut radius) = (Caustics::PHOTONS, Caustics::RADIUS);
-        for (key, raw) in self.structure(raw, "photons")? {
-            let (to, least, most) = match key {
-                "photons" => (&mut photons, 0.0, Caustics::MOST_PHOTONS),
-                "radius" => (&mut radius, Caustics::LEAST_RADIUS, Caustics::LARGEST_RADIUS),
-                _ => return Err(self.unknown_field(key, "photons", &["photons", "radius"])),
-            };
-            *to = self.number_in(raw, key, Range::Above0)?;
-            if !(least..=most).contains(to) {
-                let least = if least > 0.0 { format!("at least {least} and ") } else { String::new() };
-                return Err(self.expected(raw, &format!("{key} of {least}at most {most}")));
-            }
-        }
-        Ok(Caustics::Photons { photons, radius })
-    }
-
-    /// The background: a colour or a gradient.
-    pub(super) fn background(&self, raw: Raw<'a>) -> Result<Background, LoadError> {
-        let variant = match self.variant(raw) {
-            Some(variant) if variant.name == "Gradient" => variant,
-            Some(variant) if variant.name != "Srgb" => {
-                return Err(self.unknown(variant.name, "background", &["Gradient", "Srgb"]));
-            }
-            _ => return Ok(Background::Constant(self.color(raw, "a radiance")?)),
-        };
-        let members = self.members(variant.body.unwrap_or("()"), variant.name)?;
-        let known = ["bottom", "top"];
-        if let Some((key, _)) = members.iter().find(|(key, _)| !known.contains(key)) {
-            return Err(self.unknown_field(key, variant.name, &known));
-        }
-        let end = |name: &str| {
-            let mut found = members.iter().filter(|(key, _)| *key == name);
-            let missing = || self.error(variant.name, format!("{} needs the field \"{name}\"", variant.name));
-            let (_, raw) = found.next().ok_or_else(missing)?;
-            match found.next() {
-                Some((key, _)) => {
-                    Err(self.error(key, format!("{} has the field \"{name}\" twice", variant.name)))
-                }
-                None => self.color(*raw, "a radiance"),
-            }
-        };
-        Ok(Background::Gradient { bottom: end("bottom")?, top: end("top")? })
     }
 }

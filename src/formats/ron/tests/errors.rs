@@ -92,6 +92,12 @@ fn unknown_variants_are_refused_with_suggestions() {
             &format!("expected Auto, Off, or (photons: number, radius: pixels), found {found}"),
         );
     }
+    settings_fail("caustics: (photons: 1, ^photons: 2)", "photons has the field \"photons\" twice");
+    settings_fail("caustics: (photons: ^65)", "photons must be above 0 and at most 64, not 65");
+    settings_fail("caustics: (radius: ^0.001)", "radius must be from 0.01 to 64, not 0.001");
+    settings_fail("background: ^Gradient(bottom: 1)", "Gradient needs the field \"top\"");
+    settings_fail("background: ^Gradient(bottom: 1, top: None)", "Gradient needs the field \"top\"");
+    entity_fails("light: ^Point(power_w: None)", "Point needs the field \"power_w\"");
     settings_fail("sharing: ^On", "expected Auto, Off, or 2, 4, 8, 16, 32 or 64 pixels that share, found On");
     entity_fails(
         "material: ^Glossy(kd: 1)",
@@ -291,8 +297,8 @@ fn numbers_out_of_range_are_refused() {
         "outer_degrees (40) must be at least inner_degrees (50)",
     );
     entity_fails(
-        "light: Spot(power_w: 1, inner_degrees: ^50)",
-        "outer_degrees (45) must be at least inner_degrees (50)",
+        "light: Spot(power_w: 1, inner_degrees: ^50.1)",
+        "outer_degrees (45) must be at least inner_degrees (50.1)",
     );
     entity_fails("light: Area(power_w: 1, size_m: (1, ^0))", "the light's size_m must be above 0, not 0");
     entity_fails("camera: Orthographic(height_m: ^0)", "the camera's height_m must be above 0, not 0");

@@ -18,6 +18,7 @@ fn kind(slot: &mut Slot) -> String {
         Range::Between(least, most) => format!("{noun}, above {least} and below {most}"),
         Range::From(least) => format!("{noun}, at least {least}"),
         Range::FromTo(least, most) => format!("{noun}, {least} to {most}"),
+        Range::UpTo(most) => format!("{noun}, above 0 and at most {most}"),
     };
     let color = |noun: &str, range: &Range| match range {
         Range::FromTo(_, most) => format!("{noun}, up to {most}"),
