@@ -42,7 +42,8 @@ pub mod film {
 #[cfg(feature = "formats")]
 pub mod formats {
     pub use crate::formats::asset_files::*;
-    pub use crate::formats::load::*;
+    pub use crate::formats::load_options::*;
+    pub use crate::formats::staging::load::*;
     pub use crate::formats::*;
     pub mod film_file {
         pub use crate::formats::film_file::*;

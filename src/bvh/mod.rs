@@ -1,9 +1,8 @@
 //! The acceleration structure: one flattened tree of 16-wide nodes over blocks of 8 triangles or spheres, and over
 //! instances of further trees in the same arrays.
 //!
-//! It is built in three steps: [`build`] makes a binary tree with the surface area heuristic ([`binning`]), large ones
-//! by way of [`buckets`], the best ones with spatial splits ([`spatial`]); [`collapse`] folds it into wide nodes at
-//! least expected cost; [`layout`] is the result. [`assemble`] combines the steps. [`query`] traces queues of rays.
+//! [`build`] makes the tree, [`layout`] is the result, [`kernels`] trace queues of rays by the tests of [`intersect`], and
+//! [`baseline`] finds the same hits by simpler ways. Rooms in order of imports: layout, intersect, build, kernels, baseline.
 //!
 //! **The reported hit** does not depend on the order in which nodes are visited, the lane width or the schedule. Every
 //! box is padded ([`layout::pad`]) and every slab distance rounded outwards, so that a leaf is never culled before a
@@ -12,46 +11,19 @@
 //! hit is the minimum of (max(t, entry), primitive, instance) over all primitives that the ray's any-hit filter accepts
 //! ([`sidedness`]).
 
-pub mod assemble;
-mod autotune;
-pub mod binary;
-pub mod binary_traversal;
-pub mod binning;
-pub mod brute;
-pub mod buckets;
+pub mod baseline;
 pub mod build;
-pub mod check;
-pub mod clip;
-pub mod collapse;
-pub mod counters;
-mod direction_classes;
-mod hit_sink;
-mod interleaved;
+pub mod intersect;
+pub mod kernels;
 pub mod layout;
-mod leaf;
-mod leaf_list;
-mod packet;
-mod prepare;
-pub mod primitives;
-pub mod query;
-mod ray;
-pub mod reference;
-mod shaft;
-pub mod sidedness;
-mod spatial;
-pub mod sphere;
-pub mod split_candidates;
-mod stream;
-pub mod traverse;
-pub mod triangle;
 
 #[cfg(test)]
 mod tests;
 
-pub use assemble::PrimitiveArrays;
-pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root, SPHERE};
-pub use query::{Coherence, QUEUE, Stack, any, any_in_bundles, any_ray, closest, closest_ray};
-pub use sidedness::{AnyHitFilter, Crossing, FaceCulling, HitPredicate, Sidedness};
+pub use build::primitives::PrimitiveArrays;
+pub use kernels::query::{Coherence, QUEUE, Stack, any, any_in_bundles, any_ray, closest, closest_ray};
+pub use layout::sidedness::{AnyHitFilter, Crossing, FaceCulling, HitPredicate, SPHERE, Sidedness};
+pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root};
 
 /// The effort of building the acceleration structure: a trade between the time to build it and the time to trace rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::{Checked, Finding};
 use crate::error::words;
+use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::observe::{Event, EventKind};
-use crate::integrator::path_event::PathEvent;
 use crate::integrator::{RenderSetup, Schedule};
 use crate::math::{Hit, Rgb};
 use crate::render::{Options, Session};

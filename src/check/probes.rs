@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Finding;
 use crate::bvh::{self, AnyHitFilter, Crossing, FaceCulling, HitPredicate, Stack};
 use crate::film::Features;
-use crate::integrator::any_hit::crossed;
+use crate::integrator::path::any_hit::crossed;
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Hit, NONE, Ray, Rgb, Vec3, Vector};
 use crate::render::{Options, Session};

@@ -11,7 +11,7 @@ use crate::error::in_one_line;
 use crate::film::Region;
 use crate::formats::gltf::{ModelSummary, contents};
 use crate::integrator::RenderSetup;
-use crate::integrator::photons::NoPhotons;
+use crate::integrator::setup::NoPhotons;
 use crate::math::{Rgb, Vec3};
 use crate::memory;
 use crate::render::MemoryEstimate;

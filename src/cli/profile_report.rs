@@ -3,9 +3,9 @@
 use serde_json::{Value, json};
 
 use super::profile::ProfileArguments;
-use crate::bvh::counters::Visits;
+use crate::bvh::kernels::counters::Visits;
 use crate::film::PixelSum;
-use crate::integrator::photons::NoPhotons;
+use crate::integrator::setup::NoPhotons;
 use crate::integrator::{RayCounts, RenderSetup, Schedule, Stage};
 use crate::render::photons::PhotonBytes;
 use crate::study::profile::counters::{Counted, Counts};

@@ -17,7 +17,7 @@ use super::lights::LightMesh;
 use super::materials::{TwoSidedVariants, in_place_of};
 use super::memo::{self, ByPtr, debug_text};
 use super::open_surfaces::Sheet;
-use crate::bvh::build::peak_bytes;
+use crate::bvh::build::builder::peak_bytes;
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec2, Vec3};

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::emitters::EmittingSurfaces;
-use crate::bvh::SPHERE;
+use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::{NONE, Rgb, Vec2};
 use crate::scene::textures::SampledTexture;
 use crate::scene::{Geometry, Textures};

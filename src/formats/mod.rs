@@ -2,14 +2,9 @@
 //! No other module depends on file formats.
 
 pub(crate) mod asset_files;
-mod auto_camera;
-mod bounding_points;
-mod edits;
-pub(crate) mod environment_preset;
 pub(crate) mod film_file;
-mod framing;
 pub(crate) mod gltf;
-pub(crate) mod load;
+pub(crate) mod load_options;
 mod names;
 pub(crate) mod obj;
 pub(crate) mod picture;
@@ -17,7 +12,7 @@ pub(crate) mod ply;
 pub(crate) mod rays;
 pub(crate) mod ron;
 mod saving;
-mod studio;
+pub(crate) mod staging;
 pub(crate) mod study;
 mod track;
 pub(crate) mod triangulate;
@@ -27,16 +22,14 @@ use std::path::Path;
 
 pub use crate::files::allow_outside;
 pub(crate) use asset_files::{AssetFiles, Files};
-#[cfg(feature = "python")]
-pub(crate) use auto_camera::has_added_camera;
-pub use edits::Edits;
-pub use environment_preset::{EnvironmentPreset, SkyOptions};
-pub(crate) use framing::is_usual;
-pub(crate) use load::load_again;
-pub use load::{LightUnits, LoadOptions, load, load_with};
+pub use load_options::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions};
 pub use picture::PngBits;
 pub(crate) use saving::DENOISED;
 pub use saving::{ImageOptions, load_image, png_bytes, rgba8, save_image, save_image_with, save_scene};
+#[cfg(feature = "python")]
+pub(crate) use staging::has_added_camera;
+pub(crate) use staging::{is_usual, load_again};
+pub use staging::{load, load_with};
 
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()

@@ -16,9 +16,10 @@ use crate::compile::{camera_names, check_mesh, check_settings, compile};
 use crate::error::LoadError;
 use crate::film::{FilmChannel, Region};
 use crate::formats::ron::query::{Query, list};
+use crate::formats::staging::load;
 use crate::formats::{
     AssetFiles, Edits, EnvironmentPreset, Files, LightUnits, LoadOptions, gltf, has_added_camera, is_usual,
-    load, load_again, ron,
+    load_again, ron,
 };
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};

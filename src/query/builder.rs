@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use super::error::BuildError;
 use super::scene::{Owners, Scene, Statistics};
-use crate::bvh::{BuildQuality, Bvh, Instance, PrimitiveArrays};
+use crate::bvh::build::primitives::PrimitiveArrays;
+use crate::bvh::{BuildQuality, Bvh, Instance};
 use crate::math::{Aabb, DAffine3, DMat3, DVec3, NONE};
 
 /// The largest magnitude of coordinates, radii and matrix entries: products of three of them, as in the triangle

@@ -2,7 +2,8 @@
 
 use super::builder::{InstanceId, ShapeId};
 use super::error::LengthMismatch;
-use crate::bvh::{self, BuildQuality, BuildStatistics, Bvh, Coherence, HitsMut, Rays, SPHERE, Stack};
+use crate::bvh::layout::sidedness::SPHERE;
+use crate::bvh::{self, BuildQuality, BuildStatistics, Bvh, Coherence, HitsMut, Rays, Stack};
 use crate::math::{Aabb, Hit, NONE};
 use crate::simd::Isa;
 

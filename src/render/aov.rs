@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{RenderState, Session};
 use crate::denoise::{Denoised, Noisy, denoise};
 use crate::film::{Features, FilmChannel, Values};
-use crate::integrator::wavefront::first_hits::FirstHits;
+use crate::integrator::schedule::wavefront::first_hits::FirstHits;
 use crate::math::Rgb;
 use crate::scene::CompiledScene;
 use crate::world::Aov;

@@ -4,7 +4,7 @@ use super::{DEFAULT_WAVE, Options, photons};
 use crate::denoise;
 use crate::film::{Features, PixelSum, Region};
 use crate::formats::film_file::packed_bytes;
-use crate::integrator::wavefront::Wave;
+use crate::integrator::schedule::wavefront::wave::Wave;
 use crate::integrator::{RenderSetup, Schedule};
 use crate::math::Rgb;
 use crate::memory::{self, Shortage};

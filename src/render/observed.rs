@@ -13,7 +13,7 @@ use super::session::lock;
 use crate::film::{Film, Region};
 use crate::integrator::observe::{Event, Flow, FnObserver, NoObserver, Timekeeper};
 use crate::integrator::photons::PhotonMaps;
-use crate::integrator::wavefront::Wave;
+use crate::integrator::schedule::wavefront::wave::Wave;
 use crate::integrator::{RayStatistics, Schedule, Stage, Stop, Work, Worker};
 
 /// A span of a thread's time, counted from the start of the render.

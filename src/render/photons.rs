@@ -6,19 +6,21 @@ use std::sync::Arc;
 
 use super::{Options, Session, camera_medium};
 use crate::bvh::{AnyHitFilter, Stack, closest_ray};
-use crate::integrator::any_hit::PathRay;
+use crate::integrator::path::any_hit::PathRay;
+use crate::integrator::path::camera_path;
 use crate::integrator::path::{Path, pack_pixel};
+use crate::integrator::photons::emission::PhotonEmission;
 use crate::integrator::photons::gather::first_radius;
 use crate::integrator::photons::map::{Photon, PhotonMap, Radii};
 #[cfg(any(feature = "cli", feature = "python"))]
 use crate::integrator::photons::splat::Splat;
 use crate::integrator::photons::splat::{is_in_image, view};
 use crate::integrator::photons::targets::targets;
-use crate::integrator::photons::{
-    LandedPhotons, NoPhotons, PhotonPlan, SamplePhotons, emission::PhotonEmission,
-};
-use crate::integrator::recursive::Recursion;
-use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker, camera_path, path_tracing, whitted};
+use crate::integrator::photons::{LandedPhotons, PhotonPlan, SamplePhotons};
+use crate::integrator::schedule::recursive::Recursion;
+use crate::integrator::setup::NoPhotons;
+use crate::integrator::transport::{path_tracing, whitted};
+use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker};
 use crate::math::elementary::{exp2, log2};
 use crate::math::{Color, Vec3, Vector};
 use crate::shading::surface::material_of;

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{camera_medium, photons};
-use crate::integrator::photons::{NoPhotons, PhotonMaps, PhotonPlan};
-use crate::integrator::recursive::Recursion;
+use crate::integrator::photons::{PhotonMaps, PhotonPlan};
 use crate::integrator::reuse::probe::{MOST_RAYS, ReuseProbe};
+use crate::integrator::schedule::recursive::Recursion;
+use crate::integrator::setup::NoPhotons;
 use crate::integrator::{RenderSetup, Stop};
 use crate::scene::CompiledScene;
 use crate::world::Settings;

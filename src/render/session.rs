@@ -10,7 +10,7 @@ use super::passes::at_once;
 use super::prepare::{self, Prepared};
 use super::render_state::{RenderPass, RenderState};
 use crate::film::{Allocation, Film, Moments, Region};
-use crate::integrator::reuse::BLOCK;
+use crate::integrator::setup::reuse_groups::BLOCK;
 use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker};
 use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Settings};
@@ -170,7 +170,7 @@ impl Session {
     /// True if photons are left out because they would show as single dots.
     #[cfg(feature = "cli")]
     pub(crate) fn leaves_photons_out(&self) -> bool {
-        use crate::integrator::photons::NoPhotons;
+        use crate::integrator::setup::NoPhotons;
         let plan = self.prepared.as_ref().map(|prepared| prepared.plan.as_ref());
         matches!(plan, Some(Err(NoPhotons::Dots)))
     }

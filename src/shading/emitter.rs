@@ -7,7 +7,7 @@ use super::surface::{HitLanes, normalize_or, sphere_uv};
 use super::texture_coordinates::point_coordinates;
 use super::texture_lookup::color;
 use super::{environment, principled::shading_frame::ShadingFrame};
-use crate::bvh::SPHERE;
+use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::elementary::sin_cos_turns;
 use crate::math::{Color, NONE, Vector};
 use crate::sampling::warp::concentric_disk;

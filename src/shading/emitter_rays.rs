@@ -4,7 +4,7 @@ use std::num::Wrapping;
 
 use super::emitter::{self, patterned_light, planar_place};
 use super::surface::{HitLanes, sphere_uv};
-use crate::bvh::SPHERE;
+use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::{Color, NONE, Vector};
 use crate::scene::CompiledScene;
 use crate::scene::emitters::{flag, kind};

@@ -2,7 +2,8 @@
 
 use std::num::Wrapping;
 
-use crate::bvh::{SPHERE, sphere::is_vast};
+use crate::bvh::intersect::sphere::is_vast;
+use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::elementary::{acos_turns, atan2_turns};
 use crate::math::{Hit, NONE, Ray, Vector};
 use crate::scene::Geometry;

@@ -7,7 +7,7 @@ use super::footprint::{Footprint, on_surface};
 use super::principled::shading_frame::ShadingFrame;
 use super::surface::{HitLanes, Surface, corners, normalize_or, rows, transform_normal};
 use super::texture_lookup::Coordinates;
-use crate::bvh::SPHERE;
+use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::{Color, NONE, Vector};
 use crate::scene::Geometry;
 use crate::simd::{Float, Int, Mask};

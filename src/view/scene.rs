@@ -12,7 +12,7 @@ use crate::files;
 use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::RenderSetup;
-use crate::integrator::reuse::ReuseGroups;
+use crate::integrator::setup::reuse_groups::ReuseGroups;
 use crate::math::Vec3;
 use crate::memory;
 use crate::render::{Options, Session};

@@ -10,7 +10,7 @@ use super::scene::LiveScene;
 use super::viewer::{RenderWork, Snapshot};
 use crate::check::Finding;
 use crate::film::Region;
-use crate::integrator::photons::NoPhotons;
+use crate::integrator::setup::NoPhotons;
 use crate::integrator::{RenderSetup, Stage};
 use crate::render::Options;
 use crate::study::profile::flow::{self, Flows};

@@ -2,7 +2,7 @@
 //! memory within its bound.
 
 use super::*;
-use crate::bvh::build::peak_bytes;
+use crate::bvh::build::builder::peak_bytes;
 
 const QUALITIES: [BuildQuality; 3] = [BuildQuality::Fast, BuildQuality::Default, BuildQuality::High];
 
@@ -93,7 +93,7 @@ fn long_triangles_are_split_within_the_budget() {
     let soup = soup.all_in_the_world();
     let [fast, default, high] = QUALITIES.map(|quality| build(&soup, quality));
     assert_eq!((held(&fast), held(&default)), (3000, 3000));
-    let budget = crate::bvh::spatial::budget(3000);
+    let budget = super::super::build::spatial::budget(3000);
     assert!(held(&high) > 3300 && held(&high) <= 3000 + budget, "{}", held(&high));
     let cost = [&fast, &default, &high].map(Bvh::expected_cost);
     assert!(cost[2] < 0.8 * cost[1] && cost[1] <= 1.02 * cost[0], "{cost:?}");

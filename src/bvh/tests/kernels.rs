@@ -223,7 +223,7 @@ proptest! {
         let soup = random_soup(&mut random, [count, 0, 0, 0], 0, coarse).all_in_the_world();
         let bvh = soup.build();
         let geometry = PrimitiveArrays { positions: &soup.positions, triangles: &soup.triangles, spheres: &[] };
-        let binary = crate::bvh::binary_traversal::BinaryBvh::new(&geometry, BuildQuality::Default);
+        let binary = super::super::baseline::binary_traversal::BinaryBvh::new(&geometry, BuildQuality::Default);
         let mut rays = bundle(&mut random, BUNDLES[seed as usize % 4], 100, odd);
         rays.extend((0..100).map(|_| towards(point(&mut random, 6.0), point(&mut random, 6.0))));
         for isa in Isa::available() {

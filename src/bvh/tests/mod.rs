@@ -13,9 +13,9 @@ use proptest::prelude::*;
 use rand::RngExt;
 
 use self::oracle::{bracket, oracle, oracle_of};
-use super::layout::Instance;
-use super::sidedness::PrimitiveRef;
-use super::*;
+use crate::bvh::layout::Instance;
+use crate::bvh::layout::sidedness::PrimitiveRef;
+use crate::bvh::*;
 use crate::math::hash::combine;
 use crate::math::stream::Stream;
 use crate::math::{Hit, NONE, Ray, Vec3, Vector};

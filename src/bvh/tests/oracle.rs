@@ -3,11 +3,11 @@
 use glam::{DAffine3, DVec3};
 
 use super::{Riddle, Soup, ray};
+use crate::bvh::Bvh;
+use crate::bvh::intersect::sphere::{self, Line};
+use crate::bvh::intersect::triangle::{self, AcceptedRange, Shear};
+use crate::bvh::layout::sidedness::{Crossing, FaceCulling, HitPredicate, PrimitiveRef, SPHERE, Sidedness};
 use crate::bvh::layout::{Child, ChildKind, PADDING};
-use crate::bvh::sidedness::{Crossing, FaceCulling, HitPredicate, PrimitiveRef, Sidedness};
-use crate::bvh::sphere::{self, Line};
-use crate::bvh::triangle::{self, AcceptedRange, Shear};
-use crate::bvh::{Bvh, SPHERE};
 use crate::math::{Aabb, Hit, NONE, Ray, Vec3};
 
 /// The distance at which a ray enters a box, whether or not it does.

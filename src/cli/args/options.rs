@@ -7,7 +7,7 @@ use super::parse::{
     parse_adaptive, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_light_units, parse_place,
     parse_sharing, parse_size, parse_time, parse_zoom,
 };
-use crate::formats::environment_preset::EnvironmentPreset;
+use crate::formats::EnvironmentPreset;
 use crate::formats::{Edits, LightUnits, LoadOptions};
 use crate::world::{Adaptive, Caustics, DepthLimits, Sharing, World};
 

@@ -3,7 +3,7 @@
 use super::header::{Begun, FilmHeader, PROGRAM, RenderedView};
 use crate::error::words;
 use crate::film::{Allocation, Region};
-use crate::formats::environment_preset::{EnvironmentPreset, SkyOptions};
+use crate::formats::{EnvironmentPreset, SkyOptions};
 use crate::world::{Adaptive, Settings};
 
 /// An upper bound: a film cannot have more shards than samples.

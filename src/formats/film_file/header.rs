@@ -10,8 +10,8 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::error::in_one_line;
 use crate::film::{Allocation, Film, FilmScale, Moments, Region, SampleRanges};
-use crate::formats::environment_preset::EnvironmentPreset;
-use crate::formats::{Edits, LightUnits, LoadOptions};
+use crate::formats::load_options::as_text;
+use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions};
 use crate::world::source_files::FileDigest;
 use crate::world::{Settings, SourceFiles};
 
@@ -58,34 +58,6 @@ pub struct FilmHeader {
     pub moments_hash: Option<String>,
     /// Metadata that no bit of the image depends on.
     pub note: Note,
-}
-
-/// Serialisation of paths as text. Invalid Unicode is replaced, because JSON cannot represent it; the path must then be
-/// given again.
-pub(in crate::formats) mod as_text {
-    use std::path::{Path, PathBuf};
-
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub fn serialize<S: Serializer>(path: &Path, to: S) -> Result<S::Ok, S::Error> {
-        path.to_string_lossy().serialize(to)
-    }
-
-    pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<PathBuf, D::Error> {
-        String::deserialize(from).map(PathBuf::from)
-    }
-
-    pub mod several {
-        use super::*;
-
-        pub fn serialize<S: Serializer>(paths: &[PathBuf], to: S) -> Result<S::Ok, S::Error> {
-            to.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
-        }
-
-        pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<PathBuf>, D::Error> {
-            Vec::<PathBuf>::deserialize(from)
-        }
-    }
 }
 
 /// An unfinished pass.

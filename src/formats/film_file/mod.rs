@@ -33,7 +33,6 @@ use crate::files::{self, atomic_write};
 use crate::film::{Film, Moments, PixelSum, Region};
 use crate::formats::fill;
 use crate::memory;
-pub(in crate::formats) use header::as_text;
 pub use header::{Begun, FilmHeader, Note, PROGRAM, RenderedView, Source};
 
 const MAGIC: [u8; 8] = *b"\x89RFILM\r\n";

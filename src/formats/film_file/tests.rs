@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::film::{Allocation, FilmScale};
-use crate::formats::environment_preset::{EnvironmentPreset, SkyOptions};
+use crate::formats::{EnvironmentPreset, SkyOptions};
 use crate::math::Rgb;
 use crate::world::{Settings, Sharing, SourceFiles};
 

@@ -6,7 +6,6 @@ use super::extensions::light::{ImageLight, ImageLightOfScene, ImageLights};
 use super::{GltfNode, Import};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
-use crate::formats::studio::towards;
 use crate::math::{DQuat, Rgb, Vec3};
 use crate::world::{Image, Light, Texels, Transform};
 
@@ -142,6 +141,14 @@ fn on_cube(towards: Vec3) -> (usize, f32, f32) {
         (5, -x, -y, size.z)
     };
     (face, (s / axis + 1.0) * 0.5, (t / axis + 1.0) * 0.5)
+}
+
+/// The direction of a point in an environment's image, with coordinates from 0 to 1.
+pub(in crate::formats) fn towards(u: f64, v: f64) -> Vec3 {
+    let (azimuth, polar) = ((u - 0.5) * std::f64::consts::TAU, v * std::f64::consts::PI);
+    let level = libm::sin(polar);
+    let [x, z] = [libm::sin(azimuth) * level, -libm::cos(azimuth) * level];
+    Vec3::new(x as f32, libm::cos(polar) as f32, z as f32)
 }
 
 #[cfg(test)]

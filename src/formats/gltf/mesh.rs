@@ -6,14 +6,10 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
-use super::Import;
-use super::accessor;
-use super::draco;
 use super::extensions::variants::Mappings;
 use super::material::Lowered;
 use super::skin::Joints;
-use super::tangent;
-use super::vertex;
+use super::{Import, accessor, draco, tangent, vertex};
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
 use crate::world::{MaterialId, Mesh, MeshId};

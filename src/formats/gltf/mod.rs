@@ -20,7 +20,7 @@ mod container;
 mod document;
 mod draco;
 mod emitter;
-mod environment;
+pub(super) mod environment;
 mod extensions;
 mod image;
 mod import_report;

@@ -1,6 +1,7 @@
 //! Parallel decoding of images, before materials are read in sequence.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use gltf::json::{self, Index};
 use rayon::prelude::*;
@@ -10,7 +11,6 @@ use super::Import;
 use super::image::{Encoded, ImageLocation, place, whole};
 use crate::error::LoadError;
 use crate::world::Image;
-use std::sync::Arc;
 
 impl Import<'_> {
     /// Decodes the images of all materials used by nodes below `roots`. Errors are not reported here: reading the

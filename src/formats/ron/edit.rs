@@ -3,9 +3,8 @@
 
 use std::path::Path;
 
-use super::scan;
-use super::schema;
 use super::source::{Raw, SceneText};
+use super::{scan, schema};
 use crate::error::LoadError;
 
 /// Returns the text with new values for some keys of the entity with index `entity` in the file.

@@ -4,7 +4,7 @@ use super::targets::MOST;
 
 /// One number for each target.
 #[derive(Default)]
-pub(super) struct Angles(pub [f32; MOST]);
+pub(in crate::integrator) struct Angles(pub [f32; MOST]);
 
 impl Angles {
     /// The numbers of the first `count` targets.
@@ -15,7 +15,7 @@ impl Angles {
 
 /// The probabilities of targets: half of the photons by size, so that they are spread evenly, the other half in equal
 /// numbers, so that a lake does not take those of a glass beside it.
-pub(super) struct Chances<'a> {
+pub(in crate::integrator) struct Chances<'a> {
     sizes: &'a [f32],
     /// 1 over twice the total size, and over twice the number of targets that have a size.
     by_size: f32,
@@ -49,7 +49,7 @@ impl<'a> Chances<'a> {
 }
 
 /// 1 − cosine of half the angle that a ball subtends; 2 from within.
-pub(super) fn cone(distance: f32, radius: f32) -> f32 {
+pub(in crate::integrator) fn cone(distance: f32, radius: f32) -> f32 {
     if distance <= radius {
         return 2.0;
     }

@@ -2,15 +2,12 @@
 
 use super::map::PhotonsAround;
 use super::{PhotonMaps, PhotonPlan};
-use crate::integrator::bounces::{self, LobeKind};
-use crate::integrator::camera_path;
 use crate::integrator::path::Path;
-use crate::integrator::path_tracing::ScatterVertex;
-use crate::integrator::shadow::ShadowRay;
+use crate::integrator::path::bounces::{self, LobeKind};
+use crate::integrator::path::mis::{balance_heuristic, own_part};
 use crate::math::{Color, NONE, Vector};
 use crate::shading::emitter;
 use crate::shading::principled::bsdf::Bsdf;
-use crate::shading::principled::sample::BsdfSample;
 use crate::shading::surface::{HitLanes, Surface};
 use crate::simd::{Float, Int, Mask};
 use crate::world::Transport;
@@ -62,7 +59,7 @@ impl<F: Float> Receiver<F> for Bsdf<F> {
 /// Flag of [`Path::landing`]: the path has met something that makes caustics.
 const BEHIND: u32 = 1 << 15;
 /// Flag of [`Path::landing`]: the camera sees directly the surface that the path left, so that photons are drawn there.
-const DRAWN: u32 = 1 << 31;
+pub(in crate::integrator) const DRAWN: u32 = 1 << 31;
 
 /// Packs the first radius and the density of the direction, per unit of its cosine, into one word: the upper halves of
 /// two floats, which are never negative.
@@ -85,7 +82,12 @@ fn direction_density<F: Float>(landing: F::Int) -> F {
 
 /// The word of a path that goes on in a direction of density `pdf` from a surface where photons end.
 #[inline(always)]
-fn leaving<F: Float>(surface: &Surface<F>, radius: F, direction: Vector<F>, pdf: F) -> F::Int {
+pub(in crate::integrator) fn leaving<F: Float>(
+    surface: &Surface<F>,
+    radius: F,
+    direction: Vector<F>,
+    pdf: F,
+) -> F::Int {
     let cosine = surface.geometric_normal.dot(direction).abs().max(F::splat(1e-6));
     let density = F::select(pdf.gt(F::zero()), pdf / cosine, F::splat(f32::INFINITY));
     packed(radius, density)
@@ -99,7 +101,7 @@ pub(in crate::integrator) fn elsewhere<F: Float>(landing: F::Int) -> F::Int {
 
 /// The word of a path that goes on behind something that makes caustics.
 #[inline(always)]
-fn behind<F: Float>(landing: F::Int) -> F::Int {
+pub(in crate::integrator) fn behind<F: Float>(landing: F::Int) -> F::Int {
     let met = !landing.eq(F::Int::splat(0));
     F::Int::select(met, landing | F::Int::splat(BEHIND), landing)
 }
@@ -116,19 +118,6 @@ pub(crate) fn first_radius<F: Float>(path: &Path<F>, width: F, surface: &Surface
     F::select(own.gt(F::zero()), own, fresh)
 }
 
-/// Balance-heuristic weight of the technique with density `own` against one with density `other` (Veach 1997).
-#[inline(always)]
-fn balanced<F: Float>(own: F, other: F) -> F {
-    F::one() / (F::one() + other / own.max(F::splat(1e-30)))
-}
-
-/// The weight of a photon against paths that find the same light. `area` is the area from which photons are collected:
-/// a pixel's footprint, or the disc of a radius.
-#[inline(always)]
-pub(in crate::integrator) fn own_part<F: Float>(density: F, area: F, pdf: F, cosine: F) -> F {
-    balanced(density * area, pdf / cosine)
-}
-
 #[inline(always)]
 fn disc<F: Float>(radius: F) -> F {
     radius * radius * F::splat(PI)
@@ -139,44 +128,6 @@ fn disc<F: Float>(radius: F) -> F {
 pub(in crate::integrator) fn footprint_area<F: Float>(plan: &PhotonPlan, first: F) -> F {
     let side = first * F::splat(1.0 / plan.pixels);
     side * side
-}
-
-impl<F: Float> ScatterVertex<'_, F> {
-    /// Divides light between the path and photons: returns the light of photons that end here, and leaves to the light
-    /// sample, and to what the path finds later, what photons do not bring.
-    #[inline(always)]
-    pub(in crate::integrator) fn with_photons(
-        &self,
-        photons: PhotonMaps,
-        bsdf: &Bsdf<F>,
-        drawn: &BsdfSample<F>,
-        light: &mut ShadowRay<F>,
-        next: &mut Path<F>,
-    ) -> GatheredLight<F> {
-        let Self { setup, path, surface, here, width, .. } = *self;
-        let bends = next.scatterings.eq(path.scatterings);
-        if self.point.material.makes_caustics() {
-            let emission = &photons.plan.emission;
-            let density = emission.density(&setup.scene, light.emitter, light.ray.direction, light.mask);
-            let left = photons.left_to_path(path, density, true, light.mask);
-            light.contribution = light.contribution * left;
-            next.landing = F::Int::select(bends, behind::<F>(path.landing), path.landing);
-            return GatheredLight::nothing();
-        }
-        let width = width * F::splat(photons.plan.pixels) / camera_path::footprint::<F>(path.sample);
-        let radius = first_radius(path, width, surface);
-        let is_drawn = path.bounce_counts.eq(F::Int::splat(0));
-        let word = leaving(surface, radius, drawn.direction, drawn.pdf);
-        let word = F::Int::select(is_drawn, word | F::Int::splat(DRAWN), word);
-        next.landing = F::Int::select(bends, word, path.landing);
-        // Photons that the camera sees directly are splatted instead.
-        let mask = here & bsdf.scatters() & !is_drawn;
-        if !mask.any() {
-            return GatheredLight::nothing();
-        }
-        let gives = setup.sharing.is_some();
-        photons.gather((setup.max_depth, gives), path, surface, bsdf, radius, mask)
-    }
 }
 
 /// The sample of all lanes, if it is the same one.
@@ -232,7 +183,7 @@ impl PhotonMaps<'_> {
         let is_drawn = !(landing & F::Int::splat(DRAWN)).eq(F::Int::splat(0));
         let gathered = disc(self.radius(path.sample, first, shares));
         let area = F::select(is_drawn, footprint_area(self.plan, first), gathered);
-        F::select(shares, balanced(own, density * area), F::one())
+        F::select(shares, balance_heuristic(own, density * area), F::one())
     }
 
     /// The weight of a path that has hit an emitter against photons.

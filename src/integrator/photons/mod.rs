@@ -25,56 +25,18 @@ pub mod gather;
 pub mod map;
 pub mod splat;
 pub mod targets;
-pub mod trace;
 
 use std::ops::Range;
 
-use super::RenderSetup;
-use super::observe::Observer;
 use crate::film::Film;
+use crate::integrator::RenderSetup;
+use crate::integrator::observe::Observer;
 use crate::math::Color;
 use crate::sampling::progressive::shrink;
 use crate::world::Transport;
 use emission::PhotonEmission;
 use map::{Photon, PhotonMap, Radii};
 use splat::{Splat, Splats};
-
-/// The reason why a render has no photons.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoPhotons {
-    /// The settings turn photons off.
-    Off,
-    /// The Whitted transport has photons only if the settings specify them.
-    Whitted,
-    /// Paths end at the first surface.
-    NoBounces,
-    /// No material makes caustics.
-    NoCaustics,
-    /// No light reaches objects that make caustics.
-    NoLamp,
-    /// The camera sees no surface where photons could end.
-    NotSeen,
-    /// No trial photon ended on a surface.
-    NoneLands,
-    /// Photons would lie so far apart that they would be isolated bright dots.
-    Dots,
-}
-
-impl NoPhotons {
-    /// The reason, human-readable: the end of a sentence.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::Off => "caustics are off",
-            Self::Whitted => "under Whitted's transport there are some only if asked for (--caustics 1)",
-            Self::NoBounces => "paths have no bounces (--depth 1 or more gives them some)",
-            Self::NoCaustics => "no material throws light onto other things, as glass and mirrors do",
-            Self::NoLamp => "no lamp lights what would throw light onto other things",
-            Self::NotSeen => "the camera sees no surface where photons could end",
-            Self::NoneLands => "none of those that were tried ended on a surface",
-            Self::Dots => "they would make only single bright dots (--caustics 1 insists)",
-        }
-    }
-}
 
 /// The setup of photons, common to all samples.
 pub struct PhotonPlan {

@@ -1,12 +1,12 @@
 //! Targets of photons: balls around everything that makes caustics.
 
-use crate::bvh::SPHERE;
+use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::{NONE, Vec3};
 use crate::scene::{CompiledScene, Geometry};
 use crate::world::Transport;
 
 /// The largest number of balls. Each photon ray is tested against all of them.
-pub(super) const MOST: usize = 32;
+pub(in crate::integrator) const MOST: usize = 32;
 /// A ball is divided if the discs of its parts together are smaller than this fraction of its own.
 const WORTH: f32 = 0.7;
 

@@ -5,17 +5,19 @@ use std::num::Wrapping;
 
 use smallvec::SmallVec;
 
-use super::partition::{PIXELS, Partition};
-use super::reusable::{Connection, splat};
-use super::{PathSlots, SecondVertex, path_of, run_of, unit_at};
+use super::partition::Partition;
+use super::path_slots::{PathSlots, Received, SecondVertex, path_of, unit_at};
 use crate::bvh::{AnyHitFilter, Crossing, HitPredicate, Rays};
 use crate::film::Film;
-use crate::integrator::any_hit::PathRay;
-use crate::integrator::camera_path::generate;
+use crate::integrator::RenderSetup;
 use crate::integrator::observe::Observer;
 use crate::integrator::path::Path;
-use crate::integrator::path_tracing::bsdf;
-use crate::integrator::{RenderSetup, wavefront::queue::Columns};
+use crate::integrator::path::any_hit::PathRay;
+use crate::integrator::path::camera_path::generate;
+use crate::integrator::path::columns::Columns;
+use crate::integrator::setup::reuse_groups::{PIXELS, run_of};
+use crate::integrator::transport::path_tracing::bsdf;
+use crate::integrator::transport::reusable::{Connection, splat};
 use crate::math::{Color, Ray, Vector};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::parameters::Outside;
@@ -43,14 +45,6 @@ impl GatheredGroup {
     fn row(&self) -> usize {
         self.members.len() + PADDING
     }
-}
-
-/// The light that a slot's first vertex takes from its group.
-#[derive(Clone, Copy)]
-pub(super) struct Received {
-    pub radiance: Color<f32>,
-    /// The number of second vertices that give any; not counted without an observer.
-    pub vertices: u32,
 }
 
 /// A function that finds for each ray whether it is blocked. The second argument holds the ends of the ray bundles,

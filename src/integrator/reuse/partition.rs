@@ -3,12 +3,8 @@
 
 use std::num::Wrapping;
 
+use crate::integrator::setup::reuse_groups::{BLOCK, PIXELS};
 use crate::sampling::hash::{combine, mix};
-
-/// Width and height in pixels of the blocks that contain the groups, independent of the tiles.
-pub const BLOCK: u32 = 16;
-/// Pixels of a block.
-pub const PIXELS: usize = (BLOCK * BLOCK) as usize;
 
 /// A partition of a block's pixels into groups of equal size.
 pub struct Partition {

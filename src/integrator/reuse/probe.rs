@@ -4,9 +4,10 @@
 //! Path reuse reduces the part of the variance that comes from second vertices, at the price of the rays that connect
 //! them. Edges, direct light and mirror images keep their variance.
 
-use super::{BLOCK, PIXELS, PathSlots, SecondVertex};
+use super::path_slots::{PathSlots, SecondVertex};
 use crate::film::{Film, Region};
 use crate::integrator::RenderSetup;
+use crate::integrator::setup::reuse_groups::{BLOCK, PIXELS};
 use crate::sampling::hash::mix;
 use crate::sampling::pattern::Grid;
 

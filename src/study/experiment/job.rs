@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use super::results::ResultRow;
 use super::shapes;
-use crate::bvh::binary_traversal::BinaryBvh;
-use crate::bvh::traverse::closest_one;
-use crate::bvh::{self, AnyHitFilter, Bvh, Coherence, HitsMut, Rays, Stack, brute};
+use crate::bvh::baseline::binary_traversal::BinaryBvh;
+use crate::bvh::baseline::brute;
+use crate::bvh::kernels::traverse::closest_one;
+use crate::bvh::{self, AnyHitFilter, Bvh, Coherence, HitsMut, Rays, Stack};
 use crate::error::LoadError;
 use crate::film::{PixelSum, metrics};
 use crate::formats::study::{
@@ -269,8 +270,13 @@ impl Kernel for Singly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for i in 0..self.rays.len() {
-            self.hits.t[i] =
-                closest_one::<L>(self.bvh, &self.rays.ray(i), AnyHitFilter::ACCEPT_ALL, self.stack).t;
+            self.hits.t[i] = closest_one::<L>(
+                self.bvh,
+                &self.rays.ray(i),
+                AnyHitFilter::ACCEPT_ALL,
+                &mut self.stack.single,
+            )
+            .t;
         }
     }
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{ExplainedLightRay, SampleTrace, Shares, Step};
-use crate::integrator::path_event::PathEvent;
+use crate::integrator::observe::decision::PathEvent;
 use crate::math::NONE;
 
 /// Returns a sample with all its paths.

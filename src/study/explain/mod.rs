@@ -7,9 +7,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::film::{Film, Region};
-use crate::integrator::bounces::LobeKind;
+use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::observe::{Components, Continuation, Event, EventKind, PathKey};
-use crate::integrator::path_event::PathEvent;
+use crate::integrator::path::bounces::LobeKind;
 use crate::integrator::{RenderSetup, Schedule};
 use crate::math::Hit;
 use crate::render::{Options, Session};

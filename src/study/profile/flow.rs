@@ -7,12 +7,13 @@ use smallvec::SmallVec;
 
 use super::ProfilePlan;
 use crate::bvh::Stack;
-use crate::bvh::counters::{Visits, visits};
+use crate::bvh::kernels::counters::Visits;
+use crate::bvh::kernels::query::visits;
 use crate::integrator::observe::{Continuation, Event, EventKind, Flow, PathKey};
 use crate::integrator::photons::map::Photon;
-use crate::integrator::wavefront::queue::{HIT_BYTES, PATH_BYTES};
-use crate::integrator::wavefront::shadows::SHADOW_BYTES;
-use crate::integrator::wavefront::vertices::VERTEX_BYTES;
+use crate::integrator::schedule::wavefront::queue::{HIT_BYTES, PATH_BYTES};
+use crate::integrator::schedule::wavefront::shadow_queue::SHADOW_BYTES;
+use crate::integrator::schedule::wavefront::vertices::VERTEX_BYTES;
 use crate::integrator::{RenderSetup, Schedule, Stage};
 use crate::math::{Ray, Vector};
 use crate::render::{Options, Session};

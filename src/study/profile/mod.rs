@@ -177,7 +177,7 @@ pub fn stage_times(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Result<Stage
 
 /// Returns the bytes of a worker's queues.
 pub fn wave_bytes(setup: &RenderSetup, plan: &ProfilePlan) -> usize {
-    crate::integrator::wavefront::Wave::new(setup, plan.wave, Sorting::default()).bytes()
+    crate::integrator::schedule::wavefront::wave::Wave::new(setup, plan.wave, Sorting::default()).bytes()
 }
 
 #[cfg(test)]

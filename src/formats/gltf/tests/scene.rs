@@ -1,7 +1,7 @@
 //! Nodes, cameras, lights, entities.
 
 use super::*;
-use crate::formats::bounding_points::BoundingPoints;
+use crate::formats::staging::bounding_points::BoundingPoints;
 use crate::math::{DVec3, Rgb, Vec3};
 use crate::world::{Camera, Falloff, FromModel, Light, Name, Parent, Shape, Transform, World};
 

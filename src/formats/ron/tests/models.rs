@@ -108,7 +108,7 @@ fn mesh_of_several_materials_is_copied_if_some_are_overridden() {
     std::fs::write(folder.path().join("two.gltf"), two).unwrap();
     let scene = folder.path().join("scene.ron");
     std::fs::write(&scene, text).unwrap();
-    let world = crate::formats::load(&scene).unwrap();
+    let world = crate::formats::staging::load(&scene).unwrap();
     let mut meshes = Vec::new();
     for entity in world.in_order() {
         if let Ok(shape) = world.entities.get::<&Shape>(entity) {
@@ -145,7 +145,7 @@ fn shared_mesh_is_overridden_by_the_material_of_each_entity() {
             "(materials: {{\"red\": (diffuse: (1, 0, 0))}}, entities: [(gltf: \"shared.gltf\"{overrides})])"
         );
         std::fs::write(&scene, text).unwrap();
-        let world = crate::formats::load(&scene).map_err(|error| error.to_string())?;
+        let world = crate::formats::staging::load(&scene).map_err(|error| error.to_string())?;
         assert_eq!(world.assets.meshes.len(), 1);
         let shown = world.in_order().into_iter().filter_map(|entity| {
             let Ok(Shape::Mesh(mesh)) = world.entities.get::<&Shape>(entity).as_deref().cloned() else {

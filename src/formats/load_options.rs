@@ -1,0 +1,270 @@
+//! Options for reading a scene: the moment, the surroundings and changes of values.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{LoadError, did_you_mean, in_one_line};
+use crate::math::Rgb;
+use crate::world::Light;
+
+/// Options for reading a scene. The default reads it as it is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// The time at which animations (of glTF files) and keys (of `.ron` files) are read, in seconds. None: nodes have
+    /// the poses in their file, and keyed values are those at 0 s. For `.ron`, `.gltf` and `.glb` files.
+    pub time_s: Option<f32>,
+    /// The name of a variant of the model's materials (KHR_materials_variants), or its number from 0. For `.gltf` and
+    /// `.glb` files.
+    pub variant: Option<String>,
+    /// The name of one of the model's scenes, or its number from 0. None: the file's default scene. For `.gltf` and
+    /// `.glb` files.
+    pub scene: Option<String>,
+    /// The unit of a model's lights. For glTF files, and `.ron` files that place them.
+    pub light_units: LightUnits,
+    /// True if glass without a volume encloses a solid body all the same. Otherwise it is a thin sheet, which light
+    /// passes without refraction. For glTF files, and `.ron` files that place them.
+    pub solid_glass: bool,
+    /// True if all surfaces of models are visible from both sides. For glTF files, and `.ron` files that place them.
+    pub double_sided: bool,
+    /// Surroundings that replace the scene's own environments and skies. None: these stay.
+    pub surroundings: Option<EnvironmentPreset>,
+    /// Other changes.
+    pub edits: Edits,
+    /// Columns and rows of the image, each 1 to 65,536, in place of the scene's own.
+    pub size: Option<[u32; 2]>,
+}
+
+impl LoadOptions {
+    /// Fails for options that have no meaning for a file of this kind.
+    pub(super) fn are_for(&self, path: &Path, extension: &str) -> Result<(), LoadError> {
+        let (to_gltf, to_scenes) = match extension {
+            "gltf" | "glb" => return Ok(()),
+            "ron" => (true, false),
+            _ => (true, true),
+        };
+        let gltf = ".gltf and .glb files";
+        let scenes = ".gltf and .glb files and .ron files that name these";
+        let all = [
+            ("variant", to_gltf && self.variant.is_some(), gltf),
+            ("scene", to_gltf && self.scene.is_some(), gltf),
+            ("light_units", to_scenes && self.light_units != LightUnits::Auto, scenes),
+            ("solid_glass", to_scenes && self.solid_glass, scenes),
+            ("double_sided", to_scenes && self.double_sided, scenes),
+            ("time_s", to_scenes && self.time_s.is_some(), ".gltf, .glb and .ron files"),
+        ];
+        match all.iter().find(|(_, is_refused, _)| *is_refused) {
+            Some((option, _, kinds)) => Err(LoadError::option(
+                option,
+                format!("this is for {kinds}, not for {}", in_one_line(&path.to_string_lossy())),
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The unit of the lights in a glTF file. Its specification (KHR_lights_punctual) uses candela and lux; powers here are
+/// in watts, so a factor is needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LightUnits {
+    /// `Watt` if Blender's exporter wrote the file and its lights are too bright to be watts (which gives a warning),
+    /// otherwise `Candela`.
+    #[default]
+    Auto,
+    /// Candela and lux, as in the specification. A lumen counts as a watt, so that a light of 1 cd is as bright as 1 m²
+    /// of a surface that emits 1 W m⁻² sr⁻¹.
+    Candela,
+    /// Candela and lux, but with 683 lumens to a watt. The emission of materials is in watts already.
+    Watt,
+}
+
+/// Changes to a scene beyond its files. They are applied in this order: `look_at`, `set`, `only`, `hide`, `orbit`,
+/// `zoom`, `ground`.
+///
+/// `only` and `hide` hold queries, which select entities. A query is a kind of component (`Light`), perhaps with a name
+/// or filters in brackets (`Mesh["floor"]`, `Light[name~"lamp*", parent="stage"]`), or only a name (`"lamp*"`); queries
+/// combine by `&`, `|`, `!` and parentheses. A filter compares `name`, `parent` or `material` by `=`, `!=` or `~`. In
+/// names and after `~`, `*` stands for any text. `set` holds statements, which change a value of everything that a
+/// query selects: `Material["glass"].ior = 1.6`, `Light.power_w *= 2`, `settings.samples = 64`. The operators are `=`,
+/// `*=`, `/=`, `+=` and `-=`.
+///
+/// A text that cannot be parsed, selects nothing, or sets a value that a scene file cannot hold is a
+/// [`LoadError::Option`] with the name of its field.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Edits {
+    /// Statements that change values, such as `Material["glass"].ior = 1.6`.
+    pub set: Vec<String>,
+    /// Queries. If there are any, rays can hit only the shapes that one of them selects, and the shapes below those.
+    /// Lights stay.
+    pub only: Vec<String>,
+    /// Queries. The shapes and lights that they select are removed, and so are all below these.
+    pub hide: Vec<String>,
+    /// The position of all cameras, and the point that they look at: each `"x, y, z"` in metres.
+    pub look_at: Option<[String; 2]>,
+    /// The angles in degrees by which cameras orbit the point that they look at: to the right, and up. They never pass
+    /// straight up or straight down.
+    pub orbit: Option<[f64; 2]>,
+    /// The factor by which cameras come nearer to the point that they look at, from 0.001 to 1000. An orthographic
+    /// camera shows a part that is smaller by this factor instead.
+    pub zoom: Option<f64>,
+    /// True if a large grey floor is added under everything.
+    pub ground: bool,
+}
+
+impl Edits {
+    /// True if there are no edits.
+    pub(crate) fn is_empty(&self) -> bool {
+        *self == Edits::default()
+    }
+
+    /// Leaves cameras where the files put them.
+    pub(crate) fn forget_camera(&mut self) {
+        (self.look_at, self.orbit, self.zoom) = (None, None, None);
+    }
+}
+
+/// Surroundings that replace a scene's own environments and skies. They light the scene, and are visible behind it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum EnvironmentPreset {
+    /// No surroundings: the scene's own environments and skies are removed.
+    None,
+    /// A photographer's studio: two soft lights, a pale ceiling, a grey floor.
+    Studio,
+    /// A clear sky and its sun, as [`Light::Sky`] describes, at full brightness.
+    Sky(SkyOptions),
+    /// An equirectangular image: a path, relative to the working folder. Its centre lies along −Z, its top along +Y;
+    /// its values are radiance in W m⁻² sr⁻¹.
+    Picture(#[serde(with = "as_text")] PathBuf),
+}
+
+/// The position of the sun, and the haze in the air.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SkyOptions {
+    /// The sun's elevation above the horizon in degrees, from −90 to 90.
+    pub elevation_degrees: f64,
+    /// The sun's azimuth in degrees: 0 along −Z, 90 along +X. Any finite number.
+    pub azimuth_degrees: f64,
+    /// The haze, relative to that of a clear day, from 0 to [`SkyOptions::MOST_HAZE`].
+    pub haze: f32,
+}
+
+impl SkyOptions {
+    /// The largest [`SkyOptions::haze`].
+    pub const MOST_HAZE: f32 = 100.0;
+
+    /// The sky as a light.
+    pub(in crate::formats) fn light(&self, radiance: Rgb) -> Light {
+        let radians = |degrees: f64| degrees.to_radians() as f32;
+        let (elevation, azimuth) =
+            (radians(self.elevation_degrees), radians(self.azimuth_degrees.rem_euclid(360.0)));
+        Light::Sky { elevation, azimuth, haze: self.haze, radiance }
+    }
+}
+
+impl Default for SkyOptions {
+    /// Half-way up the sky, behind the left shoulder of someone looking along −Z: elevation 45°, azimuth 220°, haze 1.
+    fn default() -> Self {
+        Self { elevation_degrees: 45.0, azimuth_degrees: 220.0, haze: 1.0 }
+    }
+}
+
+impl FromStr for EnvironmentPreset {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => return Ok(Self::None),
+            "studio" => return Ok(Self::Studio),
+            _ => {}
+        }
+        let Some(place) = text.strip_prefix("sky") else { return Ok(Self::Picture(text.into())) };
+        let mut sky = SkyOptions::default();
+        let Some(place) = place.strip_prefix(':') else {
+            return if place.is_empty() { Ok(Self::Sky(sky)) } else { Ok(Self::Picture(text.into())) };
+        };
+        let number = |text: &str| text.parse().ok().filter(|degrees: &f64| degrees.is_finite());
+        let (elevation, azimuth) = place.split_once(',').unwrap_or((place, "220"));
+        let wrong = || {
+            format!("where the sun stands is sky:ELEVATION,AZIMUTH in degrees, as sky:30,220, not {text:?}")
+        };
+        (sky.elevation_degrees, sky.azimuth_degrees) =
+            number(elevation).zip(number(azimuth)).ok_or_else(wrong)?;
+        if sky.elevation_degrees.abs() > 90.0 {
+            return Err("the sun's elevation is from -90 to 90 degrees".into());
+        }
+        Ok(Self::Sky(sky))
+    }
+}
+
+impl EnvironmentPreset {
+    /// Parses `none`, `studio`, `sky`, `sky:ELEVATION` or `sky:ELEVATION,AZIMUTH` (in degrees, with a haze of 1), or
+    /// else the path of an image, which is made absolute so that it is found from any folder.
+    ///
+    /// Errors: an empty text; angles that are no numbers; an elevation beyond ±90°; a path without an extension and
+    /// without a file, which was probably meant to be one of the names. The error is a human-readable text.
+    pub fn named(text: &str) -> Result<Self, String> {
+        match text.parse()? {
+            Self::Picture(path) if path.as_os_str().is_empty() => {
+                Err("expected none, studio, sky, sky:ELEVATION,AZIMUTH or a picture's file".into())
+            }
+            // Without an extension and without a file, it was probably meant to be one of the names.
+            Self::Picture(path) if path.extension().is_none() && !path.exists() => {
+                let hint = did_you_mean(text, ["none", "studio", "sky"]);
+                Err(format!("expected none, studio, sky, sky:ELEVATION,AZIMUTH or a picture's file{hint}"))
+            }
+            Self::Picture(path) => Ok(Self::Picture(std::path::absolute(&path).unwrap_or(path))),
+            other => Ok(other),
+        }
+    }
+}
+
+/// Serialisation of paths as text. Invalid Unicode is replaced, because JSON cannot represent it; the path must then be
+/// given again.
+pub(in crate::formats) mod as_text {
+    use std::path::{Path, PathBuf};
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(path: &Path, to: S) -> Result<S::Ok, S::Error> {
+        path.to_string_lossy().serialize(to)
+    }
+
+    pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<PathBuf, D::Error> {
+        String::deserialize(from).map(PathBuf::from)
+    }
+
+    pub mod several {
+        use super::*;
+
+        pub fn serialize<S: Serializer>(paths: &[PathBuf], to: S) -> Result<S::Ok, S::Error> {
+            to.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
+        }
+
+        pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<PathBuf>, D::Error> {
+            Vec::<PathBuf>::deserialize(from)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn preset_names_are_parsed() {
+        let sky = |elevation_degrees, azimuth_degrees| {
+            Ok(EnvironmentPreset::Sky(SkyOptions { elevation_degrees, azimuth_degrees, haze: 1.0 }))
+        };
+        assert_eq!("studio".parse(), Ok(EnvironmentPreset::Studio));
+        assert_eq!("sky".parse(), sky(45.0, 220.0));
+        assert_eq!("sky:10".parse(), sky(10.0, 220.0));
+        assert_eq!("sky:-3.5,90".parse(), sky(-3.5, 90.0));
+        assert_eq!("sky.exr".parse(), Ok(EnvironmentPreset::Picture("sky.exr".into())));
+        assert_eq!("skyline/a.hdr".parse(), Ok(EnvironmentPreset::Picture("skyline/a.hdr".into())));
+        for wrong in ["sky:", "sky:up", "sky:10,", "sky:91", "sky:nan"] {
+            assert!(wrong.parse::<EnvironmentPreset>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Places cameras that were added or that the options move, and adds a floor.
+
+use super::bounding_points::BoundingPoints;
+use crate::error::LoadError;
+use crate::formats::names::TakenNames;
+use crate::formats::{Edits, LoadOptions};
+use crate::math::{DVec3, Rgb, Vec3};
+use crate::world::{
+    BlinnPhong, Camera, ColorInput, Material, OrbitCamera, Parent, Shape, Transform, World, transforms,
+};
+
+/// Marks an added camera and stores its initial transform. As long as it keeps that, it is moved to where the image
+/// shows everything.
+pub(super) struct AutoCamera(pub Transform);
+
+/// The extent of a floor to each side, in diameters of the scene.
+const FLOOR: f64 = 100.0;
+
+/// True if there is an added camera, whose place depends on the shape of the image.
+pub(crate) fn has_added_camera(world: &World) -> bool {
+    world.entities.query::<&AutoCamera>().iter().next().is_some()
+}
+
+/// Places cameras and a floor as the options require. Animation does not move them: `at_rest` reads the scene without
+/// time.
+pub(super) fn place(
+    world: &mut World,
+    options: &LoadOptions,
+    at_rest: impl FnOnce() -> Result<World, LoadError>,
+) -> Result<(), LoadError> {
+    let Edits { orbit, zoom, ground, .. } = options.edits;
+    if !has_added_camera(world) && orbit.is_none() && zoom.is_none() && !ground {
+        return Ok(());
+    }
+    let moves = world.is_animated && options.time_s.is_some();
+    let rest = if moves { Some(at_rest()?) } else { None };
+    let extent = BoundingPoints::of(rest.as_ref().unwrap_or(world));
+    let [least, most] = extent.as_ref().map_or([DVec3::NEG_ONE, DVec3::ONE], BoundingPoints::bounds);
+    let cameras = cameras(world, extent.as_ref(), options, (0.5 * (least + most), (most - least).length()));
+    for (entity, transform, camera) in cameras {
+        // The transform is in world space, so its parent must not move it. The entity is known to exist.
+        let _ = world.entities.remove_one::<Parent>(entity);
+        let _ = world.entities.insert(entity, (transform, camera));
+    }
+    if ground {
+        add_floor(world, [least, most]);
+    }
+    Ok(())
+}
+
+/// The cameras that move, with their new transforms. `middle` and `diameter` are those of the scene.
+fn cameras(
+    world: &World,
+    extent: Option<&BoundingPoints>,
+    options: &LoadOptions,
+    (middle, diameter): (DVec3, f64),
+) -> Vec<(hecs::Entity, Transform, Camera)> {
+    let Edits { look_at, orbit, zoom, .. } = &options.edits;
+    let looked_at = look_at.as_ref().and_then(|[_, to]| point(to));
+    // Errors are reported when the scene is compiled.
+    let Ok(transforms) = transforms::to_world(world, &world.in_order()) else { return Vec::new() };
+    let mut query =
+        world.entities.query::<(hecs::Entity, &Camera, Option<&Transform>, Option<&AutoCamera>)>();
+    let elsewhere = |(entity, camera, transform, added): (hecs::Entity, &Camera, _, Option<&AutoCamera>)| {
+        let is_added = added.is_some_and(|added| transform == Some(&added.0));
+        if !is_added && orbit.is_none() && zoom.is_none() {
+            return None;
+        }
+        let matrix = transforms.get(&entity)?;
+        let axis = |axis: DVec3| (matrix.matrix3 * axis).normalize();
+        let forward = axis(DVec3::NEG_Z);
+        let right = forward.cross(axis(DVec3::Y)).normalize();
+        let ahead = (looked_at.unwrap_or(middle) - matrix.translation).dot(forward);
+        let depth = match camera {
+            Camera::ThinLens { focus_distance_m, .. } if looked_at.is_none() => f64::from(*focus_distance_m),
+            _ if ahead > 0.01 * diameter => ahead,
+            _ => diameter.max(1e-3),
+        };
+        let axes = [right, right.cross(forward), forward];
+        let mut rig = OrbitCamera::new(matrix.translation, axes, *camera, depth);
+        if let Some([yaw, pitch]) = orbit {
+            // A drag of one image height is half a turn.
+            rig.orbit([-yaw / 180.0, pitch / 180.0]);
+        }
+        if is_added {
+            let [width, height] = world.settings.size.map(f64::from);
+            let unit = |direction: DVec3| direction.abs().element_sum();
+            rig.fit(width / height, |direction| match extent {
+                Some(extent) => extent.along(direction),
+                None => unit(direction),
+            });
+        }
+        if let Some(zoom) = zoom {
+            rig.zoom(*zoom);
+        }
+        Some((entity, rig.transform().ok()?, rig.camera))
+    };
+    query.iter().filter_map(elsewhere).collect()
+}
+
+/// Parses three numbers.
+fn point(text: &str) -> Option<DVec3> {
+    let numbers: Vec<f64> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+    Some(DVec3::from_array(numbers.try_into().ok()?))
+}
+
+/// Adds a grey floor under everything.
+fn add_floor(world: &mut World, [least, most]: [DVec3; 2]) {
+    let diameter = (most - least).length().max(1e-6);
+    let (middle, reach) = (0.5 * (least + most), FLOOR * diameter);
+    // A flat underside must not coincide with the floor.
+    let height = least.y - 1e-4 * diameter;
+    let corner = |x: f64, z: f64| {
+        Vec3::new((middle.x + x * reach) as f32, height as f32, (middle.z + z * reach) as f32)
+    };
+    let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
+    let grey = BlinnPhong {
+        diffuse: ColorInput::Constant(Rgb::splat(0.4)),
+        specular: ColorInput::Constant(Rgb::BLACK),
+        ..BlinnPhong::default()
+    };
+    let name = TakenNames::of(world).unique("ground");
+    let material = world.assets.add_material(Some("ground".into()), Material::BlinnPhong(grey));
+    world.entities.spawn((name, Transform::IDENTITY, Shape::Plane { corners }, material));
+}

@@ -1,0 +1,111 @@
+//! Changes to a scene beyond its files: other values, and parts left out.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::error::{LoadError, in_one_line};
+use crate::formats::Files;
+use crate::formats::load_options::Edits;
+use crate::formats::ron::query::{EditRunner, Query, no_match};
+use crate::world::{Background, Light, Parent, Shape, World};
+
+impl Edits {
+    /// Applies the edits that do not depend on positions. Fails for texts that are no query, or that select nothing.
+    pub(crate) fn apply(&self, world: &mut World, files: &mut Files) -> Result<(), LoadError> {
+        if self.zoom.is_some_and(|zoom| !(1e-3..=1e3).contains(&zoom)) {
+            return Err(LoadError::option("zoom", "it must be 0.001 to 1000: 2 is twice as near"));
+        }
+        if self.orbit.is_some_and(|angles| !angles.iter().all(|angle| angle.is_finite())) {
+            return Err(LoadError::option("orbit", "its angles must be finite"));
+        }
+        let mut changes = EditRunner::new(world);
+        if let Some([from, to]) = &self.look_at {
+            let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
+            let done = changes.carry_out(world, &statement, files);
+            done.map_err(|error| LoadError::option("look_at", error))?;
+        }
+        for statement in &self.set {
+            let done = changes.carry_out(world, statement, files);
+            done.map_err(|error| LoadError::option("set", error))?;
+        }
+        if !self.only.is_empty() {
+            let queries = queries("only", &self.only)?;
+            let kept = meant(world, &queries, "only", &self.only)?;
+            for entity in world.in_order() {
+                if !kept.contains(&entity) {
+                    // Not every entity has a shape.
+                    let _ = world.entities.remove_one::<Shape>(entity);
+                }
+            }
+        }
+        if !self.hide.is_empty() {
+            let queries = queries("hide", &self.hide)?;
+            let mut hides = false;
+            for entity in meant(world, &queries, "hide", &self.hide)? {
+                hides |= world.entities.remove_one::<Shape>(entity).is_ok();
+                hides |= world.entities.remove_one::<Light>(entity).is_ok();
+            }
+            if !hides {
+                world
+                    .warnings
+                    .push("hide: nothing of that is a shape or a light, so nothing is hidden".into());
+            }
+        }
+        // A background other than black is reported when the scene is compiled.
+        if world.settings.background == Background::default()
+            && self.set.iter().any(|it| is_of_background(it))
+        {
+            let hidden = world.hidden_background();
+            world.warnings.extend(hidden);
+        }
+        Ok(())
+    }
+}
+
+/// True if a statement is about the background.
+fn is_of_background(statement: &str) -> bool {
+    let field = statement.trim_start().strip_prefix("settings.");
+    field.is_some_and(|field| field.trim_start().starts_with("background"))
+}
+
+fn queries(option: &'static str, texts: &[String]) -> Result<Vec<Query>, LoadError> {
+    let parse = |text: &String| Query::parse(text).map_err(|error| LoadError::option(option, error));
+    texts.iter().map(parse).collect()
+}
+
+/// The entities that any of the queries selects, and all below them.
+fn meant(
+    world: &World,
+    queries: &[Query],
+    option: &'static str,
+    texts: &[String],
+) -> Result<HashSet<hecs::Entity>, LoadError> {
+    let order = world.in_order();
+    for (query, text) in queries.iter().zip(texts) {
+        if !order.iter().any(|entity| query.matches(world, *entity)) {
+            let reason = format!("{}: {}", in_one_line(text), no_match(world, query));
+            return Err(LoadError::option(option, reason));
+        }
+    }
+    // Walks up from each entity to one with a known result: however deep they are, each is tested once.
+    let mut known: HashMap<hecs::Entity, bool> = HashMap::with_capacity(order.len());
+    for entity in &order {
+        let (mut at, mut chain) = (Some(*entity), Vec::new());
+        let mut is_meant = false;
+        while let Some(entity) = at {
+            // An entity that is already on the way is below itself: the compiler refuses it.
+            if let Some(found) = known.get(&entity) {
+                is_meant = *found;
+                break;
+            }
+            chain.push(entity);
+            known.insert(entity, false);
+            if queries.iter().any(|query| query.matches(world, entity)) {
+                is_meant = true;
+                break;
+            }
+            at = world.entities.get::<&Parent>(entity).ok().map(|parent| parent.0);
+        }
+        known.extend(chain.into_iter().map(|entity| (entity, is_meant)));
+    }
+    Ok(known.into_iter().filter(|(_, is_meant)| *is_meant).map(|(entity, _)| entity).collect())
+}

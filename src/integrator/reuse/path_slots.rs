@@ -1,0 +1,318 @@
+//! The paths of a unit, and what they give and take.
+
+use std::collections::HashMap;
+use std::num::Wrapping;
+use std::ops::Range;
+
+use super::probe::{MeasuredBlock, is_probed};
+use super::{PixelSample, Sink, contains};
+use crate::film::{Film, FilmScale, Region};
+use crate::integrator::RenderSetup;
+use crate::integrator::observe::{self, Observer};
+use crate::integrator::path::camera_path::generate;
+use crate::integrator::path::{Path, pack_pixel, unpack_pixel};
+use crate::integrator::setup::reuse_groups::{BLOCK, PIXELS};
+use crate::integrator::transport::reusable::ReusableVertex;
+use crate::math::{Color, Rgb, Vector};
+use crate::shading::HitLanes;
+use crate::simd::{Float, Int};
+
+/// The second vertex of a path, as it is given to neighbours.
+#[derive(Clone, Copy)]
+pub(super) enum SecondVertex {
+    /// Nothing to give.
+    Nothing,
+    /// A second vertex that has not been evaluated yet.
+    Open,
+    /// Light from infinitely far away in a direction.
+    Far(Vector<f32>),
+    /// Light from a vertex.
+    Near(ReusableVertex<f32>),
+}
+
+/// The light that a slot's first vertex takes from its group.
+#[derive(Clone, Copy)]
+pub(super) struct Received {
+    pub radiance: Color<f32>,
+    /// The number of second vertices that give any; not counted without an observer.
+    pub vertices: u32,
+}
+
+/// A path and the radiance that it has found.
+#[derive(Clone, Copy)]
+pub(super) struct PathSlot {
+    pub(super) pixel: u32,
+    pub(super) sample: u32,
+    /// True if the path exists.
+    pub(super) begun: bool,
+    /// The material of its first vertex.
+    pub(super) material: u32,
+    /// True if its first vertex takes: it is connected to second vertices of others.
+    pub(super) takes: bool,
+    pub(super) offer: SecondVertex,
+    /// The throughput from the first vertex, a factor of all radiance found behind it.
+    pub(super) weight: Color<f32>,
+    /// The radiance that the path has found and keeps, before `weight`.
+    pub(super) own: Color<f32>,
+    /// The radiance that it has found for the whole group.
+    pub(super) shared: Color<f32>,
+    /// The fraction of the radiance found behind the second vertex that is given.
+    pub(super) onward: Color<f32>,
+}
+
+/// The paths of some samples of some blocks of pixels, which are reused among each other.
+pub struct PathSlots {
+    /// The region, in blocks.
+    pub(super) blocks: Region,
+    pub(super) samples: Range<u32>,
+    /// The present units: samples of blocks, in order, with all samples of a block one after another.
+    pub(super) units: Range<usize>,
+    /// Binary logarithm of the group size, for each block.
+    pub(super) sizes: Vec<u8>,
+    /// The choices of blocks, stored because samples can come in several passes.
+    pub(super) chosen: HashMap<[u32; 2], u8>,
+    pub(super) unit: FilmScale,
+    /// True while pixels are probed before rendering; the results are in `measured`.
+    pub(super) pilot: bool,
+    pub(super) measured: Vec<MeasuredBlock>,
+    pub(super) slots: Vec<PathSlot>,
+    /// The light found behind second vertices, in quanta, because paths that fork there end in any order. Empty if no
+    /// path can fork.
+    pub(super) found: Vec<[i64; 3]>,
+    /// First hits: t, u, v; primitive and instance.
+    pub(super) hits: [Vec<f32>; 3],
+    pub(super) ids: [Vec<u32>; 2],
+}
+
+impl PathSlots {
+    /// Creates room for `units` samples of blocks.
+    pub fn new(setup: &RenderSetup, units: usize) -> Self {
+        let count = units * PIXELS;
+        Self {
+            blocks: Region { x0: 0, y0: 0, x1: 0, y1: 0 },
+            samples: 0..0,
+            units: 0..0,
+            sizes: Vec::new(),
+            chosen: HashMap::new(),
+            unit: setup.unit,
+            pilot: false,
+            measured: Vec::new(),
+            slots: vec![PathSlot::EMPTY; count],
+            found: vec![[0; 3]; if setup.may_fork() { count } else { 0 }],
+            hits: std::array::from_fn(|_| vec![0.0; count]),
+            ids: std::array::from_fn(|_| vec![0; count]),
+        }
+    }
+
+    /// Bytes of all columns.
+    pub fn bytes(&self) -> usize {
+        let found = size_of_val(&self.found[..]);
+        self.slots.len() * (size_of::<PathSlot>() + 5 * size_of::<u32>()) + found
+    }
+
+    /// Sets the region, whose groups have the size that the setup specifies.
+    pub fn enter(&mut self, setup: &RenderSetup, region: Region) {
+        let Region { x0, y0, x1, y1 } = region;
+        let (x0, y0, x1, y1) = (x0 / BLOCK, y0 / BLOCK, x1.div_ceil(BLOCK), y1.div_ceil(BLOCK));
+        self.blocks = Region { x0, y0, x1, y1 };
+        let log2 = setup.sharing.map_or(0, |grouping| grouping.log2);
+        self.sizes = vec![log2 as u8; self.blocks.area()];
+    }
+
+    /// Begins a range of samples of the region.
+    pub fn start(&mut self, samples: Range<u32>) {
+        self.pilot = false;
+        self.samples = samples;
+        self.units = 0..0;
+    }
+
+    /// Advances to the next units; returns false if none are left. Calls `begin` with the pixel and the sample of each
+    /// path, in an order in which neighbours follow each other.
+    pub fn advance(&mut self, size: [u32; 2], begin: &mut dyn FnMut(u32, u32)) -> bool {
+        let all = self.blocks.area() * self.samples.len();
+        // Blocks without path reuse are rendered elsewhere.
+        let is_plain = |unit: &usize| self.sizes[unit / self.samples.len()] == 0;
+        let first = (self.units.end..all).find(|unit| !is_plain(unit)).unwrap_or(all);
+        let end = (first..all.min(first + self.slots.len() / PIXELS)).find(is_plain);
+        self.units = first..end.unwrap_or(all.min(first + self.slots.len() / PIXELS));
+        for (unit, slots) in self.units.clone().zip(self.slots.chunks_exact_mut(PIXELS)) {
+            let ([column, row], sample) = unit_at(&self.blocks, &self.samples, unit);
+            slots.fill(PathSlot::EMPTY);
+            // By squares of 8 × 8 pixels.
+            for place in 0..PIXELS as u32 {
+                let (inner, outer) = (place % 64, place / 64);
+                let (x, y) = (outer % 2 * 8 + inner % 8, outer / 2 * 8 + inner / 8);
+                let (px, py) = (column * BLOCK + x, row * BLOCK + y);
+                if px < size[0] && py < size[1] && (!self.pilot || is_probed(px, py)) {
+                    let pixel = pack_pixel(px, py);
+                    let slot = &mut slots[(y * BLOCK + x) as usize];
+                    (slot.pixel, slot.sample, slot.begun) = (pixel, sample, true);
+                    begin(pixel, sample);
+                }
+            }
+        }
+        !self.units.is_empty()
+    }
+
+    /// The index of the slot of a sample's path.
+    #[inline(always)]
+    fn index(&self, (pixel, sample): PixelSample) -> usize {
+        let (x, y) = unpack_pixel(pixel);
+        let block = self.blocks.index(x / BLOCK, y / BLOCK);
+        let unit = block * self.samples.len() + (sample - self.samples.start) as usize;
+        (unit - self.units.start) * PIXELS + (y % BLOCK * BLOCK + x % BLOCK) as usize
+    }
+
+    #[inline(always)]
+    fn of(&mut self, path: PixelSample) -> &mut PathSlot {
+        let index = self.index(path);
+        &mut self.slots[index]
+    }
+
+    /// Stores a path's first hit. `receives`: the vertex may take.
+    pub fn first(&mut self, path: PixelSample, hit: &HitLanes<f32>, material: u32, takes: bool) {
+        let index = self.index(path);
+        for (column, value) in self.hits.iter_mut().zip([hit.t, hit.u, hit.v]) {
+            column[index] = value;
+        }
+        for (column, value) in self.ids.iter_mut().zip([hit.primitive.0, hit.instance.0]) {
+            column[index] = value;
+        }
+        let shares = self.sizes[(self.units.start + index / PIXELS) / self.samples.len()] > 0;
+        let slot = &mut self.slots[index];
+        (slot.material, slot.takes) = (material, takes && shares);
+    }
+
+    /// Stores that a path leaves its first vertex in a direction of density `pdf`. Returns true if the path is reused:
+    /// then it goes on with a throughput of 1 and without radiance, so that what it finds can be given. All other paths
+    /// bypass the slots from then on.
+    pub fn leave(&mut self, path: PixelSample, throughput: Color<f32>, pdf: f32) -> bool {
+        let slot = self.of(path);
+        let shares = slot.takes && pdf > 0.0;
+        if shares {
+            (slot.offer, slot.weight) = (SecondVertex::Open, throughput);
+        }
+        shares
+    }
+
+    /// Stores that a reused path has left the scene after its first vertex.
+    pub fn miss(&mut self, setup: &RenderSetup, path: PixelSample, direction: Vector<f32>) {
+        let slot = self.of(path);
+        // A panorama is also sampled directly, by every path for itself.
+        if setup.scene.environment.panorama.is_none() {
+            slot.offer = SecondVertex::Far(direction);
+            slot.onward = Color::new(1.0, 1.0, 1.0);
+        }
+    }
+
+    /// Stores what the second vertex of a reused path emits, which the path keeps, and the light that the vertex gives,
+    /// if any.
+    pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, shared: Option<&ReusableVertex<f32>>) {
+        let slot = self.of(path);
+        slot.own = slot.own + emitted;
+        let Some(shared) = shared else { return };
+        slot.offer = SecondVertex::Near(*shared);
+        slot.onward = shared.onward;
+        slot.shared = slot.shared + shared.gathered;
+    }
+
+    /// Stores what a light has sent to a path's second vertex.
+    pub fn lit(&mut self, path: PixelSample, radiance: Color<f32>) {
+        let slot = self.of(path);
+        let part = if let SecondVertex::Near(shared) = &slot.offer { shared.light } else { Color::black() };
+        slot.take(radiance, part);
+    }
+
+    /// Divides what the units' paths have found behind their second vertices, if they may fork. All have ended.
+    pub fn settle(&mut self) {
+        let quantum = self.unit.quantum();
+        for (slot, found) in self.slots[..self.units.len() * PIXELS].iter_mut().zip(&mut self.found) {
+            let [r, g, b] = std::mem::take(found).map(|sum| (sum as f64 * quantum) as f32);
+            slot.take(Color::new(r, g, b), slot.onward);
+        }
+    }
+
+    /// Adds the radiance that the paths keep and take to the pixels of a film.
+    pub(super) fn finish(&self, received: &[Received], film: &mut Film, observer: &mut dyn Observer) {
+        let region = film.region();
+        for (slot, received) in self.slots[..self.units.len() * PIXELS].iter().zip(received) {
+            let (x, y) = unpack_pixel(slot.pixel);
+            let own = slot.weight * slot.own;
+            let total = own + received.radiance;
+            if observer.is_active() && (slot.takes || slot.weight.max_component() > 0.0) {
+                let Received { radiance, vertices } = *received;
+                observer.report(&observe::received(slot.pixel, slot.sample, own, radiance, vertices));
+            }
+            // NaN is added, too: the film counts it.
+            let is_black = total.r == 0.0 && total.g == 0.0 && total.b == 0.0;
+            if contains(&region, x, y) && !is_black {
+                film.add(x, y, slot.sample, Rgb::new(total.r, total.g, total.b));
+            }
+        }
+    }
+
+    /// The first hits of some slots.
+    #[inline(always)]
+    pub(super) fn hits<F: Float>(&self, places: F::Int, mask: F::Mask) -> HitLanes<F> {
+        let [t, u, v] = &self.hits;
+        let [primitive, instance] = &self.ids;
+        HitLanes {
+            t: F::gather(t, places, mask),
+            u: F::gather(u, places, mask),
+            v: F::gather(v, places, mask),
+            primitive: F::Int::gather(primitive, places, mask),
+            instance: F::Int::gather(instance, places, mask),
+        }
+    }
+}
+
+impl PathSlot {
+    const EMPTY: PathSlot = {
+        let black = Color { r: 0.0, g: 0.0, b: 0.0 };
+        PathSlot {
+            pixel: 0,
+            sample: 0,
+            begun: false,
+            material: 0,
+            takes: false,
+            offer: SecondVertex::Nothing,
+            weight: black,
+            own: black,
+            shared: black,
+            onward: black,
+        }
+    };
+
+    /// Divides radiance between the path and the group, whose fraction is `lent`.
+    fn take(&mut self, radiance: Color<f32>, shared: Color<f32>) {
+        self.shared = self.shared + radiance * shared;
+        self.own = self.own + radiance * shared.complement();
+    }
+}
+
+impl Sink for PathSlots {
+    fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb) {
+        let index = self.index((pixel, sample));
+        let slot = &mut self.slots[index];
+        let light = Color::new(radiance.r, radiance.g, radiance.b);
+        let Some(found) = self.found.get_mut(index) else { return slot.take(light, slot.onward) };
+        if light.r.is_finite() && light.g.is_finite() && light.b.is_finite() {
+            let counted = self.unit.counted(radiance);
+            *found = [0, 1, 2].map(|channel| found[channel].saturating_add(counted[channel]));
+        } else {
+            // The film counts values that are not finite.
+            slot.own = slot.own + light;
+        }
+    }
+}
+
+/// The block and the sample of a unit.
+pub(super) fn unit_at(blocks: &Region, samples: &Range<u32>, unit: usize) -> ([u32; 2], u32) {
+    let (block, sample) = ((unit / samples.len()) as u32, (unit % samples.len()) as u32);
+    ([blocks.x0 + block % blocks.width(), blocks.y0 + block / blocks.width()], samples.start + sample)
+}
+
+/// The path of a slot, in one lane.
+pub(super) fn path_of(setup: &RenderSetup, slot: &PathSlot) -> Path<f32> {
+    generate(setup, Wrapping(slot.pixel), Wrapping(slot.sample))
+}

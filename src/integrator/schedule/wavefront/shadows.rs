@@ -1,0 +1,70 @@
+//! The stage that traces shadow rays.
+
+use super::shadow_queue::ShadowAnyHit;
+use super::wave::{StageClock, Wave};
+use crate::bvh::{self, Coherence};
+use crate::integrator::path::shadow::{ShadowRay, connect};
+use crate::integrator::transport::path_tracing::limited;
+use crate::integrator::transport::transparent_shadow::arriving;
+use crate::integrator::{RenderSetup, Stage};
+use crate::math::Color;
+use crate::scene::bodies::Body;
+use crate::simd::Isa;
+use crate::world::Transport;
+
+impl Wave {
+    /// Traces the shadow queue and adds the contributions, in the queue's order.
+    pub(super) fn shadows(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
+        let count = self.shadow.count();
+        self.shadow.passes.iter_mut().take(count).for_each(|passes| *passes.get_mut() = false);
+        let surfaces = ShadowAnyHit { setup, paths: &self.paths, shadow: &self.shadow };
+        let rays = self.shadow.rays(&self.ends, &surfaces);
+        let (bvh, occluded) = (&setup.scene.bvh, &mut self.occluded[..count]);
+        bvh::any(isa, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
+        self.weaken(setup, isa, count);
+        let ([r, g, b], targets) = self.shadow.contributions();
+        let [to_r, to_g, to_b] = self.paths.radiance_mut();
+        for i in 0..count {
+            if self.occluded[i] == 0 {
+                let to = targets[i] as usize;
+                let so_far = Color::new(to_r[to], to_g[to], to_b[to]);
+                let sum = connect(so_far, Color::new(r[i], g[i], b[i]));
+                (to_r[to], to_g[to], to_b[to]) = (sum.r, sum.g, sum.b);
+            }
+        }
+        clock.statistics.rays.shadow += count as u64;
+        self.report_shadows(setup, isa, clock.observer);
+        self.shadow.clear();
+        clock.stage(Stage::Shadow);
+    }
+
+    /// Attenuates the contributions of unblocked rays by the surfaces that they go straight through, and in the bodies
+    /// where they begin; clamps them.
+    fn weaken(&mut self, setup: &RenderSetup, isa: Isa, count: usize) {
+        let clamps = setup.transport == Transport::Path && setup.clamp.is_some();
+        if self.shadow.bodies.is_none() && self.shadow.passes.is_empty() && !clamps {
+            return;
+        }
+        for i in (0..count).filter(|i| self.occluded[*i] == 0) {
+            let bodies = self.shadow.bodies(i);
+            let passes = self.shadow.passes.get_mut(i).is_some_and(|passes| *passes.get_mut());
+            let attenuates = |body: &Body| setup.scene.materials[body.material as usize].attenuates();
+            let is_weakened = passes || setup.scene.bodies.filling(bodies).is_some_and(attenuates);
+            if !is_weakened && !clamps {
+                continue;
+            }
+            let path = self.paths.load::<f32>(self.shadow.target(i));
+            let [r, g, b] = self.shadow.contributions().0.map(|channel| channel[i]);
+            let contribution = Color::new(r, g, b);
+            let left = if is_weakened {
+                let [emitter, bodies] = [self.shadow.emitter(i), bodies].map(std::num::Wrapping);
+                let shadow = ShadowRay { ray: self.shadow.ray(i), contribution, emitter, bodies, mask: true };
+                let (stack, room) = (&mut self.stack, &mut self.crossings);
+                arriving(setup, isa, &path, &shadow, stack, room).unwrap_or(Color::black())
+            } else {
+                limited(setup, &path, contribution)
+            };
+            self.shadow.bring(i, left);
+        }
+    }
+}
