@@ -87,9 +87,6 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
         let id = given.unwrap_or(MaterialId::DEFAULT);
         let mut farthest = reach(id);
         let (positions, triangles): (&[Vec3], Vec<[u32; 3]>) = match &*shape {
-            Shape::Sphere { .. } => continue,
-            Shape::Triangle { vertices, .. } => (vertices, vec![[0, 1, 2]]),
-            Shape::Plane { corners } => (corners, vec![[0, 1, 2], [0, 2, 3]]),
             Shape::Mesh(mesh) => {
                 let mesh = world.assets.meshes.get(mesh.0 as usize)?;
                 let own = |at: usize| given.or(mesh.triangle_materials.get(at).copied()).unwrap_or(id);
@@ -98,6 +95,10 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
                 let those = mesh.triangles.iter().enumerate().filter(|(at, _)| encloses(&own(*at)));
                 (&mesh.positions, those.map(|(_, triangle)| *triangle).collect())
             }
+            _ => match shape.fan() {
+                Some(corners) => (corners, (2..corners.len() as u32).map(|at| [0, at - 1, at]).collect()),
+                None => continue,
+            },
         };
         if triangles.is_empty() || !(matches!(*shape, Shape::Mesh(_)) || encloses(&id)) {
             continue;

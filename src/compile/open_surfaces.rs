@@ -84,12 +84,10 @@ impl OpenSurfaceInputs {
             let shape = world.entities.get::<&Shape>(entity).ok()?;
             let given = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
             let corners = match &*shape {
-                Shape::Sphere { .. } => return None,
-                Shape::Triangle { vertices, .. } => SurfaceCorners::Fan(vertices.to_vec()),
-                Shape::Plane { corners } => SurfaceCorners::Fan(corners.to_vec()),
                 Shape::Mesh(id) => {
                     SurfaceCorners::Mesh(ByPtr(world.assets.meshes.get(id.0 as usize)?.clone()))
                 }
+                _ => SurfaceCorners::Fan(shape.fan()?.to_vec()),
             };
             let of_triangles = match (&corners, given) {
                 (SurfaceCorners::Mesh(mesh), None) => &mesh.0.triangle_materials[..],

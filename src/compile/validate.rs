@@ -4,8 +4,8 @@
 use hecs::Entity;
 
 use crate::error::CompileError;
-use crate::world::bounds::{self, above, check as check_fields, within};
-use crate::world::fields::{self, Forms};
+use crate::world::bounds::{self, check as check_fields, within};
+use crate::world::fields::{self, Forms, Slot};
 use crate::world::transforms::entity_error;
 use crate::world::{
     Assets, Camera, Image, Light, MaterialId, Mesh, Overrides, Parent, Settings, Shape, Texels, World,
@@ -152,7 +152,7 @@ fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
         overrides.0.iter().try_for_each(|(_, id)| material(*id))?;
     }
     if let Ok(shape) = entities.get::<&Shape>(entity) {
-        check_shape(&shape, assets)?;
+        check_form(&mut Shape::clone(&shape), assets)?;
     }
     if let Ok(light) = entities.get::<&Light>(entity) {
         if let Light::Spot { inner_angle, outer_angle, .. } = *light {
@@ -163,24 +163,6 @@ fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
     entities.get::<&Camera>(entity).map_or(Ok(()), |camera| check_form(&mut Camera::clone(&camera), assets))
 }
 
-fn check_shape(shape: &Shape, assets: &Assets) -> Result<(), String> {
-    let all_finite = |mut points: std::slice::Iter<crate::math::Vec3>| {
-        let finite = points.all(|point| point.is_finite());
-        finite.then_some(()).ok_or_else(|| "its corners and normals must be finite".to_owned())
-    };
-    match shape {
-        Shape::Sphere { radius_m } => above("radius_m", *radius_m, 0.0),
-        Shape::Triangle { vertices, normals, uvs } => {
-            all_finite(vertices.iter())?;
-            all_finite(normals.as_ref().map_or([].iter(), |normals| normals.iter()))?;
-            let finite = uvs.is_none_or(|uvs| uvs.iter().all(|uv| uv.is_finite()));
-            finite.then_some(()).ok_or_else(|| "its texture coordinates must be finite".to_owned())
-        }
-        Shape::Plane { corners } => all_finite(corners.iter()),
-        Shape::Mesh(id) => exists("mesh", id.0, assets.meshes.len()),
-    }
-}
-
 fn check_form(form: &mut dyn Forms, assets: &Assets) -> Result<(), String> {
     let mut found = Ok(());
     for field in form.fields() {
@@ -189,6 +171,11 @@ fn check_form(form: &mut dyn Forms, assets: &Assets) -> Result<(), String> {
         });
     }
     found?;
+    for field in form.fields() {
+        if let Slot::Mesh(id) = field.slot {
+            exists("mesh", id.0, assets.meshes.len())?;
+        }
+    }
     for id in fields::images(form.fields()) {
         exists("image", id.0, assets.images.len())?;
     }

@@ -89,6 +89,16 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
             check_color(name, *bottom)?;
             check_color(name, *top)?;
         }
+        Slot::Triangle(corners) => finite("its corners", corners.iter().all(|corner| corner.is_finite()))?,
+        Slot::Quadrilateral(corners) => {
+            finite("its corners", corners.iter().all(|corner| corner.is_finite()))?;
+        }
+        Slot::CornerVectors(Some(vectors)) => {
+            finite("its normals", vectors.iter().all(|vector| vector.is_finite()))?;
+        }
+        Slot::CornerUvs(Some(uvs)) => {
+            finite("its texture coordinates", uvs.iter().all(|uv| uv.is_finite()))?;
+        }
         Slot::Form(form) => {
             let kind = form.kind();
             check_form(form).map_err(|reason| format!("the {kind}'s {reason}"))?;
@@ -98,6 +108,10 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
         _ => {}
     }
     Ok(())
+}
+
+fn finite(what: &str, is_finite: bool) -> Result<(), String> {
+    is_finite.then_some(()).ok_or_else(|| format!("{what} must be finite"))
 }
 
 fn number(name: &str, value: f32, range: Range) -> Result<(), String> {

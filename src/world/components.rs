@@ -100,33 +100,46 @@ impl Default for Transform {
     }
 }
 
-/// A surface that rays can hit, in local space.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
-    /// A sphere centred at the local origin. u runs around +Y once, from −X by +Z; v runs from 0 at the +Y pole to 1 at
-    /// the −Y pole.
-    Sphere {
-        /// The radius in metres, above zero.
-        radius_m: f32,
-    },
-    /// A triangle, counter-clockwise seen from the front.
-    Triangle {
-        /// The corners.
-        vertices: [Vec3; 3],
-        /// Shading normals at the corners; flat when absent.
-        normals: Option<[Vec3; 3]>,
-        /// Texture coordinates; (0,0), (1,0), (0,1) when absent.
-        uvs: Option<[Vec2; 3]>,
-    },
-    /// A planar convex quadrilateral. Its corners, in order around it, are the texture's top left, top right, bottom
-    /// right and bottom left. Its front, which is the outside of glass, is the side from which they appear
-    /// counter-clockwise, as for triangles; the texture appears unmirrored from the back.
-    Plane {
-        /// The corners.
-        corners: [Vec3; 4],
-    },
-    /// A triangle mesh in [`Assets::meshes`](super::Assets::meshes).
-    Mesh(MeshId),
+forms! {
+    /// A surface that rays can hit, in local space.
+    #[derive(Clone, Debug, PartialEq)]
+    pub enum Shape, "shape" {
+        /// A sphere centred at the local origin. u runs around +Y once, from −X by +Z; v runs from 0 at the +Y pole to 1
+        /// at the −Y pole.
+        Sphere {
+            /// in metres, around the origin
+            radius_m: f32 = 1.0, Number(Range::Above0);
+        },
+        /// A triangle, counter-clockwise seen from the front.
+        Triangle {
+            /// the corners, counter-clockwise seen from the front
+            vertices: [Vec3; 3] = [Vec3::ZERO, Vec3::X, Vec3::Y], Triangle, required;
+            /// shading normals at the corners; without them it is flat
+            normals: Option<[Vec3; 3]> = None, CornerVectors;
+            /// texture coordinates at the corners; without them (0, 0), (1, 0), (0, 1)
+            uvs: Option<[Vec2; 3]> = None, CornerUvs;
+        },
+        /// A planar convex quadrilateral. Its corners, in order around it, are the texture's top left, top right, bottom
+        /// right and bottom left. Its front, which is the outside of glass, is the side from which they appear
+        /// counter-clockwise, as for triangles; the texture appears unmirrored from the back.
+        Plane {
+            /// the corners of a planar, convex quadrilateral, in order around it
+            corners: [Vec3; 4] = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y], Quadrilateral, required;
+        },
+        /// A triangle mesh in [`Assets::meshes`](super::Assets::meshes).
+        Mesh(id: MeshId = MeshId(0), Mesh),
+    }
+}
+
+impl Shape {
+    /// The corners of a flat convex shape, in order around it.
+    pub(crate) fn fan(&self) -> Option<&[Vec3]> {
+        match self {
+            Shape::Triangle { vertices, .. } => Some(vertices),
+            Shape::Plane { corners } => Some(corners),
+            Shape::Sphere { .. } | Shape::Mesh(_) => None,
+        }
+    }
 }
 
 forms! {

@@ -3,9 +3,9 @@
 //!
 //! [`fields!`] declares a structure with its table, [`forms!`] an enumeration. To add a field, add a line there.
 
-use crate::math::{Rgb, Vec2};
+use crate::math::{Rgb, Vec2, Vec3};
 
-use super::assets::{ImageId, TextureId};
+use super::assets::{ImageId, MeshId, TextureId};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
 use super::settings::{Aov, Background, Caustics, Sharing, Transport};
 
@@ -122,11 +122,21 @@ pub(crate) enum Slot<'a> {
     Exposure(&'a mut bool),
     /// `All`, or a list of output variables.
     Aovs(&'a mut Vec<Aov>),
+    /// The corners of a triangle that has an area.
+    Triangle(&'a mut [Vec3; 3]),
+    /// The corners of a flat convex quadrilateral.
+    Quadrilateral(&'a mut [Vec3; 4]),
+    /// Vectors at the corners of a triangle.
+    CornerVectors(&'a mut Option<[Vec3; 3]>),
+    /// Texture coordinates at the corners of a triangle.
+    CornerUvs(&'a mut Option<[Vec2; 3]>),
+    /// A mesh.
+    Mesh(&'a mut MeshId),
 }
 
 /// A field of a component.
 pub(crate) struct Field<'a> {
-    /// The field's key in scene files.
+    /// The field's key in scene files; empty if the value is given without a key, as in `Mesh("path")`.
     pub name: &'static str,
     /// Alternative keys.
     pub aliases: &'static [&'static str],
@@ -284,13 +294,14 @@ macro_rules! fields {
     (@defaults $given:ident $defaults:path) => { $defaults($given) };
 }
 
-/// Declares an enumeration, its default and its table of forms. Each form is `Name` or
-/// `Name { /// Meaning. name ["key"]: type = default, Kind(arguments); … }`, as in [`fields!`]; `, required` after the
-/// kind marks a field that a scene file must give.
+/// Declares an enumeration, its default and its table of forms. Each form is `Name`,
+/// `Name { /// Meaning. name ["key"]: type = default, Kind(arguments); … }`, as in [`fields!`], or
+/// `Name(name: type = default, Kind)` for a value without a key; `, required` after the kind marks a field that a scene file
+/// must give.
 macro_rules! forms {
     (
         $(#[$meta:meta])* pub enum $name:ident, $kind_name:literal {
-            $( $(#[$form_meta:meta])* $form:ident $({
+            $( $(#[$form_meta:meta])* $form:ident $(($only:ident: $only_type:ty = $only_default:expr, $only_kind:ident))? $({
                 $( $(#[doc = $doc:literal])+
                    $field:ident $([$key:literal])? $(old [$old:literal])?: $type:ty = $default:expr,
                    $kind:ident $(($($argument:expr),+))? $(, $required:ident)?; )+
@@ -299,7 +310,13 @@ macro_rules! forms {
     ) => {
         $(#[$meta])*
         pub enum $name {
-            $( $(#[$form_meta])* $form $({ $( $(#[doc = $doc])+ $field: $type, )+ })?, )+
+            $( $(#[$form_meta])* $form $(($only_type))? $({ $( $(#[doc = $doc])+ $field: $type, )+ })?, )+
+        }
+
+        impl $name {
+            /// The names of all forms.
+            #[allow(dead_code, reason = "only few are needed without a value")]
+            pub(crate) const FORMS: &'static [&'static str] = &[$(stringify!($form)),+];
         }
 
         impl $crate::world::fields::Forms for $name {
@@ -308,7 +325,7 @@ macro_rules! forms {
             }
 
             fn names(&self) -> &'static [&'static str] {
-                &[$(stringify!($form)),+]
+                Self::FORMS
             }
 
             fn form(&self) -> usize {
@@ -318,14 +335,17 @@ macro_rules! forms {
 
             fn set_form(&mut self, form: usize) {
                 match self.names()[form] {
-                    $( stringify!($form) => *self = Self::$form $({ $($field: $default,)+ })?, )+
+                    $( stringify!($form) => *self = Self::$form $(($only_default))? $({ $($field: $default,)+ })?, )+
                     _ => {}
                 }
             }
 
             fn fields(&mut self) -> Vec<$crate::world::fields::Field<'_>> {
                 match self {
-                    $( Self::$form $({ $($field,)+ })? => vec![$($(
+                    $( Self::$form $(($only))? $({ $($field,)+ })? => vec![
+                        $($crate::world::fields::Field::plain(
+                            "", true, $crate::world::fields::Slot::$only_kind($only),
+                        ))? $($(
                         $crate::world::fields::Field {
                             name: $crate::world::fields::fields!(@key $field $($key)?),
                             aliases: &[],

@@ -172,10 +172,8 @@ impl World {
     /// The number of triangles of all shapes; those of a mesh count once for each placement.
     pub(crate) fn placed_triangles(&self) -> usize {
         let of = |shape: &Shape| match shape {
-            Shape::Sphere { .. } => 0,
-            Shape::Triangle { .. } => 1,
-            Shape::Plane { .. } => 2,
             Shape::Mesh(id) => self.assets.meshes[id.0 as usize].triangles.len(),
+            _ => shape.fan().map_or(0, |corners| corners.len() - 2),
         };
         self.entities.query::<&Shape>().iter().map(of).sum()
     }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::source::{Raw, SceneText};
-use super::{scan, schema};
+use super::{lower, scan};
 use crate::error::LoadError;
 
 /// Returns the text with new values for some keys of the entity with index `entity` in the file.
@@ -15,11 +15,12 @@ pub fn with_keys(
     keys: &[(&str, String)],
 ) -> Result<String, LoadError> {
     let source = SceneText::new(text, path, 0.0);
-    let scene: schema::SceneKeys = source.fields(source.root()?, "a scene")?;
-    let entities = source.list(scene.entities, "the entities")?;
+    let [list, ..] = source.keys(source.root()?, "a scene", 1, lower::SCENE)?;
+    let Some(list) = list else { return Ok(text.to_owned()) };
+    let entities = source.list(list, "the entities")?;
     let raw = *entities.get(entity).ok_or_else(|| {
         let count = entities.len();
-        source.error(scene.entities.0, format!("there is no entity {entity}: the file has {count} by now"))
+        source.error(list.0, format!("there is no entity {entity}: the file has {count} by now"))
     })?;
     let mut edited = text.to_owned();
     let mut changes: Vec<(usize, usize, String)> =

@@ -1,17 +1,14 @@
 //! Scene files in [RON](https://github.com/ron-rs/ron): a list of entities whose keys are their components. [`load`]
 //! reads them, [`save`] writes them.
 //!
-//! `ron` checks that the text is well formed (`source`); serde fills structures of unparsed values (`fields`,
-//! `schema`); these are converted to components one by one (`value`, `lower`), so that every error has the line and
-//! column of its value.
+//! `ron` checks that the text is well formed (`source`). Values stay slices of the text until they are converted to
+//! components one by one (`value`, `lower`), so that every error has the line and column of its value.
 
 mod edit;
-mod fields;
 mod keyframes;
 mod lower;
 pub mod query;
 mod scan;
-mod schema;
 mod source;
 #[cfg(test)]
 mod tests;

@@ -10,7 +10,6 @@ use ron::error::SpannedError;
 use ron::extensions::Extensions;
 use serde::de::{Deserialize, IgnoredAny};
 
-use super::fields::{self, FieldError};
 use super::keyframes::Clock;
 use super::scan;
 use crate::error::{LoadError, did_you_mean, meant};
@@ -100,18 +99,26 @@ impl<'a> SceneText<'a> {
         self.members(raw.0, what)
     }
 
-    /// Reads the structure `raw`, which must begin with a parenthesis.
-    pub(super) fn fields<T: Deserialize<'a>>(&self, raw: Raw<'a>, what: &str) -> Result<T, LoadError> {
-        self.read(&self.structure(raw, what)?, raw.0, what)
+    /// The values of the structure `raw` by their keys, the first `required` of which must be given.
+    pub(super) fn keys<const N: usize>(
+        &self,
+        raw: Raw<'a>,
+        what: &str,
+        required: usize,
+        names: [&str; N],
+    ) -> Result<[Option<Raw<'a>>; N], LoadError> {
+        self.by_key(&self.structure(raw, what)?, (what, raw.0), required, names)
     }
 
-    /// Reads the fields of a variant; without parentheses it has none.
-    pub(super) fn variant_fields<T: Deserialize<'a>>(
+    /// The values of a variant by their keys, like [`SceneText::keys`]; without parentheses it has none.
+    pub(super) fn variant_keys<const N: usize>(
         &self,
         variant: VariantText<'a>,
-    ) -> Result<T, LoadError> {
+        required: usize,
+        names: [&str; N],
+    ) -> Result<[Option<Raw<'a>>; N], LoadError> {
         let members = self.members(variant.body.unwrap_or("()"), variant.name)?;
-        self.read(&members, variant.name, variant.name)
+        self.by_key(&members, (variant.name, variant.name), required, names)
     }
 
     /// The keys and values of the structure `(key: value, …)`; messages call it `what`.
@@ -136,21 +143,27 @@ impl<'a> SceneText<'a> {
         self.error(key, format!("unknown field \"{found}\" in {what}{suggestion}; fields: {known}"))
     }
 
-    /// Reads a structure from its members; messages call it `what`. Missing keys are reported at `place`.
-    fn read<T: Deserialize<'a>>(
+    fn by_key<const N: usize>(
         &self,
         members: &[(&'a str, Raw<'a>)],
-        place: &str,
-        what: &str,
-    ) -> Result<T, LoadError> {
-        fields::read(members).map_err(|(key, error)| match error {
-            FieldError::Unknown { known } => self.unknown_field(key.unwrap_or(place), what, known),
-            FieldError::Duplicate(field) => {
-                self.error(key.unwrap_or(place), format!("{what} has the field \"{field}\" twice"))
+        (what, place): (&str, &str),
+        required: usize,
+        names: [&str; N],
+    ) -> Result<[Option<Raw<'a>>; N], LoadError> {
+        let (mut given, mut found) = ([false; N], [None; N]);
+        for (key, raw) in members {
+            let Some(index) = names.iter().position(|name| name == key) else {
+                return Err(self.unknown_field(key, what, &names));
+            };
+            if std::mem::replace(&mut given[index], true) {
+                return Err(self.error(key, format!("{what} has the field \"{key}\" twice")));
             }
-            FieldError::Missing(field) => self.error(place, format!("{what} needs the field \"{field}\"")),
-            FieldError::Other(reason) => self.error(place, reason),
-        })
+            found[index] = self.optional(*raw);
+        }
+        match found.iter().take(required).position(Option::is_none) {
+            Some(missing) => Err(self.error(place, format!("{what} needs the field \"{}\"", names[missing]))),
+            None => Ok(found),
+        }
     }
 
     /// Returns an error if a variant without fields has something in its parentheses.

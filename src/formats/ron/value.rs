@@ -51,12 +51,6 @@ impl<'a> SceneText<'a> {
         }
     }
 
-    /// A number above zero; `what` is its name in messages.
-    pub(super) fn positive(&self, raw: Raw<'a>, what: &str) -> Result<f32, LoadError> {
-        let number = self.number(raw)?;
-        if number > 0.0 { Ok(number) } else { Err(self.out_of_range(raw, what, "above 0")) }
-    }
-
     /// A number of at least zero; `what` is its name in messages.
     pub(super) fn at_least_zero(&self, raw: Raw<'a>, what: &str) -> Result<f32, LoadError> {
         let number = self.number(raw)?;

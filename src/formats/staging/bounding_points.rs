@@ -67,9 +67,8 @@ impl BoundingPoints {
         };
         match shape {
             Shape::Sphere { radius_m } => start + f64::from(*radius_m) * local.length(),
-            Shape::Triangle { vertices, .. } => most(vertices),
-            Shape::Plane { corners } => most(corners),
             Shape::Mesh(id) => most(&self.points[id.0 as usize]),
+            _ => most(shape.fan().unwrap_or_default()),
         }
     }
 }

@@ -1,13 +1,19 @@
-//! Reads `light` and `camera`.
+//! Reads `shape`, `light` and `camera`.
 
 use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::source::Raw;
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, Wrap};
-use crate::world::{Camera, Falloff, Light, Texture, TextureId};
+use crate::world::{Camera, Falloff, Light, Shape, Texture, TextureId};
 
 impl<'a> Lowering<'_, 'a> {
+    pub(super) fn shape(&mut self, raw: Raw<'a>) -> Result<Shape, LoadError> {
+        let mut shape = Shape::Sphere { radius_m: 0.0 };
+        self.form(raw, &mut shape)?;
+        Ok(shape)
+    }
+
     pub(super) fn light(&mut self, raw: Raw<'a>) -> Result<Light, LoadError> {
         let mut light = Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() };
         self.form(raw, &mut light)?;

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use super::overrides::{self, Override};
 use super::{Lowering, transform};
 use crate::error::LoadError;
-use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, shorten, suggest};
 use crate::world::{Model, Name, Parent, Transform, WithoutCaustics};
 
@@ -24,12 +23,15 @@ struct Family<'a> {
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
 }
 
+/// The keys of an entity.
+const ENTITY: [&str; 10] =
+    ["name", "parent", "transform", "shape", "gltf", "overrides", "material", "light", "camera", "caustics"];
+
 impl<'a> Lowering<'_, 'a> {
     pub(super) fn entities(&mut self, raw: Raw<'a>) -> Result<(), LoadError> {
         let mut family = Family::default();
         for raw in self.source.list(raw, "the entities")? {
-            let entity: schema::Entity = self.source.fields(raw, "an entity")?;
-            self.entity(raw, entity, &mut family)?;
+            self.entity(raw, self.source.keys(raw, "an entity", 0, ENTITY)?, &mut family)?;
         }
         let parents = self.parents(&mut family)?;
         self.refuse_cycles(&family, &parents)?;
@@ -79,27 +81,15 @@ impl<'a> Lowering<'_, 'a> {
     fn entity(
         &mut self,
         raw: Raw<'a>,
-        read: schema::Entity<'a>,
+        given: [Option<Raw<'a>>; 10],
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
         let source = self.source;
-        let schema::Entity {
-            name,
-            parent,
-            transform,
-            shape,
-            gltf,
-            overrides,
-            material,
-            light,
-            camera,
-            caustics,
-        } = read;
-        let all = [name, parent, transform, shape, gltf, overrides, material, light, camera, caustics];
-        if all.iter().all(Option::is_none) {
-            let keys = "name, parent, transform, shape, gltf, overrides, material, light, camera, caustics";
+        if given.iter().all(Option::is_none) {
+            let keys = ENTITY.join(", ");
             return Err(source.error(raw.0, format!("an entity needs at least one key; keys: {keys}")));
         }
+        let [name, parent, transform, shape, gltf, overrides, material, light, camera, caustics] = given;
         if let (Some(_), Some(material), None) = (gltf, material, shape) {
             let reason = "a glTF file has materials of its own: overrides: {\"its name\": …} replaces one";
             return Err(source.error(material.0, reason));

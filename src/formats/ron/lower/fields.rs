@@ -111,6 +111,18 @@ impl<'a> Lowering<'_, 'a> {
             Slot::Background(to) => *to = self.background(raw)?,
             Slot::Exposure(to) => *to = source.exposure(raw)?,
             Slot::Aovs(to) => *to = source.aovs(raw)?,
+            Slot::Triangle(to) => *to = source.triangle(raw)?,
+            Slot::Quadrilateral(to) => *to = source.quadrilateral(raw)?,
+            Slot::CornerVectors(to) => *to = Some(source.three_vectors(raw)?),
+            Slot::CornerUvs(to) => {
+                let corners: [Raw; 3] = source.tuple(raw, "three pairs ((u, v), (u, v), (u, v))")?;
+                let mut uvs = [Vec2::ZERO; 3];
+                for (uv, raw) in uvs.iter_mut().zip(corners) {
+                    *uv = source.vec2(raw)?;
+                }
+                *to = Some(uvs);
+            }
+            Slot::Mesh(to) => *to = self.assets.mesh(source, raw, &mut self.world)?,
             Slot::Part(to) | Slot::Inline(to) => self.structure(raw, to)?,
             Slot::OptionalPart(to) => self.structure(raw, to.insert())?,
             Slot::Form(to) => self.form(raw, to)?,
@@ -129,6 +141,11 @@ impl<'a> Lowering<'_, 'a> {
         to.set_form(found.ok_or_else(|| source.unknown(variant.name, kind, names))?);
         if to.fields().is_empty() {
             return source.no_fields(variant);
+        }
+        if let [Field { name: "", .. }] = to.fields()[..] {
+            let body = Raw(variant.body.unwrap_or(variant.name));
+            let [only] = source.tuple(body, &format!("{}(\"path\")", variant.name))?;
+            return to.fields().into_iter().try_for_each(|field| self.read(only, variant.name, field.slot));
         }
         let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
         self.fill(&members, (variant.name, variant.name), Some(kind), &mut |each| {

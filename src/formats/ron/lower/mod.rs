@@ -1,10 +1,10 @@
 //! Lowers the structures of a file to a [`World`].
 
 mod assets;
+mod corners;
 mod emitter;
 mod entity;
 mod fields;
-mod geometry;
 mod material;
 mod overrides;
 pub(super) mod reread;
@@ -16,10 +16,13 @@ use std::collections::HashMap;
 
 use self::assets::LoweredAssets;
 use super::source::{Raw, SceneText};
-use super::{query, scan, schema};
+use super::{query, scan};
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::world::{MaterialId, World};
+
+/// The keys of a scene; the first one is required.
+pub(super) const SCENE: [&str; 4] = ["entities", "settings", "materials", "edits"];
 
 /// The state of lowering.
 struct Lowering<'s, 'a> {
@@ -45,7 +48,8 @@ fn as_study(error: LoadError, root: Raw) -> LoadError {
 /// Reads a whole scene.
 pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let root = source.root()?;
-    let scene: schema::SceneKeys = source.fields(root, "a scene").map_err(|error| as_study(error, root))?;
+    let [entities, settings, materials, edits] =
+        source.keys(root, "a scene", 1, SCENE).map_err(|error| as_study(error, root))?;
     let mut lowering = Lowering {
         source,
         world: World::default(),
@@ -53,19 +57,19 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
         materials: HashMap::new(),
     };
     let (mut transport, mut names_depth) = (None, false);
-    if let Some(settings) = scene.settings {
+    if let Some(settings) = settings {
         source.clock().refused.set(Some("settings stay what they are: keys are for entities and materials"));
         (lowering.world.settings, transport, names_depth) = lowering.settings(settings)?;
         source.clock().refused.set(None);
     }
-    if let Some(materials) = scene.materials {
+    if let Some(materials) = materials {
         lowering.named_materials(materials)?;
     }
-    lowering.entities(scene.entities)?;
+    entities.map_or(Ok(()), |raw| lowering.entities(raw))?;
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
     world.usual_depth = (!names_depth).then_some(world.settings.max_depth);
-    let edits = scene.edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))?;
+    let edits = edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))?;
     let mut changes = query::EditRunner::new(&world);
     for raw in edits {
         let statement = source.string(raw, "a statement")?;

@@ -10,7 +10,7 @@ use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::formats::ron::query::Kind;
 use crate::formats::ron::source::{Raw, SceneText};
-use crate::world::{MaterialId, World};
+use crate::world::{Camera, MaterialId, Shape, World};
 
 /// A component of an entity that scene files can express.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +36,10 @@ impl Component {
     pub fn of(kind: Kind) -> Option<Component> {
         match kind {
             Kind::Transform => Some(Component::Transform),
-            Kind::Shape | Kind::Form("Sphere" | "Triangle" | "Plane" | "Mesh") => Some(Component::Shape),
-            Kind::Camera | Kind::Form("Pinhole" | "ThinLens" | "Orthographic") => Some(Component::Camera),
+            Kind::Shape => Some(Component::Shape),
+            Kind::Form(name) if Shape::FORMS.contains(&name) => Some(Component::Shape),
+            Kind::Camera => Some(Component::Camera),
+            Kind::Form(name) if Camera::FORMS.contains(&name) => Some(Component::Camera),
             Kind::Material => Some(Component::Material),
             Kind::Light | Kind::Form(_) => Some(Component::Light),
             Kind::Entity | Kind::Model | Kind::Placed => None,

@@ -2,12 +2,11 @@
 
 use super::Lowering;
 use crate::error::LoadError;
-use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, VariantText};
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
-use crate::world::fields::radians;
-use crate::world::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
+use crate::world::fields::{Field, Range, Slot, radians};
+use crate::world::{BumpMap, Channel, ColorInput, ImageId, NormalMap, ScalarInput, Texture, TextureId};
 
 const INPUTS: &[&str] = &["Image", "Texture"];
 const WRAPS: &[(&str, Wrap)] = &[("Repeat", Wrap::Repeat), ("Clamp", Wrap::Clamp), ("Mirror", Wrap::Mirror)];
@@ -19,6 +18,20 @@ const FILTERS: &[(&str, TextureFilter)] = &[
 const COLOR_SPACES: &[(&str, ColorSpace)] = &[("Srgb", ColorSpace::Srgb), ("Linear", ColorSpace::Linear)];
 const CHANNELS: &[(&str, Channel)] =
     &[("Red", Channel::Red), ("Green", Channel::Green), ("Blue", Channel::Blue), ("Alpha", Channel::Alpha)];
+
+/// The keys of a texture; the first one is required.
+const TEXTURE: [&str; 10] = [
+    "image",
+    "filter",
+    "wrap",
+    "scale",
+    "rotation_degrees",
+    "offset",
+    "uv_set",
+    "color_space",
+    "channel",
+    "factor",
+];
 
 /// The parts of a texture, before its use is known.
 struct Read<'a> {
@@ -97,16 +110,25 @@ impl<'a> Lowering<'_, 'a> {
         if !raw.0.starts_with('(') {
             return Ok(NormalMap { texture: self.data_input(raw)?, scale: 1.0 });
         }
-        let read: schema::NormalMapKeys = self.source.fields(raw, "a normal map")?;
-        let scale = read.scale.map_or(Ok(1.0), |raw| self.source.number(raw))?;
-        Ok(NormalMap { texture: self.data_input(read.texture)?, scale })
+        let members = self.source.structure(raw, "a normal map")?;
+        let (mut texture, mut scale) = (None, 1.0);
+        self.fill(&members, ("a normal map", raw.0), None, &mut |each| {
+            each(Field::plain("texture", true, Slot::DataMap(&mut texture)));
+            each(Field::plain("scale", false, Slot::Number(&mut scale, Range::Finite)));
+        })?;
+        Ok(NormalMap { texture: texture.unwrap_or(TextureId(0)), scale })
     }
 
     /// A bump map, `(texture: …, height_m: …)`.
     pub(super) fn bump_map(&mut self, raw: Raw<'a>) -> Result<BumpMap, LoadError> {
-        let read: schema::BumpMapKeys = self.source.fields(raw, "a bump map")?;
-        let height_m = self.source.number(read.height_m)?;
-        let (texture, channel) = self.channel_input(read.texture, Channel::Red)?;
+        let members = self.source.structure(raw, "a bump map")?;
+        let (mut texture, mut height_m) = (None, 0.0);
+        self.fill(&members, ("a bump map", raw.0), None, &mut |each| {
+            each(Field::plain("texture", true, Slot::ChannelMap(&mut texture, Channel::Red)));
+            let height = Field::plain("height_m", true, Slot::Number(&mut height_m, Range::Finite));
+            each(Field { aliases: &["height"], ..height });
+        })?;
+        let (texture, channel) = texture.unwrap_or((TextureId(0), Channel::Red));
         Ok(BumpMap { texture, channel, height_m })
     }
 
@@ -152,19 +174,22 @@ impl<'a> Lowering<'_, 'a> {
                 let texture = Texture { color_space: space, ..Texture::new(image) };
                 Ok(Read { texture, channel, factor: None })
             }
-            "Texture" => self.lookup(source.variant_fields(variant)?, space),
+            "Texture" => self.lookup(source.variant_keys(variant, 1, TEXTURE)?, space),
             other => Err(source.unknown(other, "texture", INPUTS)),
         }
     }
 
-    fn lookup(&mut self, read: schema::TextureKeys<'a>, space: ColorSpace) -> Result<Read<'a>, LoadError> {
+    fn lookup(&mut self, given: [Option<Raw<'a>>; 10], space: ColorSpace) -> Result<Read<'a>, LoadError> {
         let source = self.source;
-        let image = self.assets.image(source, read.image, &mut self.world)?;
+        let [image, filter, wrap, scale, rotation_degrees, offset, uv_set, color_space, channel, factor] =
+            given;
+        let image = image.map(|raw| self.assets.image(source, raw, &mut self.world)).transpose()?;
+        let image = image.unwrap_or(ImageId(0));
         let mut texture = Texture { color_space: space, factor: Rgb::WHITE, ..Texture::new(image) };
-        if let Some(raw) = read.filter {
+        if let Some(raw) = filter {
             texture.filter = source.choice(raw, "filter", FILTERS)?;
         }
-        if let Some(raw) = read.wrap {
+        if let Some(raw) = wrap {
             texture.wrap = if raw.0.starts_with('(') {
                 let [u, v] = source.tuple(raw, "(wrap along u, wrap along v)")?;
                 [source.choice(u, "wrap", WRAPS)?, source.choice(v, "wrap", WRAPS)?]
@@ -172,24 +197,24 @@ impl<'a> Lowering<'_, 'a> {
                 [source.choice(raw, "wrap", WRAPS)?; 2]
             };
         }
-        if let Some(raw) = read.scale {
+        if let Some(raw) = scale {
             let read = |raw: Raw<'a>| {
                 if raw.0.starts_with('(') { source.vec2(raw) } else { source.number(raw).map(Vec2::splat) }
             };
             texture.scale = source.keyed(raw, read)?;
         }
-        if let Some(raw) = read.rotation_degrees {
+        if let Some(raw) = rotation_degrees {
             texture.rotation = radians(source.number(raw)?);
         }
-        if let Some(raw) = read.offset {
+        if let Some(raw) = offset {
             texture.offset = source.vec2(raw)?;
         }
-        if let Some(raw) = read.uv_set {
+        if let Some(raw) = uv_set {
             texture.uv_set = source.whole(raw, "uv_set", 0, 1)? as u32;
         }
-        if let Some(raw) = read.color_space {
+        if let Some(raw) = color_space {
             texture.color_space = source.choice(raw, "color_space", COLOR_SPACES)?;
         }
-        Ok(Read { texture, channel: read.channel, factor: read.factor })
+        Ok(Read { texture, channel, factor })
     }
 }

@@ -2,7 +2,6 @@
 //! rounded once.
 
 use crate::error::LoadError;
-use crate::formats::ron::schema;
 use crate::formats::ron::source::{Raw, SceneText, VariantText};
 use crate::math::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
 use crate::world::{LookAtFault, Transform};
@@ -32,8 +31,9 @@ pub(super) fn transform<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Tran
 }
 
 fn translate_rotate_scale<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Transform, LoadError> {
-    let read: schema::Trs = source.fields(raw, "a transform")?;
-    let rotation = match (read.rotate_degrees, read.rotate_quaternion) {
+    let keys = ["translate", "rotate_degrees", "rotate_quaternion", "scale"];
+    let [translate, degrees, quaternion, factors] = source.keys(raw, "a transform", 0, keys)?;
+    let rotation = match (degrees, quaternion) {
         (None, None) => Quat::IDENTITY,
         (Some(degrees), None) => {
             let angles = source.keyed(degrees, |raw| {
@@ -48,9 +48,9 @@ fn translate_rotate_scale<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Tr
         }
     };
     Ok(Transform::Trs {
-        translation: read.translate.map_or(Ok(Vec3::ZERO), |raw| source.vec3(raw))?,
+        translation: translate.map_or(Ok(Vec3::ZERO), |raw| source.vec3(raw))?,
         rotation,
-        scale: read.scale.map_or(Ok(Vec3::ONE), |raw| scale(source, raw))?,
+        scale: factors.map_or(Ok(Vec3::ONE), |raw| scale(source, raw))?,
     })
 }
 
@@ -100,11 +100,11 @@ fn unit_quaternion<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Quat, Loa
 }
 
 fn look_at<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transform, LoadError> {
-    let read: schema::LookAt = source.variant_fields(variant)?;
-    let from = source.vec3(read.from)?;
-    let to = source.vec3(read.to)?;
-    let up = read.up.map(|raw| source.vec3(raw)).transpose()?;
-    let up_place = read.up.unwrap_or(read.to);
+    let [from, to, up] = source.variant_keys(variant, 2, ["from", "to", "up"])?;
+    let place = to.map_or(variant.name, |raw| raw.0);
+    let up_place = up.map_or(place, |raw| raw.0);
+    let [from, to, up] = [from, to, up].map(|raw| raw.map(|raw| source.vec3(raw)).transpose());
+    let (from, to, up) = (from?.unwrap_or_default(), to?.unwrap_or_default(), up?);
     let looking = match (Transform::look_at(from, to, up.unwrap_or(Vec3::Y)), up) {
         // The view is straight down or up, and no `up` is given.
         (Err(LookAtFault::Parallel), None) => Transform::look_at(from, to, Vec3::NEG_Z),
@@ -112,11 +112,11 @@ fn look_at<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Trans
     };
     looking.map_err(|fault| match fault {
         LookAtFault::SamePoint => {
-            source.error(read.to.0, "LookAt needs two different points in \"from\" and \"to\"")
+            source.error(place, "LookAt needs two different points in \"from\" and \"to\"")
         }
-        LookAtFault::NoUp => source.error(up_place.0, "\"up\" has no direction"),
+        LookAtFault::NoUp => source.error(up_place, "\"up\" has no direction"),
         LookAtFault::Parallel => {
-            source.error(up_place.0, "\"up\" is parallel to the direction of view: choose another")
+            source.error(up_place, "\"up\" is parallel to the direction of view: choose another")
         }
     })
 }

@@ -18,6 +18,7 @@ mod tests;
 
 use crate::error::{did_you_mean, in_one_line, with_blanks};
 use crate::formats::ron::scan::{self, find_unclosed};
+use crate::world::{Camera, Light, Shape};
 
 pub use select::{Selected, list, select};
 pub use set::{EditRunner, no_match, set};
@@ -65,8 +66,8 @@ pub enum Kind {
     Form(&'static str),
 }
 
-/// All kinds by their names.
-const KINDS: [(&str, Kind); 22] = [
+/// The kinds that are no forms, by their names.
+const KINDS: [(&str, Kind); 8] = [
     ("Entity", Kind::Entity),
     ("Shape", Kind::Shape),
     ("Light", Kind::Light),
@@ -75,21 +76,15 @@ const KINDS: [(&str, Kind); 22] = [
     ("Transform", Kind::Transform),
     ("Model", Kind::Model),
     ("Placed", Kind::Placed),
-    ("Sphere", Kind::Form("Sphere")),
-    ("Triangle", Kind::Form("Triangle")),
-    ("Plane", Kind::Form("Plane")),
-    ("Mesh", Kind::Form("Mesh")),
-    ("Point", Kind::Form("Point")),
-    ("Spot", Kind::Form("Spot")),
-    ("Area", Kind::Form("Area")),
-    ("Directional", Kind::Form("Directional")),
-    ("Environment", Kind::Form("Environment")),
-    ("Sky", Kind::Form("Sky")),
-    ("Photometric", Kind::Form("Photometric")),
-    ("Pinhole", Kind::Form("Pinhole")),
-    ("ThinLens", Kind::Form("ThinLens")),
-    ("Orthographic", Kind::Form("Orthographic")),
 ];
+
+impl Kind {
+    /// All kinds by their names.
+    fn all() -> impl Iterator<Item = (&'static str, Kind)> {
+        let forms = [Shape::FORMS, Light::FORMS, Camera::FORMS].into_iter().flatten();
+        KINDS.into_iter().chain(forms.map(|name| (*name, Kind::Form(name))))
+    }
+}
 
 /// The property that a filter compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -213,9 +208,10 @@ impl<'a> QueryReader<'a> {
             return Ok(Query::Atom(Kind::Entity, vec![named(text)]));
         }
         let (name, rest) = scan::split_identifier(self.rest);
-        let Some((_, kind)) = KINDS.iter().find(|(known, _)| *known == name) else {
-            let known = KINDS.map(|(known, _)| known);
-            let (part, hint) = (if name.is_empty() { self.rest } else { name }, did_you_mean(name, known));
+        let Some((_, kind)) = Kind::all().find(|(known, _)| *known == name) else {
+            let known: Vec<_> = Kind::all().map(|(known, _)| known).collect();
+            let (part, hint) =
+                (if name.is_empty() { self.rest } else { name }, did_you_mean(name, known.iter().copied()));
             let reason = format!("expected a query{hint}: a name in quotes, or one of {}", known.join(", "));
             return Err(self.error(part, reason));
         };
@@ -232,7 +228,7 @@ impl<'a> QueryReader<'a> {
                 }
             }
         }
-        Ok(Query::Atom(*kind, filters))
+        Ok(Query::Atom(kind, filters))
     }
 
     fn filter(&mut self) -> Result<QueryFilter, QueryError> {

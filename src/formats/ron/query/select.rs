@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::{Comparison, FilterKey, Kind, Query, QueryFilter, is_like};
 use crate::formats::ron::{Portrait, WrittenPart, portrait};
+use crate::world::fields::Forms;
 use crate::world::{Camera, FromModel, Light, MaterialId, Model, Parent, Shape, Transform, World};
 
 /// The result of a query.
@@ -170,26 +171,12 @@ impl Kind {
 
 /// The forms of an entity's shape, light and camera.
 pub(super) fn forms(world: &World, entity: hecs::Entity) -> [Option<&'static str>; 3] {
-    let shape = world.entities.get::<&Shape>(entity).ok().map(|shape| match &*shape {
-        Shape::Sphere { .. } => "Sphere",
-        Shape::Triangle { .. } => "Triangle",
-        Shape::Plane { .. } => "Plane",
-        Shape::Mesh(_) => "Mesh",
-    });
-    let light = world.entities.get::<&Light>(entity).ok().map(|light| match &*light {
-        Light::Point { .. } => "Point",
-        Light::Spot { .. } => "Spot",
-        Light::Photometric { .. } => "Photometric",
-        Light::Directional { .. } => "Directional",
-        Light::Environment { .. } => "Environment",
-        Light::Sky { .. } => "Sky",
-        Light::Area { .. } => "Area",
-    });
-    let camera = world.entities.get::<&Camera>(entity).ok().map(|camera| match &*camera {
-        Camera::Pinhole { .. } => "Pinhole",
-        Camera::ThinLens { .. } => "ThinLens",
-        Camera::Orthographic { .. } => "Orthographic",
-    });
+    fn name(form: &dyn Forms) -> &'static str {
+        form.names()[form.form()]
+    }
+    let shape = world.entities.get::<&Shape>(entity).ok().map(|shape| name(&*shape));
+    let light = world.entities.get::<&Light>(entity).ok().map(|light| name(&*light));
+    let camera = world.entities.get::<&Camera>(entity).ok().map(|camera| name(&*camera));
     [shape, light, camera]
 }
 

@@ -52,7 +52,7 @@ fn unknown_fields_are_refused_with_suggestions() {
     );
     fails(
         "(^setings: (), entities: [])",
-        "unknown field \"setings\" in a scene (did you mean \"settings\"?); fields: settings, materials, entities, edits",
+        "unknown field \"setings\" in a scene (did you mean \"settings\"?); fields: entities, settings, materials, edits",
     );
     entity_fails(
         "transform: (^position: (1, 2, 3))",
@@ -245,8 +245,8 @@ fn numbers_out_of_range_are_refused() {
         "camera: Pinhole(vertical_fov_degrees: ^1e400)",
         "the number is too large (at most 1.8e308)",
     );
-    entity_fails("shape: Sphere(radius_m: ^0)", "a sphere's radius must be above 0, not 0");
-    entity_fails("shape: Sphere(radius_m: ^-1.5)", "a sphere's radius must be above 0, not -1.5");
+    entity_fails("shape: Sphere(radius_m: ^0)", "the shape's radius_m must be above 0, not 0");
+    entity_fails("shape: Sphere(radius_m: ^-1.5)", "the shape's radius_m must be above 0, not -1.5");
     let samples = "samples must be a whole number from 1 to 4194304, not";
     for wrong in ["0", "16777217", "16.5", "-1", "99999999999999999999"] {
         settings_fail(&format!("samples: ^{wrong}"), &format!("{samples} {wrong}"));

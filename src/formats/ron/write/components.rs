@@ -2,11 +2,11 @@
 
 use super::Written;
 use super::assets::AssetPaths;
-use super::number::{Keys, number, pairs, same, tuple, uniform_or_tuple, vectors};
+use super::number::{Keys, same, tuple, uniform_or_tuple};
 use super::texture::WrittenTextures;
 use crate::math::{Mat4, Vec3};
+use crate::world::Transform;
 use crate::world::fields::Forms;
-use crate::world::{Shape, Transform};
 
 /// A transform; none for the identity, which need not be written.
 pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
@@ -42,26 +42,7 @@ fn affine(matrix: &Mat4) -> Written {
     Ok(format!("Matrix(({}, {}, {}))", row(0)?, row(1)?, row(2)?))
 }
 
-pub(super) fn shape(shape: &Shape, paths: &AssetPaths) -> Written {
-    Ok(match shape {
-        Shape::Sphere { radius_m } => format!("Sphere(radius_m: {})", number(*radius_m)?),
-        Shape::Triangle { vertices, normals, uvs } => {
-            let mut keys = Keys::default();
-            keys.push("vertices", vectors(vertices)?);
-            if let Some(normals) = normals {
-                keys.push("normals", vectors(normals)?);
-            }
-            if let Some(uvs) = uvs {
-                keys.push("uvs", pairs(uvs)?);
-            }
-            keys.finish("Triangle")
-        }
-        Shape::Plane { corners } => format!("Plane(corners: {})", vectors(corners)?),
-        Shape::Mesh(id) => format!("Mesh({})", paths.mesh(*id)?),
-    })
-}
-
-/// A light or a camera.
+/// A shape, a light or a camera.
 pub(super) fn form(form: &(impl Forms + Clone), paths: &AssetPaths) -> Written {
     WrittenTextures { paths }.form(&mut form.clone())
 }

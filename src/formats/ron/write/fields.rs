@@ -1,7 +1,7 @@
 //! Writes the fields of a component from their table ([`crate::world::fields`]).
 
 use super::Written;
-use super::number::{Keys, color, degrees, number, same, uniform_or_tuple};
+use super::number::{Keys, color, degrees, number, pairs, same, uniform_or_tuple, vectors};
 use super::texture::WrittenTextures;
 use crate::world::fields::{Field, Fields, Forms, Slot, all_fields};
 use crate::world::{Aov, Background, BumpMap, Caustics, ColorInput, NormalMap, ScalarInput, Sharing};
@@ -117,12 +117,19 @@ impl WrittenTextures<'_> {
             Slot::Exposure(is_chosen) => if *is_chosen { "Auto" } else { "Fixed" }.to_owned(),
             Slot::Aovs(aovs) if aovs[..] == Aov::ALL => "All".to_owned(),
             Slot::Aovs(aovs) => format!("{aovs:?}"),
+            Slot::Triangle(corners) => vectors(corners)?,
+            Slot::Quadrilateral(corners) => vectors(corners)?,
+            Slot::CornerVectors(Some(corners)) => vectors(corners)?,
+            Slot::CornerUvs(Some(corners)) => pairs(corners)?,
+            Slot::Mesh(mesh) => self.paths.mesh(*mesh)?,
             Slot::Inline(_)
             | Slot::OptionalNumber(None, _)
             | Slot::ChannelMap(None, _)
             | Slot::DataMap(None)
             | Slot::Image(None)
             | Slot::Normals(None)
+            | Slot::CornerVectors(None)
+            | Slot::CornerUvs(None)
             | Slot::Bumps(None) => return Ok(None),
         };
         Ok(Some(text))
@@ -132,6 +139,10 @@ impl WrittenTextures<'_> {
     /// are required or not at their defaults.
     pub(super) fn form(&self, form: &mut dyn Forms) -> Written {
         let (name, mut defaults) = (form.names()[form.form()], form.defaults());
+        if let [Field { name: "", .. }] = form.fields()[..] {
+            let value = form.fields().pop().map_or(Ok(None), |field| self.value(field.slot))?;
+            return Ok(format!("{name}({})", value.unwrap_or_default()));
+        }
         let mut keys = Keys::default();
         let fields = form.fields();
         let has_fields = !fields.is_empty();

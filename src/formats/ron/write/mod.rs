@@ -65,7 +65,7 @@ pub(super) fn component_text(
             Some(components::transform(&transform)?.unwrap_or_else(|| "()".to_owned()))
         }
         Component::Shape => {
-            entities.get::<&Shape>(entity).ok().map(|it| components::shape(&it, &paths)).transpose()?
+            entities.get::<&Shape>(entity).ok().map(|it| components::form(&*it, &paths)).transpose()?
         }
         Component::Light => {
             entities.get::<&Light>(entity).ok().map(|it| components::form(&*it, &paths)).transpose()?
@@ -123,7 +123,7 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
         let transform = get.get::<&Transform>(entity).ok();
         let transform = transform.and_then(|it| components::transform(&it).ok().flatten());
         keys.extend(transform.map(|text| ("transform", text)));
-        keys.extend(get.get::<&Shape>(entity).ok().map(|it| ("shape", best(&|p| components::shape(&it, p)))));
+        keys.extend(get.get::<&Shape>(entity).ok().map(|it| ("shape", best(&|p| components::form(&*it, p)))));
         keys.extend(get.get::<&Model>(entity).ok().map(|it| ("gltf", best(&|p| p.model(&it.0)))));
         keys.extend(get.get::<&MaterialId>(entity).ok().map(|it| ("material", name_of(*it))));
         keys.extend(get.get::<&Light>(entity).ok().map(|it| ("light", best(&|p| components::form(&*it, p)))));
@@ -216,7 +216,7 @@ fn one_entity(
         keys.extend(components::transform(&transform).map_err(within)?.map(|t| format!("transform: {t}")));
     }
     if let Ok(shape) = world.entities.get::<&Shape>(entity) {
-        keys.push(format!("shape: {}", components::shape(&shape, paths).map_err(within)?));
+        keys.push(format!("shape: {}", components::form(&*shape, paths).map_err(within)?));
     }
     if let Ok(model) = world.entities.get::<&Model>(entity) {
         keys.push(format!("gltf: {}", paths.model(&model.0).map_err(within)?));

@@ -7,7 +7,8 @@ use super::texture::WrittenTextures;
 use crate::math::Rgb;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 use crate::world::{
-    Anisotropy, Aov, Assets, BlinnPhong, Camera, Falloff, Iridescence, Light, Principled, Settings, Volume,
+    Anisotropy, Aov, Assets, BlinnPhong, Camera, Falloff, Iridescence, Light, Principled, Settings, Shape,
+    Volume,
 };
 
 /// The human-readable type of a field.
@@ -53,6 +54,13 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Aovs(_) => {
             let names: Vec<String> = Aov::ALL.iter().map(|aov| format!("`{aov:?}`")).collect();
             format!("`All` or a list of {}", names.join(", "))
+        }
+        Slot::Triangle(_) => "3 vectors, m".into(),
+        Slot::Quadrilateral(_) => "4 vectors, m".into(),
+        Slot::CornerVectors(_) => "3 vectors".into(),
+        Slot::CornerUvs(_) => "3 pairs (u, v)".into(),
+        Slot::Mesh(_) => {
+            "path of a `.ply` or `.obj` file, relative to the scene's folder".into()
         }
         Slot::Inline(_) => unreachable!("fields of the structure itself"),
         Slot::Part(part) => keys(part.fields()),
@@ -134,6 +142,12 @@ fn table_of_forms(of: &mut dyn Forms) -> String {
         for (mut field, default) in of.fields().into_iter().zip(defaults.fields()) {
             let default = if field.required { "—".to_owned() } else { default_text(default.slot) };
             let (name, kind, meaning) = (field.name, kind(&mut field.slot), field.doc.trim());
+            if name.is_empty() {
+                form = form.replace('`', "");
+                text += &format!("| `{}(\"file\")` | | {kind} | — | |\n", form.trim());
+                form.clear();
+                continue;
+            }
             text += &format!("|{form} | `{name}` | {kind} | {default} | {meaning} |\n");
             form.clear();
         }
@@ -148,7 +162,8 @@ fn tables_of_the_guide_are_those_of_the_code() {
     let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/README.md");
     let old = std::fs::read_to_string(&guide).expect("the guide");
     let mut new = old.clone();
-    let forms: [(&str, &mut dyn Forms); 2] = [
+    let forms: [(&str, &mut dyn Forms); 3] = [
+        ("shapes", &mut Shape::Sphere { radius_m: 1.0 }),
         ("lights", &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() }),
         ("cameras", &mut Camera::Orthographic { height_m: 1.0 }),
     ];
