@@ -1,8 +1,12 @@
 //! Errors of loading, compiling and saving a world: one type for each. Every message names the file or entity, the
 //! place in it and the remedy.
 
+mod diagnostic;
+
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+pub use diagnostic::{Diagnostic, Remedy, Severity, Subject};
 
 use crate::memory::Shortage;
 

@@ -1,7 +1,8 @@
 //! Nested bodies: checks that paths can track all of them, and that indices of refraction are absolute.
 
-use super::{Checked, Finding};
+use super::{Checked, finding};
 use crate::bvh::Stack;
+use crate::error::{Diagnostic, Subject};
 use crate::math::Vector;
 use crate::render::camera_medium::crossed;
 use crate::world::{Material, World};
@@ -9,10 +10,11 @@ use crate::world::{Material, World};
 /// The most places that are tested.
 const MOST: usize = 256;
 
-pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let levels = checked.scene.bodies.levels();
     if let Some(names) = nested(checked, levels as usize) {
-        findings.push(Finding::new(
+        findings.push(finding(
+            "too-many-bodies",
             None,
             format!(
                 "{} bodies are within each other in one place, and paths know of {levels}: {}",
@@ -61,7 +63,7 @@ fn nested(checked: &Checked, levels: usize) -> Option<Vec<String>> {
 
 /// Finds an index below that of air: before bodies knew their surroundings, such an index was the ratio of inside to
 /// outside.
-fn thinner_than_air(world: &World) -> Option<Finding> {
+fn thinner_than_air(world: &World) -> Option<Diagnostic> {
     let ior = |material: &Material| match material {
         Material::BlinnPhong(material) => material.ior,
         Material::Principled(material) => material.volume.map(|_| material.ior),
@@ -69,8 +71,9 @@ fn thinner_than_air(world: &World) -> Option<Finding> {
     let materials = || world.assets.materials.iter().filter_map(|named| Some((named, ior(&named.material)?)));
     let (thin, ior) = materials().find(|(_, ior)| *ior > 0.0 && *ior < 1.0)?;
     materials().find(|(_, ior)| *ior > 1.0)?;
-    Some(Finding::new(
-        thin.name.as_deref(),
+    Some(finding(
+        "thinner-than-air",
+        thin.name.clone().map(Subject::named),
         format!(
             "its index of refraction is {ior}, below that of air; what is around a body is known from its surroundings"
         ),

@@ -1,8 +1,8 @@
 //! Checks that the camera sees the scene, and the units of its parameters.
 
 use super::probes::{ProbeTracer, directions};
-use super::{Checked, Finding};
-use crate::error::words;
+use super::{Checked, finding};
+use crate::error::{Diagnostic, words};
 use crate::math::Vec3;
 use crate::scene::Projection;
 use crate::shading::camera::pixel_width;
@@ -16,7 +16,7 @@ const NARROW_DEG: f32 = 2.0;
 const WIDE: f32 = 0.5;
 
 /// Finds values that were probably meant in other units.
-fn check_units(checked: &Checked, findings: &mut Vec<Finding>) {
+fn check_units(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let (Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. }) =
         checked.scene.camera.projection
     else {
@@ -26,7 +26,7 @@ fn check_units(checked: &Checked, findings: &mut Vec<Finding>) {
     if angle < NARROW_DEG {
         let what = format!("the camera's angle of view is {angle:.2} degrees: is it in radians?");
         let meant = angle.to_degrees();
-        findings.push(Finding::new(None, what, format!("vertical_fov_degrees: {meant:.0}")));
+        findings.push(finding("narrow-view", None, what, format!("vertical_fov_degrees: {meant:.0}")));
     }
     if let Projection::ThinLens { lens_radius, focus_distance, .. } = checked.scene.camera.projection
         && lens_radius > WIDE * focus_distance
@@ -34,16 +34,17 @@ fn check_units(checked: &Checked, findings: &mut Vec<Finding>) {
         let what = format!(
             "the lens's radius is {lens_radius} m, and it focuses on {focus_distance} m: is it in millimetres?"
         );
-        findings.push(Finding::new(None, what, format!("lens_radius_m: {}", lens_radius / 1000.0)));
+        findings.push(finding("large-lens", None, what, format!("lens_radius_m: {}", lens_radius / 1000.0)));
     }
 }
 
-pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let Checked { scene, probes, .. } = checked;
     check_units(checked, findings);
     if is_a_dot(checked) {
         let size = scene.bounds.size().length();
-        findings.push(Finding::new(
+        findings.push(finding(
+            "tiny-scene",
             None,
             format!("everything is smaller than two pixels: the scene is {size:.1e} m across"),
             format!("move the camera nearer to {}", text(scene.bounds.center())),
@@ -69,7 +70,8 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let material = &scene.materials[first.material as usize];
     if all_one && !is_alone && probes.dark() > 0.5 && !material.emits() {
         let (name, far) = (checked.name(first.entity), farthest(&met));
-        findings.push(Finding::new(
+        findings.push(finding(
+            "camera-inside",
             None,
             format!("the camera is inside \"{}\" and sees nothing else", words(&name)),
             format!("move it by more than {far:.3} m, or take the body away"),
@@ -115,7 +117,7 @@ fn text(v: Vec3) -> String {
 }
 
 /// Describes where the scene is, with a transform that faces it.
-fn sees_nothing(checked: &Checked) -> Finding {
+fn sees_nothing(checked: &Checked) -> Diagnostic {
     let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
     let center = bounds.center();
     let to = center - camera.origin;
@@ -125,7 +127,8 @@ fn sees_nothing(checked: &Checked) -> Finding {
     // A camera at the centre cannot face it: move it outside.
     let is_at_center = to.length() < 0.01 * bounds.size().length();
     let from = if is_at_center { center - camera.forward * bounds.size().length() } else { camera.origin };
-    Finding::new(
+    finding(
+        "nothing-in-view",
         None,
         format!("the camera sees nothing: everything is {where_to}, about {}", text(center)),
         format!("transform: LookAt(from: {}, to: {})", text(from), text(center)),

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Checked, Finding};
-use crate::error::words;
+use super::{Checked, finding};
+use crate::error::{Diagnostic, words};
 use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::observe::{Event, EventKind};
 use crate::integrator::{RenderSetup, Schedule};
@@ -21,7 +21,7 @@ const WORTH: f32 = 0.01;
 const LITTLE: f32 = 0.002;
 const DEEPEST: u32 = 1024;
 
-pub(super) fn check(checked: &Checked, setup: &RenderSetup, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, setup: &RenderSetup, findings: &mut Vec<Diagnostic>) {
     // Limits by kind of bounce end paths intentionally.
     let bends = checked.scene.materials.iter().any(|material| material.encloses && material.refracts());
     if setup.transport != Transport::Path || !bends || setup.limits.is_some() {
@@ -45,10 +45,10 @@ pub(super) fn check(checked: &Checked, setup: &RenderSetup, findings: &mut Vec<F
         setup.max_depth
     );
     let remedy = match enough {
-        Some(depth) => format!("--depth {depth}"),
-        None => "a higher --depth; if that does not help, the glass lets no light out".into(),
+        Some(depth) => format!("`--depth {depth}`"),
+        None => "a higher `--depth`; if that does not help, the glass lets no light out".into(),
     };
-    findings.push(Finding::new(None, what, remedy));
+    findings.push(finding("depth-in-glass", None, what, remedy));
 }
 
 /// Returns the fraction of the camera's light that is lost where paths end at glass or within it, by the glass's

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::Finding;
+use super::finding;
+use crate::error::Diagnostic;
 use crate::film::Region;
 use crate::film::exposure::{automatic_ev, exposure_ev};
 use crate::film::tonemap::DisplayTransform;
@@ -42,7 +43,7 @@ impl<'a> FinishedImage<'a> {
 }
 
 /// Checks a finished image. `told` is true if findings about the scene have already been reported.
-pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Option<Finding> {
+pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Option<Diagnostic> {
     let seen = seen(setup, image);
     if seen.is_empty() {
         return None;
@@ -64,7 +65,7 @@ pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Optio
         let what = format!(
             "{white} % of what is seen is white: there is more light than exposure {exposure_ev:+.2} can show"
         );
-        return Some(Finding::new(None, what, format!("--exposure auto would be {better:+.2}")));
+        return Some(finding("overexposed", None, what, format!("`--exposure auto` would be {better:+.2}")));
     }
     if black > TOO_MUCH {
         let unlit = seen.iter().filter(|light| light.is_black()).count() as f64 / seen.len() as f64;
@@ -73,17 +74,22 @@ pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Optio
             let remedy = match told {
                 true => "the warnings before this one may say why",
                 false => {
-                    "rayfront view, and a click on a pixel, shows where its light ends; --env studio lights everything"
+                    "`rayfront view`, and a click on a pixel, shows where its light ends; `--env studio` lights everything"
                 }
             };
-            return Some(Finding::new(None, what, remedy));
+            return Some(finding("no-light-arrives", None, what, remedy));
         }
         if stops > WORTH {
             let black = percent(black);
             let what = format!(
                 "{black} % of what is seen is black: there is too little light for exposure {exposure_ev:+.2}"
             );
-            return Some(Finding::new(None, what, format!("--exposure auto would be {better:+.2}")));
+            return Some(finding(
+                "underexposed",
+                None,
+                what,
+                format!("`--exposure auto` would be {better:+.2}"),
+            ));
         }
     }
     None

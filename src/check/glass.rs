@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::probes::{ProbeTracer, directions};
-use super::{Checked, Finding};
+use super::{Checked, finding};
 use crate::bvh::Sidedness;
 use crate::compile::thin_sheets;
-use crate::error::words;
+use crate::error::{Diagnostic, words};
 use crate::math::{Aabb, Vec3};
 use crate::scene::material::Medium;
 use crate::world::boundary::{JoinedSurfaces, MeshEdges, area, inside, is_crack, joined, six_volumes};
@@ -39,7 +39,7 @@ struct Glass {
     reach: f32,
 }
 
-pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Diagnostic>) {
     let scene = checked.scene;
     if !scene.materials.iter().any(|material| material.encloses) {
         return;
@@ -60,8 +60,9 @@ pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Finding>) {
         }
     }
     for entity in inwards {
-        findings.push(Finding::new(
-            Some(&checked.name(entity)),
+        findings.push(finding(
+            "inward-glass",
+            Some(checked.subject(entity)),
             "its faces are wound inwards, so that its glass is all around it and not in it",
             "turn its triangles around: Recalculate Outside in Blender",
         ));
@@ -132,13 +133,13 @@ fn holes(
     triangles: &[[Vec3; 3]],
     open: usize,
     edges: usize,
-) -> Option<Finding> {
-    let name = checked.name(members[0].entity);
+) -> Option<Diagnostic> {
+    let subject = checked.subject(members[0].entity);
     if inside(triangles) >= BODY {
         let what = format!(
             "it has holes: {open} of its {edges} edges belong to only one triangle, and light that leaves through them counts as still within its glass"
         );
-        return Some(Finding::new(Some(&name), what, "close it: Fill Holes in Blender"));
+        return Some(finding("open-glass", Some(subject), what, "close it: Fill Holes in Blender"));
     }
     let mut tracer = ProbeTracer::new(checked.scene);
     let (mut rays, mut lost) = (0, 0);
@@ -155,7 +156,7 @@ fn holes(
             "it encloses nothing ({open} of its {edges} edges are open), so that all that lies behind it is within its glass"
         );
         let remedy = "close it; or make it a thin sheet: thickness_m: 0.01 in its volume, or no volume (or ior) at all";
-        Finding::new(Some(&name), what, remedy)
+        finding("open-glass", Some(subject), what, remedy)
     })
 }
 
@@ -173,7 +174,7 @@ fn is_inside_out(members: &[&Glass], triangles: &[[Vec3; 3]], all: &[Glass]) -> 
 }
 
 /// Finds glass that shares its surface with other glass.
-fn shared(checked: &Checked, all: &[Glass], groups: &[JoinedSurfaces], findings: &mut Vec<Finding>) {
+fn shared(checked: &Checked, all: &[Glass], groups: &[JoinedSurfaces], findings: &mut Vec<Diagnostic>) {
     let group = |number: usize| groups.iter().position(|group| group.members.contains(&number));
     let number_of = |entity: u32| all.iter().position(|glass| glass.entity == entity);
     let mut told: Vec<[Option<usize>; 2]> = Vec::new();
@@ -219,7 +220,7 @@ fn shared(checked: &Checked, all: &[Glass], groups: &[JoinedSurfaces], findings:
                 words(&checked.name(other))
             );
             let remedy = "let one reach a little into the other, or leave a gap";
-            findings.push(Finding::new(Some(&checked.name(glass.entity)), what, remedy));
+            findings.push(finding("shared-glass", Some(checked.subject(glass.entity)), what, remedy));
         }
     }
 }

@@ -1,20 +1,19 @@
 //! Checks that light reaches the visible surfaces, and finds the cause if not.
 
 use super::probes::{Met, ProbeTracer, directions};
-use super::{Checked, Finding};
-use crate::compile::{NO_LIGHT, emits};
-use crate::error::words;
+use super::{Checked, finding};
+use crate::compile::{emits, no_light};
+use crate::error::{Diagnostic, words};
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::material::Coverage;
-use crate::world::transforms;
-use crate::world::{Light, Transport};
+use crate::world::{Light, Transport, transforms};
 
 /// The number of rays from each light.
 const RAYS: u32 = 64;
 /// The most lights that are tested.
 const MOST: usize = 32;
 
-pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let Checked { world, scene, probes } = checked;
     let settings = &world.settings;
     let seen = probes.seen().next().is_some();
@@ -22,24 +21,24 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     let around = !scene.environment.is_black();
     if !emits(scene) && (settings.transport == Transport::Whitted || !around) {
         if is_dark && around {
-            findings.push(Finding::new(
+            findings.push(finding("surroundings-light-nothing", 
                 None,
                 "what is around the scene lights no surface under Whitted's transport, and there is no other light",
-                "--transport path",
+                "`--transport path`",
             ));
         } else if is_dark || !seen {
-            let (what, remedy) = NO_LIGHT;
-            findings.push(Finding::new(None, what, remedy));
+            findings.push(no_light());
         }
         return;
     }
     let is_whitted = settings.transport == Transport::Whitted;
     if is_whitted && scene.lights.is_empty() && scene.ambient.is_black() && seen && probes.dark() > 0.5 {
         let what = "what emits light lights nothing else under Whitted's transport, and no lamp does";
-        findings.push(Finding::new(
+        findings.push(finding(
+            "emission-lights-nothing",
             None,
             what,
-            "--transport path, or add an entity with light: Point(power_w: 100)",
+            "`--transport path`, or add an entity with light: Point(power_w: 100)",
         ));
     }
     let Ok(placed) = transforms::to_world(world, &world.in_order()) else { return };
@@ -49,16 +48,21 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
     lamps.sort_by_key(|(entity, _)| entity.id());
     for (entity, light) in lamps.into_iter().take(MOST) {
         let Some(matrix) = placed.get(&entity) else { continue };
-        let name = world.name_of(entity);
+        let subject = world.subject(entity);
         if power(light).is_black() {
             let what = format!("it shines with {}", nothing_of(light));
-            findings.push(Finding::new(Some(&name), what, "give it more than 0, or leave it out"));
+            findings.push(finding(
+                "light-without-power",
+                Some(subject),
+                what,
+                "give it more than 0, or leave it out",
+            ));
             continue;
         }
         let Some(lamp) = PlacedLight::new(light, matrix) else { continue };
         findings.extend(
             lamp.fault(checked, &mut tracer, is_dark)
-                .map(|(what, remedy)| Finding::new(Some(&name), what, remedy)),
+                .map(|(what, remedy)| finding("light-without-effect", Some(subject.clone()), what, remedy)),
         );
     }
 }

@@ -1,19 +1,23 @@
 //! Checks for materials that are probably not what their authors mean.
 
-use super::{Checked, Finding};
+use super::{Checked, finding};
+use crate::error::{Diagnostic, Subject};
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, NamedMaterial, Texels};
 use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, TextureId, World};
 
-pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let world = checked.world;
     for (number, named) in world.assets.materials.iter().enumerate().skip(1) {
         let name = named.name.clone().unwrap_or_else(|| worn_by(world, number));
-        let mut find = |what: String, remedy: String| findings.push(Finding::new(Some(&name), what, remedy));
+        let mut find = |code, what: String, remedy: String| {
+            findings.push(finding(code, Some(Subject::named(name.clone())), what, remedy));
+        };
         if let Some((key, color)) = too_bright(named) {
             let most = color.max_component();
             let srgb = if most > 1.5 && most <= 255.0 { ": colours go from 0 to 1" } else { "" };
             find(
+                "bright-material",
                 format!("its {key} is {most}: surfaces cannot send back more light than they get{srgb}"),
                 if most > 1.5 {
                     "divide it by 255, or write Srgb(…)".into()
@@ -25,6 +29,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         let Material::Principled(material) = &named.material else { continue };
         if is_gone(material) {
             find(
+                "invisible-material",
                 "nothing of it is there: its alpha is 0 everywhere".into(),
                 "alpha: 1, or alpha_mode: Opaque".into(),
             );
@@ -68,7 +73,7 @@ fn is_gone(material: &Principled) -> bool {
 }
 
 /// Finds colour textures read without the sRGB curve, and data textures read with it.
-fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(String, String)) {
+fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(&'static str, String, String)) {
     let is = |id: TextureId, space: ColorSpace| {
         let texture = &world.assets.textures[id.0 as usize];
         let bytes = matches!(world.assets.images[texture.image.0 as usize].texels, Texels::Rgba8(_));
@@ -85,6 +90,7 @@ fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(Stri
             && is(id, ColorSpace::Linear)
         {
             find(
+                "color-space",
                 format!("the picture of its {key} is read as numbers, not as colours: it looks pale"),
                 "leave color_space out, or color_space: Srgb".into(),
             );
@@ -98,6 +104,7 @@ fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(Stri
     for (key, id) in scalars {
         if id.is_some_and(|id| is(id, ColorSpace::Srgb)) {
             find(
+                "color-space",
                 format!("the picture of its {key} is read as colours, not as numbers"),
                 "color_space: Linear".into(),
             );

@@ -1,10 +1,11 @@
 //! Bodies that scatter light: checks that lights can illuminate them.
 
-use super::{Checked, Finding, is_smooth};
+use super::{Checked, finding, is_smooth};
+use crate::error::Diagnostic;
 use crate::scene::MaterialRecord;
 use crate::world::Transport;
 
-pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let Checked { world, scene, .. } = checked;
     if world.settings.transport != Transport::Path {
         return;
@@ -19,7 +20,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
             && !material.passes_shadow_rays
     };
     if !scene.lights.is_empty() && !emits && scene.materials.iter().any(|material| scatters(&material)) {
-        findings.push(Finding::new(
+        findings.push(finding("unscattered-light", 
             None,
             "there is a body that scatters light, and none of the lamps' light is scattered in it: it bends light, and no ray can hit the lamps that there are",
             "ior: 1 for fog; or use Area(visible: true, …) or an Environment, or diffuse_transmission: 1 instead of transmission",

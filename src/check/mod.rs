@@ -20,7 +20,7 @@ mod sizes;
 
 use std::sync::Arc;
 
-use crate::error::words;
+use crate::error::{Diagnostic, Subject};
 use crate::integrator::RenderSetup;
 use crate::scene::{CompiledScene, MaterialRecord};
 use crate::world::World;
@@ -29,36 +29,23 @@ use probes::Probes;
 #[cfg(feature = "study")]
 pub use samples::{Outlier, outliers};
 
-/// Something that is probably not as intended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Finding {
-    /// The entity or material concerned, if any.
-    pub about: Option<String>,
-    /// The problem and its cause.
-    pub what: String,
-    /// The option, or the line in the scene, that fixes it.
-    pub remedy: Option<String>,
-}
-
-impl Finding {
-    fn new(about: Option<&str>, what: impl Into<String>, remedy: impl Into<String>) -> Finding {
-        Finding { about: about.map(str::to_owned), what: what.into(), remedy: Some(remedy.into()) }
-    }
-}
-
-impl std::fmt::Display for Finding {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        if let Some(about) = &self.about {
-            write!(f, "{}: ", words(about))?;
-        }
-        f.write_str(&self.what)?;
-        self.remedy.as_ref().map_or(Ok(()), |remedy| write!(f, " ({remedy})"))
-    }
+/// Creates a finding: something that is probably not as intended, with the option or the line of the scene that fixes
+/// it, in which options are marked by backticks.
+fn finding(
+    code: &'static str,
+    about: Option<Subject>,
+    what: impl Into<String>,
+    remedy: impl Into<String>,
+) -> Diagnostic {
+    Diagnostic { subject: about, ..Diagnostic::warning(code, what).fixed_by(remedy) }
 }
 
 /// Returns the warnings of a scene's compilation that no finding repeats.
-pub fn not_found<'a>(warnings: &'a [String], findings: &'a [Finding]) -> impl Iterator<Item = &'a String> {
-    warnings.iter().filter(|warning| !findings.iter().any(|finding| finding.to_string() == **warning))
+pub fn not_found<'a>(
+    warnings: &'a [Diagnostic],
+    findings: &'a [Diagnostic],
+) -> impl Iterator<Item = &'a Diagnostic> {
+    warnings.iter().filter(|warning| !findings.iter().any(|finding| finding.code == warning.code))
 }
 
 /// The input of all rules.
@@ -70,14 +57,14 @@ struct Checked<'a> {
 
 /// Returns what is probably not as intended in a world and its scene. Takes a few milliseconds, or longer with `all`,
 /// which includes the rules that need a BVH of their own.
-pub fn check(world: &World, setup: &RenderSetup, all: bool) -> Vec<Finding> {
+pub fn check(world: &World, setup: &RenderSetup, all: bool) -> Vec<Diagnostic> {
     let scene: &Arc<CompiledScene> = &setup.scene;
     if scene.bvh.root.is_none() {
         // The compilation's own warning reports an empty scene.
         return Vec::new();
     }
     let checked = Checked { world, scene, probes: Probes::new(setup) };
-    let mut findings: Vec<Finding> = checked.probes.slowness().into_iter().collect();
+    let mut findings: Vec<Diagnostic> = checked.probes.slowness().into_iter().collect();
     bodies::check(&checked, &mut findings);
     camera::check(&checked, &mut findings);
     lights::check(&checked, &mut findings);
@@ -100,10 +87,18 @@ fn is_smooth(material: &MaterialRecord) -> bool {
 }
 
 impl Checked<'_> {
-    /// Returns the name of an entity by its number.
-    fn name(&self, number: u32) -> String {
+    /// Returns an entity by its number, as the subject of a finding.
+    fn subject(&self, number: u32) -> Subject {
         let mut entities = self.world.entities.iter();
         let found = entities.find(|entity| entity.entity().id() == number);
-        found.map_or_else(|| format!("entity {number}"), |found| self.world.name_of(found.entity()))
+        found.map_or_else(
+            || Subject::named(format!("entity {number}")),
+            |found| self.world.subject(found.entity()),
+        )
+    }
+
+    /// Returns the name of an entity by its number.
+    fn name(&self, number: u32) -> String {
+        self.subject(number).name
     }
 }

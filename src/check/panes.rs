@@ -1,9 +1,9 @@
 //! Panes of solid glass, which block the light of emitters that no ray can hit.
 
 use super::probes::{Met, ProbeTracer};
-use super::{Checked, Finding, is_smooth};
+use super::{Checked, finding, is_smooth};
 use crate::compile::light_names;
-use crate::error::words;
+use crate::error::{Diagnostic, Subject, words};
 use crate::math::Vec3;
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{MaterialRecord, WhittedLight};
@@ -21,7 +21,7 @@ enum Whereabouts {
     Direction(Vec3),
 }
 
-pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let Checked { world, scene, .. } = checked;
     // Refracted light comes from photons, or from rays that hit emitters.
     let settings = &world.settings;
@@ -36,8 +36,8 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         let Some((pane, part)) = pane_before(checked, &mut tracer, light, &is_pane) else { continue };
         let pane = words(&checked.name(pane));
         let part = 100.0 * part;
-        findings.push(Finding::new(
-            Some(&name),
+        findings.push(finding("dark-glass", 
+            Some(Subject::named(name)),
             format!("the glass of \"{pane}\" keeps its light from {part:.0} % of what it would light: no ray can hit this lamp"),
             remedy(has_photons),
         ));
@@ -49,7 +49,7 @@ fn remedy(has_photons: bool) -> &'static str {
     if has_photons {
         "make the glass clear (transmission: 1, without a texture), or a thin sheet, which lets light straight through: Principled(metallic: 0, roughness: 0, transmission: 1) without a volume"
     } else {
-        "--caustics auto, or make the glass a thin sheet, which lets light straight through: Principled(metallic: 0, roughness: 0, transmission: 1) without a volume"
+        "`--caustics auto`, or make the glass a thin sheet, which lets light straight through: Principled(metallic: 0, roughness: 0, transmission: 1) without a volume"
     }
 }
 

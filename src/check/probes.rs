@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::Finding;
+use super::finding;
 use crate::bvh::{self, AnyHitFilter, Crossing, FaceCulling, HitPredicate, Stack};
+use crate::error::Diagnostic;
 use crate::film::Features;
 use crate::integrator::path::any_hit::crossed;
 use crate::integrator::{RenderSetup, Stop};
@@ -43,13 +44,13 @@ impl Probes {
     }
 
     /// Returns a finding if even a sample of the small image takes too many rays.
-    pub fn slowness(&self) -> Option<Finding> {
+    pub fn slowness(&self) -> Option<Diagnostic> {
         let most = MOST_RAYS / self.features.len().max(1) as u64;
         self.light.is_none().then(|| {
             let what = format!(
                 "each sample takes more than {most} rays, so that images take very long: paths split too often or end too late, or lights have too many samples"
             );
-            Finding::new(None, what, "a lower --depth, a higher min_throughput, fewer samples of lights; --max-time ends it anyway")
+            finding("slow", None, what, "a lower `--depth`, a higher min_throughput, fewer samples of lights; `--max-time` ends it anyway")
         })
     }
 

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::probes::ProbeTracer;
-use super::{Checked, Finding};
+use super::{Checked, finding};
 use crate::bvh::Sidedness;
+use crate::error::Diagnostic;
 use crate::math::Vec3;
 use crate::scene::CompiledScene;
 use crate::shading::camera;
@@ -15,7 +16,7 @@ const LONGER_SIDE: u32 = 48;
 /// A surface must be missing in at least this fraction of the image.
 const WORTH: f32 = 0.05;
 
-pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
+pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let scene = checked.scene;
     if !scene.materials.iter().any(|material| material.hides_back) {
         return;
@@ -45,10 +46,11 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Finding>) {
         counts.values().filter(|count| from_behind(**count)).map(|[missed, _]| *missed as f32).sum();
     for (entity, [missed, met]) in counts {
         if (missed as f32 > worth || all > most) && from_behind([missed, met]) {
-            findings.push(Finding::new(
-                Some(&checked.name(entity)),
+            findings.push(finding(
+                "hidden-back",
+                Some(checked.subject(entity)),
                 "it is seen from behind, and its surfaces are there from their front alone",
-                "double_sided: true in its material, --double-sided for models, or turn it",
+                "double_sided: true in its material, `--double-sided` for models, or turn it",
             ));
         }
     }

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 
+use super::Failure;
 use super::args::{ModelOptions, PictureOptions};
-use super::output::default_image;
-use super::{Failure, output};
+use super::output::{self, default_image};
 use crate::error::in_one_line;
 use crate::files::are_same;
 use crate::film::exposure::automatic_ev;

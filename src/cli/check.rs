@@ -8,7 +8,9 @@ use serde_json::json;
 
 use super::args::{ModelOptions, PictureOptions};
 use super::{Failure, Fault, output};
-use crate::check::{Finding, check, not_found};
+use crate::check::{check, not_found};
+use crate::error::Diagnostic;
+use crate::view::json_of;
 
 /// `rayfront check`.
 #[derive(Args, Debug)]
@@ -34,12 +36,10 @@ pub(super) fn run(arguments: &Check) -> Result<ExitCode, Failure> {
         .map_err(Failure::compile(path))?;
     let setup = crate::render::setup(scene, &world.settings);
     let findings = check(&world, &setup, true);
-    let warnings: Vec<&String> = not_found(&setup.scene.warnings, &findings).collect();
+    let warnings: Vec<&Diagnostic> = not_found(&setup.scene.warnings, &findings).collect();
     if arguments.json {
-        let findings: Vec<_> = findings
-            .iter()
-            .map(|Finding { about, what, remedy }| json!({"about": about, "what": what, "remedy": remedy}))
-            .collect();
+        let warnings: Vec<_> = warnings.iter().map(|warning| warning.to_string()).collect();
+        let findings: Vec<_> = findings.iter().map(json_of).collect();
         let json = json!({"scene": output::path_json(path), "warnings": warnings, "findings": findings});
         output::print(&format!("{json}\n"))?;
     } else {

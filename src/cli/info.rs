@@ -105,7 +105,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
             "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures, "lights": memory.lights,
             "film": film, "total": memory.total() + film,
         },
-        "warnings": scene.warnings,
+        "warnings": scene.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
     }))
 }
 

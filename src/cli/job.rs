@@ -17,10 +17,10 @@ use super::report::{Phases, RenderReport};
 use super::saving::Saved;
 use super::stop::{StopRules, pass_end};
 use super::{Failure, aov, command_line, process_times};
-use crate::check::{self, Finding};
+use crate::check;
+use crate::error::{Diagnostic, Severity};
 use crate::film::Region;
 use crate::formats::film_file::{self, FilmFile, FilmHeader, Note, PROGRAM, RenderedView};
-use crate::formats::is_usual;
 use crate::formats::picture::supported;
 use crate::integrator::{RenderSetup, Stop};
 use crate::render::{MemoryEstimate, OnProgress, Options, Progress, RenderState, Session, adaptive};
@@ -38,7 +38,7 @@ pub struct Job {
     /// The settings in the scene's file.
     authored: Settings,
     /// The probable mistakes in the scene.
-    findings: Vec<String>,
+    findings: Vec<Diagnostic>,
     /// The time taken so far.
     pub phases: Phases,
     /// The data shared with other moments of the scene.
@@ -71,13 +71,13 @@ impl Job {
         // Recorded even if loading fails: fixing it means changing one of these files.
         reuse.sources = sources.clone();
         let mut told = std::mem::take(&mut reuse.told);
-        let mut tell = |line: &str| {
-            if told.insert(line.to_owned()) {
-                let kind = if is_usual(line) { "note" } else { "warning" };
-                output::note(format_args!("{kind}: {line}"));
+        let mut tell = |diagnostic: &Diagnostic| {
+            if told.insert(diagnostic.to_string()) {
+                let kind = if diagnostic.severity == Severity::Note { "note" } else { "warning" };
+                output::note(format_args!("{kind}: {diagnostic}"));
             }
         };
-        let tell: Option<&mut dyn FnMut(&str)> = if quiet { None } else { Some(&mut tell) };
+        let tell: Option<&mut dyn FnMut(&Diagnostic)> = if quiet { None } else { Some(&mut tell) };
         let found = compiled(path, &view.at(0), reuse, &sources, tell, &change);
         reuse.told = told;
         let LoadedScene { compiled, setup, findings, settings, authored, source, names, phases } = found?;
@@ -88,7 +88,6 @@ impl Job {
                 output::note("--paranoid: the same as compiled by itself");
             }
         }
-        let findings: Vec<String> = findings.iter().map(Finding::to_string).collect();
         if settings.adaptive != Adaptive::Off && view.moments() > 1 {
             let reason = "adaptive samples need all of the time at once";
             return Err(Failure::command_line(format!("--shutter: {reason}: add --adaptive=off")));
@@ -404,7 +403,7 @@ fn faults(
     session: &Session,
     picture: &OutputImage,
     told: bool,
-) -> Vec<String> {
+) -> Vec<Diagnostic> {
     let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
     let shown =
         check::FinishedImage { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
@@ -419,9 +418,9 @@ fn faults(
             is_moved: false,
         };
         let replay = command_line::of_explain(&recipe, outlier.pixel, outlier.sample);
-        format!("{outlier} ({replay} shows its path)")
+        Diagnostic::warning("outlier", outlier.to_string()).fixed_by(format!("`{replay}` shows its path"))
     });
-    let finding = check::of_image(session.setup(), &shown, told).map(|finding| finding.to_string());
+    let finding = check::of_image(session.setup(), &shown, told);
     finding.into_iter().chain(outliers).collect()
 }
 

@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use super::Failure;
 use super::report::Phases;
-use crate::check::{self, Finding};
-use crate::compile;
+use crate::error::Diagnostic;
 use crate::formats::film_file::{RenderedView, Source};
 use crate::integrator::RenderSetup;
 use crate::world::{Aov, AssetCache, Settings, SourceFiles, World};
+use crate::{check, compile};
 
 /// The data that moments of a scene share, so that it need not be read and built again.
 #[derive(Clone, Default)]
@@ -52,7 +52,7 @@ pub struct LoadedScene {
     /// The render setup.
     pub setup: RenderSetup,
     /// The probable mistakes in the scene.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<Diagnostic>,
     /// The settings of the render.
     pub settings: Settings,
     /// The settings in the scene's file, as changed by the view.
@@ -72,7 +72,7 @@ pub fn compiled(
     view: &RenderedView,
     reuse: &LoadSession,
     sources: &SourceFiles,
-    mut tell: Option<&mut dyn FnMut(&str)>,
+    mut tell: Option<&mut dyn FnMut(&Diagnostic)>,
     change: impl FnOnce(&mut World),
 ) -> Result<LoadedScene, Failure> {
     let mut phases = Phases::default();
@@ -89,7 +89,7 @@ pub fn compiled(
     let names = if settings.aov.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
     let source = Source::new(path, &assets.files);
     if let Some(tell) = &mut tell {
-        scene.scene.warnings.iter().for_each(|warning| tell(warning));
+        scene.scene.warnings.iter().for_each(&mut *tell);
     }
     // The world is dropped at the end of this function: large meshes need not stay twice.
     let compiled = Arc::new(scene);
@@ -97,7 +97,7 @@ pub fn compiled(
     let mut findings = Vec::new();
     if let Some(tell) = tell {
         findings = check::check(&world, &setup, false);
-        findings.iter().for_each(|finding| tell(&finding.to_string()));
+        findings.iter().for_each(tell);
     }
     let settings = settings.clone();
     Ok(LoadedScene { compiled, setup, findings, settings, authored, source, names, phases })

@@ -1,5 +1,6 @@
 //! The images of a film, and their metadata.
 
+use crate::error::Diagnostic;
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -258,12 +259,14 @@ pub fn denoised_name(image: &Path) -> PathBuf {
 }
 
 /// Returns a warning if some of the moments of motion blur have no samples.
-pub fn uneven_blur(header: &FilmHeader) -> Option<String> {
+pub fn uneven_blur(header: &FilmHeader) -> Option<Diagnostic> {
     let (moments, total) = (header.view.moments(), header.settings.samples);
     let there = header.view.moments_among(&header.samples, total);
     let all = header.view.moments_among(&[[0, total]], total);
     (moments > 1 && there < all).then(|| {
-        format!("motion is blurred by {there} of {moments} moments, since not all samples are there")
+        let text =
+            format!("motion is blurred by {there} of {moments} moments, since not all samples are there");
+        Diagnostic::warning("uneven-blur", text)
     })
 }
 

@@ -1,5 +1,8 @@
 //! The report on a render, as text and as JSON.
 
+use crate::check;
+use crate::error::Diagnostic;
+use crate::view::json_of;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -55,7 +58,7 @@ pub fn noise_line(noise: f64, samples: f64, with_options: bool) -> String {
 /// The data of a report.
 pub struct RenderReport<'a> {
     /// The probable mistakes, as they were printed.
-    pub findings: &'a [String],
+    pub findings: &'a [Diagnostic],
     /// The header of the film.
     pub header: &'a FilmHeader,
     /// The images that were written.
@@ -259,11 +262,13 @@ impl RenderReport<'_> {
             "noise_relative": self.session.film().relative_noise(),
             "film_hash": self.header.film_hash.clone(),
             "denoised": denoised,
-            "warnings": scene.warnings,
+            "warnings": scene.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         });
         object["complete"] = self.session.is_done().into();
         // More entries would be too many for the macro.
-        object["findings"] = self.findings.into();
+        object["findings"] = self.findings.iter().map(ToString::to_string).collect();
+        let all = check::not_found(&scene.warnings, self.findings).chain(self.findings);
+        object["diagnostics"] = all.map(json_of).collect();
         object["transport"] = format!("{:?}", self.header.settings.transport).to_lowercase().into();
         object
     }

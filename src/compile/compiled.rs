@@ -1,5 +1,6 @@
 //! Runs all systems in order, and reuses the results of those whose inputs are unchanged.
 
+use crate::error::Diagnostic;
 use std::sync::Arc;
 
 use super::memo::Memo;
@@ -123,10 +124,13 @@ pub fn compile_after(
     scene.warnings.extend(open_surfaces::told(&open_surfaces.output));
     let left_out = emitters.output.left_out;
     if left_out > 0 && world.settings.transport == Transport::Path {
-        scene.warnings.push(format!(
-            "meshes that shine are placed so often that {left_out} of them are found by chance alone, \
+        scene.warnings.push(Diagnostic::warning(
+            "too-many-light-meshes",
+            format!(
+                "meshes that shine are placed so often that {left_out} of them are found by chance alone, \
              which is noisier: more than {} triangles would be lights",
-            emitters::MOST_PLACED
+                emitters::MOST_PLACED
+            ),
         ));
     }
     Ok(MemoizedScene { scene: Arc::new(scene), textures, environment, open_surfaces, geometry, emitters })
@@ -163,24 +167,25 @@ fn set_sidedness(
 }
 
 /// Warnings for the user, known before the image is rendered.
-fn warnings(scene: &CompiledScene, world: &World) -> Vec<String> {
+fn warnings(scene: &CompiledScene, world: &World) -> Vec<Diagnostic> {
     let mut warnings = world.warnings.clone();
     warnings.extend(unsupported_by_transport::by_transport(world));
     warnings.extend(unshared(world));
     warnings.extend(ineffective_values::values(world));
     warnings.extend(endless_forks(scene, world));
     if scene.bvh.root.is_none() {
-        warnings.push("no shape: the image shows the background alone".into());
+        warnings.push(Diagnostic::warning("no-shape", "no shape: the image shows the background alone"));
     } else if !emits(scene) && scene.environment.is_black() {
-        let (what, remedy) = NO_LIGHT;
-        warnings.push(format!("{what} ({remedy})"));
+        warnings.push(no_light());
     }
     warnings
 }
 
-/// The warning about a scene whose surfaces are all black, and its remedy.
-pub(crate) const NO_LIGHT: (&str, &str) =
-    ("there is no light", "add an entity with light: Point(power_w: 100), or --env studio");
+/// The warning about a scene whose surfaces are all black.
+pub(crate) fn no_light() -> Diagnostic {
+    let remedy = "add an entity with light: Point(power_w: 100), or `--env studio`";
+    Diagnostic::warning("no-light", "there is no light").fixed_by(remedy)
+}
 
 /// True if anything but the surroundings emits light, or needs none.
 pub(crate) fn emits(scene: &CompiledScene) -> bool {
@@ -191,7 +196,7 @@ pub(crate) fn emits(scene: &CompiledScene) -> bool {
 }
 
 /// A warning about glass that splits paths in two without an end: each bounce can double the work.
-fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
+fn endless_forks(scene: &CompiledScene, world: &World) -> Option<Diagnostic> {
     const MANY: u32 = 16;
     let settings = &world.settings;
     // Each path carries at least the part min_throughput, so at any depth there are at most 1 / min_throughput paths.
@@ -201,19 +206,20 @@ fn endless_forks(scene: &CompiledScene, world: &World) -> Option<String> {
         && scene.materials.iter().any(|material| material.classic.ior > 0.0);
     is_endless.then(|| {
         let depth = settings.max_depth;
-        format!(
-            "glass splits paths in two, up to 2^{depth} of them for each sample: raise min_throughput (to 0.001) or lower max_depth (--depth {MANY})"
-        )
+        let text = format!("glass splits paths in two, up to 2^{depth} of them for each sample");
+        let remedy = format!("raise min_throughput to 0.001, or lower max_depth: `--depth {MANY}`");
+        Diagnostic::warning("endless-forks", text).fixed_by(remedy)
     })
 }
 
 /// A warning about requested path reuse that other settings rule out.
-fn unshared(world: &World) -> Option<String> {
+fn unshared(world: &World) -> Option<Diagnostic> {
     let settings = &world.settings;
     let asked = matches!(settings.sharing, Sharing::Groups(_)) && settings.transport == Transport::Path;
     let limit = settings.depth_limits.given().map(|(name, _)| name).next();
     let why = settings.clamp.map(|_| "clamp").or(limit).filter(|_| asked)?;
-    Some(format!("paths are not shared: {why} is about each path for itself (leave one of both out)"))
+    let text = format!("paths are not shared: {why} is about each path for itself");
+    Some(Diagnostic::warning("paths-not-shared", text).fixed_by("leave one of both out"))
 }
 
 #[cfg(test)]
@@ -232,7 +238,7 @@ mod tests {
             world.entities.spawn((Shape::Sphere { radius_m: 1.0 },));
             change(&mut world);
             let scene = compile(&world, None).unwrap();
-            scene.warnings.iter().any(|warning| warning.contains("there is no light"))
+            scene.warnings.iter().any(|warning| warning.code == "no-light")
         };
         assert!(told(&|_| ()));
         assert!(told(&|world| world.settings.transport = Transport::Path));

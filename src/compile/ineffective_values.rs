@@ -1,33 +1,34 @@
 //! Values in a world that have no effect, whatever the transport.
 
-use crate::error::words;
+use crate::error::{Diagnostic, words};
 use crate::world::{AlphaMode, Background, Material, MaterialId, Principled, World};
 
 /// One warning for each kind.
-pub(super) fn values(world: &World) -> Vec<String> {
-    let mut told: Vec<String> = around(world).into_iter().collect();
+pub(super) fn values(world: &World) -> Vec<Diagnostic> {
+    let mut told: Vec<Diagnostic> = around(world).into_iter().collect();
     if world.settings.background != Background::default() {
         told.extend(world.hidden_background());
     }
     for (what, says) in OF_MATERIALS {
         let names = names(world, says);
         if !names.is_empty() {
-            told.push(format!("{what}: {}", names.join(", ")));
+            told.push(Diagnostic::warning("value-without-effect", format!("{what}: {}", names.join(", "))));
         }
     }
     told
 }
 
 /// A warning about environments and skies after the first one, which counts.
-fn around(world: &World) -> Option<String> {
+fn around(world: &World) -> Option<Diagnostic> {
     let mut all = world.surroundings().map(|entity| words(&world.name_of(entity)));
     let first = all.next()?;
     let others: Vec<String> = all.take(4).collect();
     (!others.is_empty()).then(|| {
-        format!(
+        let text = format!(
             "a scene has one environment or sky, and \"{first}\" is the first: no light comes from {}",
             others.join(", ")
-        )
+        );
+        Diagnostic::warning("several-surroundings", text)
     })
 }
 
@@ -99,7 +100,7 @@ mod tests {
         let mut material = Principled { metallic: ScalarInput::constant(0.0), ..Principled::default() };
         change(&mut material);
         world.assets.add_material(Some("pane".into()), Material::Principled(Box::new(material)));
-        values(&world)
+        values(&world).iter().map(ToString::to_string).collect()
     }
 
     #[test]
@@ -154,8 +155,8 @@ mod tests {
         let mut world = World::default();
         let light = || Light::Environment { radiance: Rgb::WHITE, image: None };
         world.entities.spawn((crate::world::Name("first".into()), light()));
-        assert_eq!(values(&world), Vec::<String>::new());
+        assert_eq!(values(&world), []);
         world.entities.spawn((crate::world::Name("second".into()), light()));
-        assert!(values(&world).concat().contains("no light comes from second"));
+        assert!(values(&world)[0].text.contains("no light comes from second"));
     }
 }

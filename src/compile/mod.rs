@@ -25,7 +25,7 @@ mod validate;
 pub use crate::scene::CompiledScene;
 pub use camera::camera_names;
 pub use compiled::compile;
-pub(crate) use compiled::{MemoizedScene, NO_LIGHT, compile_after, emits};
+pub(crate) use compiled::{MemoizedScene, compile_after, emits, no_light};
 pub(crate) use lights::light_names;
 pub(crate) use open_surfaces::thin_sheets;
 #[cfg(feature = "python")]

@@ -1,5 +1,6 @@
 //! Open surfaces of glass: those with a thickness are thin sheets; three or more that meet in an edge are interfaces.
 
+use crate::error::Diagnostic;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -267,7 +268,7 @@ pub(crate) fn thin_sheets(world: &World, order: &[Entity], transforms: &WorldTra
 }
 
 /// Warnings about surfaces that are rendered as sheets, and as interfaces.
-pub(super) fn told(sheets: &[Sheet]) -> Vec<String> {
+pub(super) fn told(sheets: &[Sheet]) -> Vec<Diagnostic> {
     const MOST: usize = 4;
     let listed = |one: &dyn Fn(&Sheet) -> Option<String>| {
         let names: Vec<String> = sheets.iter().filter_map(one).collect();
@@ -282,18 +283,21 @@ pub(super) fn told(sheets: &[Sheet]) -> Vec<String> {
         Some(format!("{} ({thickness} m, {open} of {edges} edges open)", words(name)))
     });
     let thin = thin.map(|names| {
-        format!(
+        let text = format!(
             "open surfaces with a volume enclose nothing, and are thin sheets that absorb by their thickness and bend no \
-             light: {names} (close them to make bodies)"
-        )
+             light: {names}"
+        );
+        Diagnostic::warning("thin-sheet", text).fixed_by("close them to make bodies")
     });
     let interfaces =
         listed(&|sheet: &Sheet| sheet.thickness().is_none().then(|| words(&sheet.name).to_string()));
     let interfaces = interfaces.map(|names| {
-        format!(
+        let text = format!(
             "open surfaces that meet in an edge are interfaces, and bend light by the index behind them over that in \
-             front: {names} (close each of them to make bodies, whose indices are their own)"
-        )
+             front: {names}"
+        );
+        Diagnostic::warning("interface", text)
+            .fixed_by("close each of them to make bodies, whose indices are their own")
     });
     thin.into_iter().chain(interfaces).collect()
 }
@@ -353,8 +357,9 @@ mod tests {
         let order = world.in_order();
         let transforms = crate::world::transforms::to_world(&world, &order).unwrap();
         let found = find(&OpenSurfaceInputs::new(&world, &order, &transforms));
-        let told = compile(&world, None).unwrap().warnings.concat();
-        assert_eq!(told.contains("thin sheets"), !found.is_empty(), "{told}");
+        let told = compile(&world, None).unwrap().warnings;
+        let is_told = told.iter().any(|warning| warning.code == "thin-sheet");
+        assert_eq!(is_told, !found.is_empty(), "{told:?}");
         found.iter().map(|sheet| (sheet.entity, sheet.materials[0].1.unwrap_or(-1.0))).collect()
     }
 

@@ -1,5 +1,6 @@
 //! Values in a world that its transport does not use.
 
+use crate::error::Diagnostic;
 use crate::math::Rgb;
 use crate::world::{
     Camera, ColorInput, Light, Material, Pattern, Principled, ScalarInput, Settings, Sharing, Transport,
@@ -7,14 +8,16 @@ use crate::world::{
 };
 
 /// One warning that lists all of them.
-pub(super) fn by_transport(world: &World) -> Option<String> {
+pub(super) fn by_transport(world: &World) -> Option<Diagnostic> {
     let (names, transport, other) = match world.settings.transport {
         Transport::Whitted => (by_whitted(world), "Whitted", "Path"),
         Transport::Path => (by_path(world), "path", "Whitted"),
     };
     let list = names.join(", ");
-    (!names.is_empty())
-        .then(|| format!("the {transport} transport makes no use of {list} (transport: {other} does)"))
+    (!names.is_empty()).then(|| {
+        let text = format!("the {transport} transport makes no use of {list}");
+        Diagnostic::warning("unused-by-transport", text).fixed_by(format!("transport: {other} does"))
+    })
 }
 
 fn by_whitted(world: &World) -> Vec<&'static str> {
@@ -102,7 +105,8 @@ mod tests {
             world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 }, Transform::IDENTITY));
             change(&mut world);
             let warnings = compile(&world, None).expect("a scene").warnings;
-            warnings.into_iter().find(|warning| warning.contains("makes no use of"))
+            let found = warnings.iter().find(|warning| warning.code == "unused-by-transport");
+            found.map(ToString::to_string)
         };
         assert_eq!(said(|_| ()), None);
         assert_eq!(said(|world| world.settings.transport = Transport::Path), None);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{LoadOptions, extension, gltf, obj, picture, ply};
-use crate::error::{LoadError, did_you_mean};
+use crate::error::{Diagnostic, LoadError, did_you_mean};
 use crate::files;
 use crate::world::{Assets, Image, Mesh, SourceFiles};
 
@@ -17,7 +17,7 @@ pub trait AssetFiles {
         &mut self,
         path: &Path,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<Arc<Mesh>, LoadError>;
 
     /// Reads a glTF file. Its meshes and materials are added to `assets`.
@@ -25,7 +25,7 @@ pub trait AssetFiles {
         &mut self,
         path: &Path,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<gltf::GltfModel, LoadError>;
 
     /// Reads and decodes an image.
@@ -62,7 +62,7 @@ impl AssetFiles for Files {
         &mut self,
         path: &Path,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<Arc<Mesh>, LoadError> {
         match extension(path).as_str() {
             "ply" => {
@@ -99,7 +99,7 @@ impl AssetFiles for Files {
         &mut self,
         path: &Path,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<gltf::GltfModel, LoadError> {
         match extension(path).as_str() {
             "gltf" | "glb" => {

@@ -28,7 +28,7 @@ pub(crate) use saving::DENOISED;
 pub use saving::{ImageOptions, load_image, png_bytes, rgba8, save_image, save_image_with, save_scene};
 #[cfg(feature = "python")]
 pub(crate) use staging::has_added_camera;
-pub(crate) use staging::{is_usual, load_again};
+pub(crate) use staging::load_again;
 pub use staging::{load, load_with};
 
 fn extension(path: &Path) -> String {

@@ -11,15 +11,15 @@ use pyo3::prelude::*;
 
 use super::rendering::{LayerNames, PyRendering};
 use super::{as_arguments, of_file, of_scene, wrong};
-use crate::check::{self, Finding};
+use crate::check;
 use crate::compile::{camera_names, check_mesh, check_settings, compile};
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError, Remedy, Severity, Subject};
 use crate::film::{FilmChannel, Region};
 use crate::formats::ron::query::{Query, list};
 use crate::formats::staging::load;
 use crate::formats::{
-    AssetFiles, Edits, EnvironmentPreset, Files, LightUnits, LoadOptions, gltf, has_added_camera, is_usual,
-    load_again, ron,
+    AssetFiles, Edits, EnvironmentPreset, Files, LightUnits, LoadOptions, gltf, has_added_camera, load_again,
+    ron,
 };
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -80,7 +80,7 @@ impl AssetFiles for PyInputs {
         &mut self,
         path: &Path,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<Arc<Mesh>, LoadError> {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
         match name.and_then(|name| self.meshes.get(&name).cloned()) {
@@ -93,7 +93,7 @@ impl AssetFiles for PyInputs {
         &mut self,
         path: &Path,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<gltf::GltfModel, LoadError> {
         self.files.model(path, assets, warnings)
     }
@@ -205,8 +205,12 @@ impl PyWorld {
             let setup = crate::render::setup(compile(world, camera)?, &settings);
             Ok(check::check(world, &setup, true))
         });
-        let parts = |Finding { about, what, remedy }| {
-            (about, as_arguments(&what), remedy.map(|remedy| as_arguments(&remedy)))
+        let parts = |Diagnostic { subject, text, remedy, .. }| {
+            (
+                subject.map(|subject: Subject| subject.name),
+                text,
+                remedy.map(|it: Remedy| it.with_commands(as_arguments)),
+            )
         };
         Ok(found.map_err(of_scene)?.into_iter().map(parts).collect())
     }
@@ -218,7 +222,7 @@ impl PyWorld {
 
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.world.warnings.iter().map(|line| as_arguments(line)).collect()
+        self.world.warnings.iter().map(|it| it.with_commands(as_arguments)).collect()
     }
 
     /// Names, keys and values of the parts that a query selects; without a query, of all entities and materials.
@@ -282,9 +286,8 @@ impl PyWorld {
         let prepared = py.detach(|| on_threads(threads, prepare)).map_err(wrong)?;
         let (setup, findings) = prepared.map_err(of_scene)?;
         // They include the world's warnings.
-        let (notes, mut warnings): (Vec<_>, Vec<_>) =
-            check::not_found(&setup.scene.warnings, &findings).cloned().partition(|line| is_usual(line));
-        warnings.extend(findings.iter().map(Finding::to_string));
+        let all = check::not_found(&setup.scene.warnings, &findings).chain(&findings).cloned();
+        let (notes, mut warnings): (Vec<_>, Vec<_>) = all.partition(|it| it.severity == Severity::Note);
         let variance = aovs.contains(&Aov::Variance);
         let names = if aovs.contains(&Aov::Entity) { world.names() } else { HashMap::new() };
         let options = Options { schedule, variance, region, ..Options::default() };
@@ -304,19 +307,18 @@ impl PyWorld {
                 let radiance = film.radiance();
                 let shown = check::FinishedImage::new(&settings, film.region(), &radiance);
                 let told = !findings.is_empty();
-                warnings.extend(check::of_image(&setup, &shown, told).map(|finding| finding.to_string()));
+                warnings.extend(check::of_image(&setup, &shown, told));
                 let reached = session.film().relative_noise();
                 if let Some((is, most)) = reached.zip(noise).filter(|(is, most)| is > most) {
-                    warnings.push(format!(
-                        "the noise is {is:.4}, not {most}, after all samples: a higher spp lowers it"
-                    ));
+                    let text = format!("the noise is {is:.4}, not {most}, after all samples");
+                    warnings.push(Diagnostic::warning("noise", text).fixed_by("a higher spp lowers it"));
                 }
                 let denoised =
                     if denoise && !stop.load(Ordering::Relaxed) { session.denoised() } else { None };
                 let layers = session.channels(&aovs);
                 let (names, camera) = (names_in(&layers, &names, &setup), setup.scene.camera);
-                let told =
-                    [notes, warnings].map(|lines| lines.iter().map(|line| as_arguments(line)).collect());
+                let told = [notes, warnings]
+                    .map(|all| all.iter().map(|it| it.with_commands(as_arguments)).collect());
                 PyRendering::new(session.into_film(), settings.clone(), layers, names, camera, denoised, told)
             })
         };

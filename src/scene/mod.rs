@@ -21,6 +21,7 @@ pub use lights::WhittedLight;
 pub use material::MaterialRecord;
 pub use textures::Textures;
 
+use crate::error::Diagnostic;
 use std::collections::HashMap;
 use std::fmt::{Debug, Write};
 use std::sync::Arc;
@@ -71,7 +72,7 @@ pub struct CompiledScene {
     /// The bounding box of all geometry.
     pub(crate) bounds: Aabb,
     /// Warnings of the loader and the compiler, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// A hash of a value's debug text, which is different for any two floats. The text is streamed, never stored as a

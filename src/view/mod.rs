@@ -29,3 +29,5 @@ pub mod terminal;
 pub mod tev;
 pub mod viewer;
 pub mod watched;
+
+pub use status::json_of;

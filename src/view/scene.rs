@@ -5,22 +5,20 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::watched::Watched;
-use crate::check::{self, Finding};
 use crate::compile::{self, MemoizedScene};
-use crate::error::{CompileError, LoadError, SaveError};
-use crate::files;
+use crate::error::{CompileError, Diagnostic, LoadError, SaveError};
 use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::RenderSetup;
 use crate::integrator::setup::reuse_groups::ReuseGroups;
 use crate::math::Vec3;
-use crate::memory;
 use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, Recipe};
 use crate::world::{
     AssetCache, Camera, DepthLimits, FromModel, LookAtFault, OrbitCamera, Parent, Pose, Sampler, Settings,
     Sharing, SourceFiles, Transform, Transport, World,
 };
+use crate::{check, files, memory};
 
 /// The largest image that a page shows: no window has room for more, and memory may not either.
 const MOST_PIXELS: u64 = 1 << 26;
@@ -62,7 +60,7 @@ pub struct LiveScene {
     said: Settings,
     compiled: MemoizedScene,
     /// Probable mistakes in the scene.
-    findings: Vec<Finding>,
+    findings: Vec<Diagnostic>,
     /// The names of entities and lights.
     names: Arc<GivenNames>,
     entities: Arc<HashMap<u32, String>>,
@@ -229,10 +227,8 @@ impl LiveScene {
     }
 
     /// Warnings of the compilation, and probable mistakes.
-    pub fn findings(&self) -> Vec<Finding> {
-        let note = |what: &String| Finding { about: None, what: what.clone(), remedy: None };
-        let warnings = check::not_found(&self.compiled.scene.warnings, &self.findings);
-        warnings.map(note).chain(self.findings.iter().cloned()).collect()
+    pub fn findings(&self) -> impl Iterator<Item = &Diagnostic> {
+        check::not_found(&self.compiled.scene.warnings, &self.findings).chain(&self.findings)
     }
 
     /// Nothing panics while it holds the lock.

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::request::{SAMPLERS, SCHEDULES, TRANSPORTS};
 use super::scene::LiveScene;
 use super::viewer::{RenderWork, Snapshot};
-use crate::check::Finding;
+use crate::error::{Diagnostic, Severity};
 use crate::film::Region;
 use crate::integrator::setup::NoPhotons;
 use crate::integrator::{RenderSetup, Stage};
@@ -42,6 +42,28 @@ pub struct Status {
     pub queues: Option<Flows>,
 }
 
+/// A diagnostic as a JSON object.
+pub fn json_of(diagnostic: &Diagnostic) -> Value {
+    let Diagnostic { code, severity, subject, text, remedy } = diagnostic;
+    let severity = match severity {
+        Severity::Note => "note",
+        Severity::Warning => "warning",
+    };
+    let (subject, commands) = (subject.as_ref(), remedy.as_ref().map(|remedy| remedy.commands()));
+    let position = subject.and_then(|subject| subject.position);
+    json!({
+        "code": code,
+        "severity": severity,
+        "about": subject.map(|subject| &subject.name),
+        "file": subject.and_then(|subject| Some(subject.file.as_ref()?.to_string_lossy())),
+        "line": position.map(|[line, _]| line),
+        "column": position.map(|[_, column]| column),
+        "what": text,
+        "remedy": remedy.as_ref().map(ToString::to_string),
+        "commands": commands.unwrap_or_default(),
+    })
+}
+
 /// The scene's part of the status, assembled without holding the lock.
 pub struct Described {
     scene: Value,
@@ -52,12 +74,7 @@ impl Described {
     pub fn new(scene: &LiveScene, work: &RenderWork) -> Described {
         let (settings, rig) = (scene.settings(), scene.rig());
         let (pose, camera, is_moved) = (rig.pose(), &rig.camera, scene.is_moved());
-        let finding = |finding: Finding| {
-            let Finding { about, what, remedy } = finding;
-            let what = about.map_or(what.clone(), |about| format!("{about}: {what}"));
-            json!({"what": what, "remedy": remedy})
-        };
-        let findings: Vec<Value> = scene.findings().into_iter().map(finding).collect();
+        let findings: Vec<Value> = scene.findings().map(json_of).collect();
         let (fov, lens) = match *camera {
             Camera::Pinhole { vertical_fov } => (Some(vertical_fov), None),
             Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, .. } => {

@@ -24,6 +24,15 @@ pub struct Overrides(pub Vec<(String, MaterialId)>);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FromModel(pub u64);
 
+/// The place in a scene file where an entity is written, for messages.
+#[derive(Clone, Debug)]
+pub(crate) struct WrittenAt {
+    /// The file.
+    pub file: std::sync::Arc<std::path::Path>,
+    /// Line and column, from 1.
+    pub position: [u32; 2],
+}
+
 /// The entity that this one's [`Transform`] is relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parent(pub hecs::Entity);

@@ -2,6 +2,8 @@
 //! images) and shared data (materials) live beside it in [`Assets`], referred to by integer ids. [`crate::compile`]
 //! turns a world into a scene.
 
+use crate::error::{Diagnostic, Subject};
+use fields::Forms;
 use std::hash::{Hash, Hasher};
 
 pub(crate) mod asset_cache;
@@ -40,7 +42,7 @@ pub struct World {
     /// The render settings.
     pub settings: Settings,
     /// The loader's warnings, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// True if the scene's files contain anything that changes with time.
     pub(crate) is_animated: bool,
     /// True if no file sets the transport, which is then [`World::fitting_transport`].
@@ -91,17 +93,19 @@ impl World {
         let _ = self.entities.insert_one(entity, placed);
     }
 
-    /// The warning for a scene for which the path transport was chosen.
-    pub(crate) const PATH_IS_CHOSEN: &'static str = "the path transport was chosen, because the scene has a glTF file, a Principled \
-         material or surroundings (settings: (transport: Path) says so in the scene)";
+    /// The code of the note that the path transport was chosen.
+    pub(crate) const PATH_IS_CHOSEN: &'static str = "path-is-chosen";
 
     /// Sets the transport, if no file names one, to [`World::fitting_transport`], and the depth to match.
     pub(crate) fn choose_transport(&mut self) {
-        self.warnings.retain(|warning| warning != Self::PATH_IS_CHOSEN);
+        self.warnings.retain(|warning| warning.code != Self::PATH_IS_CHOSEN);
         if self.transport_is_chosen {
             self.settings.transport = self.fitting_transport();
             if self.settings.transport == Transport::Path {
-                self.warnings.push(Self::PATH_IS_CHOSEN.into());
+                let text = "the path transport was chosen, because the scene has a glTF file, a Principled material or \
+                            surroundings";
+                let note = Diagnostic::note(Self::PATH_IS_CHOSEN, text);
+                self.warnings.push(note.fixed_by("settings: (transport: Path) says so in the scene"));
             }
         }
         self.settings.max_depth = self.depth_under(self.settings.transport);
@@ -153,9 +157,10 @@ impl World {
     }
 
     /// The reason why the background is not visible, if it is not.
-    pub(crate) fn hidden_background(&self) -> Option<String> {
+    pub(crate) fn hidden_background(&self) -> Option<Diagnostic> {
         let name = words(&self.name_of(self.surroundings().next()?));
-        Some(format!("background does nothing: \"{name}\" is all around (--env none leaves it out)"))
+        let text = format!("background does nothing: \"{name}\" is all around");
+        Some(Diagnostic::warning("hidden-background", text).fixed_by("`--env none` leaves it out"))
     }
 
     /// Calls `change` on every light.
@@ -176,6 +181,30 @@ impl World {
             _ => shape.fan().map_or(0, |corners| corners.len() - 2),
         };
         self.entities.query::<&Shape>().iter().map(of).sum()
+    }
+
+    /// Returns an entity as the subject of a diagnostic: by its name, or as "the mesh of own.ron:15".
+    pub(crate) fn subject(&self, entity: hecs::Entity) -> Subject {
+        let written = self.entities.get::<&WrittenAt>(entity).ok();
+        let has_name = self.entities.satisfies::<&Name>(entity);
+        let name = match &written {
+            Some(written) if !has_name => {
+                let file = written.file.file_name().unwrap_or_default().to_string_lossy();
+                format!("the {} of {file}:{}", self.kind(entity), written.position[0])
+            }
+            _ => self.name_of(entity),
+        };
+        let file = written.as_ref().map(|written| written.file.to_path_buf());
+        Subject { name, file, position: written.map(|written| written.position) }
+    }
+
+    /// What an entity is, as a noun.
+    fn kind(&self, entity: hecs::Entity) -> String {
+        let has = |form: &dyn Forms| form.names()[form.form()].to_lowercase();
+        let shape = self.entities.get::<&Shape>(entity).ok().map(|shape| has(&*shape));
+        let light = self.entities.get::<&Light>(entity).is_ok().then(|| "light".to_owned());
+        let camera = self.entities.get::<&Camera>(entity).is_ok().then(|| "camera".to_owned());
+        shape.or(light).or(camera).unwrap_or_else(|| "entity".to_owned())
     }
 
     /// Returns the entity's [`Name`], or `entity N`, where N is its number.

@@ -3,24 +3,26 @@
 use std::path::Path;
 
 use rayfront::compile::compile;
-use rayfront::internals::check::{Finding, FinishedImage, check, of_image};
+use rayfront::error::Diagnostic;
+use rayfront::internals::check::{FinishedImage, check, of_image};
+use rayfront::internals::cli::understands;
 use rayfront::render::{Options, Session};
 use rayfront::world::{Settings, World};
 
 use super::support::world;
 
 /// Returns all findings about a scene: from its compilation, from the rules, and about its image.
-fn told(world: &World) -> Vec<String> {
+fn told(world: &World) -> Vec<Diagnostic> {
     let mut settings = world.settings.clone();
     (settings.size, settings.samples) = ([96, 54], 2);
     let mut told = world.warnings.clone();
     let scene = match compile(world, None) {
         Ok(scene) => scene,
-        Err(error) => return vec![error.to_string()],
+        Err(error) => return vec![error_of(&error)],
     };
     told.extend(scene.warnings.iter().cloned());
     let setup = rayfront::internals::render::setup(scene, &settings);
-    told.extend(check(world, &setup, true).iter().map(Finding::to_string));
+    told.extend(check(world, &setup, true));
     let mut session = Session::of(setup.into(), settings.samples, Options::default());
     session.advance(settings.samples);
     told.extend(told_of_image(&session, &settings));
@@ -28,10 +30,28 @@ fn told(world: &World) -> Vec<String> {
 }
 
 /// Returns the finding about its image.
-fn told_of_image(session: &Session, settings: &Settings) -> Option<String> {
+fn told_of_image(session: &Session, settings: &Settings) -> Option<Diagnostic> {
     let radiance = session.film().radiance();
     let shown = FinishedImage::new(settings, session.film().region(), &radiance);
-    of_image(session.setup(), &shown, false).map(|finding| finding.to_string())
+    of_image(session.setup(), &shown, false)
+}
+
+fn error_of(error: &rayfront::error::CompileError) -> Diagnostic {
+    let severity = rayfront::error::Severity::Warning;
+    Diagnostic { code: "error", severity, subject: None, text: error.to_string(), remedy: None }
+}
+
+/// True if a part of a command line can be typed, perhaps with a value.
+fn is_typed(words: &[&str]) -> bool {
+    let start = match words[0] {
+        "rayfront" => vec![],
+        _ => vec!["rayfront", "scene.ron"],
+    };
+    let ends = [&[][..], &["1"], &["scene.ron"]];
+    ends.into_iter().any(|end| {
+        let line = [&start[..], words, end].concat();
+        understands(&line.into_iter().map(str::to_owned).collect::<Vec<_>>()).is_ok()
+    })
 }
 
 const EYE: &str = r#"(name: "eye", camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 1, 6), to: (0, 0, 0)))"#;
@@ -458,7 +478,11 @@ fn broken_scenes_get_their_findings() {
     let mut table = String::new();
     let mut wrong = Vec::new();
     for (name, text, parts) in broken() {
-        let told = told(&world(&text));
+        let diagnostics = told(&world(&text));
+        for command in diagnostics.iter().filter_map(|it| it.remedy.as_ref()).flat_map(|it| it.commands()) {
+            assert!(is_typed(&command), "{name}: {command:?}");
+        }
+        let told: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
         let found = told.iter().find(|sentence| parts.iter().all(|part| sentence.contains(part)));
         table += &format!("| {name} | {} |\n", found.unwrap_or(&"nothing of the kind".to_owned()));
         if found.is_none() {
@@ -483,19 +507,19 @@ fn good_scenes_get_no_findings() {
     };
     for more in [&[LAMP][..], &[SUN, pane], &[LAMP, &fog(20.0)], &[LAMP, &fog(1.5)]] {
         let entities = [&[EYE, BALL, FLOOR], more].concat();
-        assert_eq!(told(&world(&scene(&entities))), [""; 0], "{more:?}");
+        assert_eq!(told(&world(&scene(&entities))), [], "{more:?}");
     }
 }
 
 /// Returns a scene's findings, without the messages of loading and compilation.
-fn findings(path: &Path) -> Vec<String> {
+fn findings(path: &Path) -> Vec<Diagnostic> {
     let world = rayfront::internals::formats::load(path).expect("a scene");
     let mut settings = world.settings.clone();
     let by = settings.size[0].max(settings.size[1]).div_ceil(96).max(1);
     settings.size = settings.size.map(|side| side.div_ceil(by));
     settings.samples = 2;
     let setup = rayfront::internals::render::setup(compile(&world, None).expect("a scene"), &settings);
-    let mut told: Vec<_> = check(&world, &setup, true).iter().map(Finding::to_string).collect();
+    let mut told = check(&world, &setup, true);
     let mut session = Session::of(setup.into(), settings.samples, Options::default());
     session.advance(settings.samples);
     told.extend(told_of_image(&session, &settings));
@@ -514,4 +538,15 @@ fn shipped_scenes_get_no_findings() {
         }
     }
     assert!(told.is_empty(), "{}", told.join("\n"));
+}
+
+#[test]
+fn findings_name_the_place_of_an_entity_without_a_name() {
+    let world =
+        world(&scene(&[EYE, LAMP, FLOOR, "\n\n  (shape: Sphere(radius_m: 1), light: Point(power_w: 0))"]));
+    let found = told(&world).into_iter().find(|it| it.code == "light-without-power").expect("a finding");
+    let subject = found.subject.expect("a subject");
+    assert!(subject.name.starts_with("the sphere of ") && subject.name.ends_with(":3"), "{subject:?}");
+    assert_eq!(subject.position, Some([3, 3]));
+    assert!(subject.file.is_some());
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rayfront::error::LoadError;
+use rayfront::error::{Diagnostic, LoadError};
 use rayfront::internals::formats::{obj, ply};
 use rayfront::world::{Assets, ImageId, Mesh};
 
@@ -23,7 +23,7 @@ fn check(mesh: &Mesh, assets: &Assets) {
     assert!(mesh.triangle_materials.iter().all(|id| (id.0 as usize) < assets.materials.len()));
 }
 
-fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Assets), LoadError> {
+fn load(path: &Path, warnings: &mut Vec<Diagnostic>) -> Result<(Mesh, Assets), LoadError> {
     let mut assets = Assets::default();
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
         return ply::load(path).map(|mesh| (mesh, assets));
@@ -53,7 +53,7 @@ fn corpus_meshes_load_or_fail_as_expected() {
         }
         for warning in &warnings {
             println!("    warning: {warning}");
-            assert!(!warning.contains('\n'), "{warning:?}");
+            assert!(!warning.to_string().contains('\n'), "{warning:?}");
         }
         let error = outcome.as_ref().err().map(|error| error as &dyn std::error::Error);
         surprises.extend(corpus::surprise(EXPECTED_FAILURES, &corpus, path, error));

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rayfront::compile::compile;
-use rayfront::error::LoadError;
+use rayfront::error::{Diagnostic, LoadError};
 use rayfront::internals::film::Film;
 use rayfront::internals::formats::gltf::GltfModel;
 use rayfront::internals::formats::{AssetFiles, ron};
@@ -16,7 +16,7 @@ use rayfront::world::{Assets, Image, Mesh, Texels, World};
 pub struct MadeUp;
 
 impl AssetFiles for MadeUp {
-    fn mesh(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<Arc<Mesh>, LoadError> {
+    fn mesh(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<Diagnostic>) -> Result<Arc<Mesh>, LoadError> {
         match path.file_stem().and_then(|stem| stem.to_str()) {
             Some("tetrahedron") => Ok(tetrahedron().into()),
             Some("cube") => Ok(cube().into()),
@@ -35,7 +35,12 @@ impl AssetFiles for MadeUp {
         }
     }
 
-    fn model(&mut self, path: &Path, _: &mut Assets, _: &mut Vec<String>) -> Result<GltfModel, LoadError> {
+    fn model(
+        &mut self,
+        path: &Path,
+        _: &mut Assets,
+        _: &mut Vec<Diagnostic>,
+    ) -> Result<GltfModel, LoadError> {
         Err(LoadError::Invalid { file: path.into(), reason: "no model has been made up".into() })
     }
 

@@ -7,8 +7,7 @@ use super::parse::{
     parse_adaptive, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_light_units, parse_place,
     parse_sharing, parse_size, parse_time, parse_zoom,
 };
-use crate::formats::EnvironmentPreset;
-use crate::formats::{Edits, LightUnits, LoadOptions};
+use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions};
 use crate::world::{Adaptive, Caustics, DepthLimits, Sharing, World};
 
 /// Angles in degrees, to the right and up.
@@ -119,7 +118,7 @@ impl LightOptions {
         limits.glossy = self.glossy_depth.or(limits.glossy);
         limits.transmission = self.transmission_depth.or(limits.transmission);
         if self.transport.is_some() {
-            world.warnings.retain(|warning| warning != World::PATH_IS_CHOSEN);
+            world.warnings.retain(|warning| warning.code != World::PATH_IS_CHOSEN);
         }
         settings.sampler = self.sampler.map_or(settings.sampler, Into::into);
         settings.sharing = self.sharing.unwrap_or(settings.sharing);

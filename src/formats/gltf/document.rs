@@ -1,5 +1,6 @@
 //! A parsed file: its JSON, its buffers, and errors that name the place in it.
 
+use crate::error::Diagnostic;
 use std::cell::{Cell, OnceCell};
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -77,8 +78,8 @@ impl<'p> Document<'p> {
     }
 
     /// A warning for the user, prefixed with the file's path.
-    pub(super) fn warning(&self, what: impl Display) -> String {
-        format!("{}: {what}", self.path.display())
+    pub(super) fn warning(&self, what: impl Display) -> Diagnostic {
+        Diagnostic::in_file("import", self.path, &what.to_string())
     }
 
     /// Returns the array item that the object at `place` refers to.

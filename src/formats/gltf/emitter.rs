@@ -13,7 +13,7 @@ use gltf::json::{self, Index};
 use super::Import;
 use super::document::Document;
 use super::extensions::light::{self, LightOfNode};
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::formats::LightUnits;
 use crate::math::Rgb;
 use crate::world::{Camera, Falloff, Light};
@@ -29,7 +29,7 @@ pub(super) fn light_scale(
     document: &Document,
     lights: &[light::GltfLight],
     units: LightUnits,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Diagnostic>,
 ) -> f32 {
     match units {
         LightUnits::Candela => 1.0,
@@ -40,8 +40,8 @@ pub(super) fn light_scale(
             }
             warnings.push(document.warning(
                 "its lights are as bright as Blender exports them unless told otherwise, in lumen, 683 to a watt, \
-                 but not what its materials give off: lights are divided by 683; --light-units candela takes \
-                 them as they are",
+                 but not what its materials give off: lights are divided by 683 (`--light-units candela` \
+                 takes them as they are)",
             ));
             1.0 / LUMEN_TO_WATT
         }

@@ -10,7 +10,7 @@ use gltf::json::{self, Index};
 use super::basis_universal;
 use super::document::Document;
 use super::uri::{self, Resource};
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::film::tonemap::srgb_encode;
 use crate::world::assets::ColorSpace;
 use crate::world::{Assets, Image, ImageId, SourceFiles, Texels};
@@ -51,7 +51,7 @@ impl Images {
         color_space: ColorSpace,
         at: &str,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<Option<ImageId>, LoadError> {
         let place = place(document, index, at)?;
         let linear = color_space == ColorSpace::Linear;
@@ -104,7 +104,7 @@ impl Images {
         index: Index<json::Image>,
         at: &str,
         sources: &SourceFiles,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<Option<Arc<Image>>, LoadError> {
         let place = place(document, index, at)?;
         self.decode(document, index, &place, sources, warnings)
@@ -116,7 +116,7 @@ impl Images {
         index: Index<json::Image>,
         place: &ImageLocation,
         sources: &SourceFiles,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<Option<Arc<Image>>, LoadError> {
         let at = format!("/images/{}", index.value());
         let ahead = self.ahead.remove(place);
@@ -134,7 +134,9 @@ impl Images {
         };
         decoded.map(Some).or_else(|error| {
             if self.complained.insert(place.clone()) {
-                warnings.push(format!("{error} (it is left out)"));
+                warnings.push(
+                    Diagnostic::warning("image-left-out", error.to_string()).fixed_by("it is left out"),
+                );
             }
             Ok(None)
         })

@@ -24,7 +24,7 @@ impl ImportReport {
     pub(super) fn lines(&self) -> impl Iterator<Item = String> {
         let mut lines = Vec::new();
         if self.animations {
-            lines.push("animations: nodes stand as the file has them (--time shows a moment)".to_owned());
+            lines.push("animations: nodes stand as the file has them (`--time` shows a moment)".to_owned());
         }
         // The singular, the plural, and the rest of the sentence.
         let counted = [
@@ -54,12 +54,12 @@ impl ImportReport {
             (
                 self.hollow_bodies,
                 ["closed mesh is", "closed meshes are"],
-                "of glass without a volume (Blender exports it so): light goes straight through (--solid-glass bends it)",
+                "of glass without a volume (Blender exports it so): light goes straight through (`--solid-glass` bends it)",
             ),
             (
                 self.inside_out,
                 ["closed mesh is", "closed meshes are"],
-                "inside out: they will look dark (--double-sided shows both sides)",
+                "inside out: they will look dark (`--double-sided` shows both sides)",
             ),
         ];
         let found = counted.iter().filter(|(count, ..)| *count > 0);

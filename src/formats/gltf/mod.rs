@@ -56,7 +56,7 @@ pub use self::summary::{ModelSummary, contents};
 use self::texture::GltfTextures;
 use super::LoadOptions;
 use super::names::TakenNames;
-use crate::error::{LoadError, did_you_mean, words};
+use crate::error::{Diagnostic, LoadError, did_you_mean, words};
 use crate::math::DAffine3;
 use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, World};
 
@@ -87,7 +87,7 @@ struct GltfNode {
 struct Import<'a> {
     document: &'a Document<'a>,
     assets: &'a mut Assets,
-    warnings: &'a mut Vec<String>,
+    warnings: &'a mut Vec<Diagnostic>,
     losses: ImportReport,
     lights: Vec<extensions::light::GltfLight>,
     /// The factor for the lights' intensities.
@@ -118,7 +118,7 @@ pub fn load(
     path: &Path,
     options: &LoadOptions,
     assets: &mut Assets,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Diagnostic>,
 ) -> Result<GltfModel, LoadError> {
     let bytes = assets.files.read(path).map_err(LoadError::io(path))?;
     parse(&bytes, path, options, assets, warnings)
@@ -130,7 +130,7 @@ pub fn parse(
     path: &Path,
     options: &LoadOptions,
     assets: &mut Assets,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Diagnostic>,
 ) -> Result<GltfModel, LoadError> {
     let document = Document::open(bytes, path, &assets.files)?;
     extensions::check(&document, warnings)?;

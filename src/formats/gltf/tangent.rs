@@ -7,7 +7,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::document::Document;
 use super::vertex::across;
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::math::{Vec2, Vec3, Vec4};
 use crate::world::{Mesh, SourceFiles};
 
@@ -102,7 +102,7 @@ pub(super) fn generate(
     set: u32,
     at: &str,
     sources: &SourceFiles,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Diagnostic>,
 ) -> Result<(), LoadError> {
     let uvs = if set == 0 { &mesh.uvs } else { &mesh.uvs1 };
     if uvs.is_empty() || mesh.triangles.is_empty() {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use super::{first_of, refer, text_of};
+use crate::error::Diagnostic;
 use crate::world::SourceFiles;
 
 /// The largest number of libraries per file; limits the memory for their contents.
@@ -33,7 +34,12 @@ impl Library {
 }
 
 /// Reads all libraries that `names` refer to. Missing or invalid ones are warnings.
-pub fn load_all(obj: &Path, names: &[String], sources: &SourceFiles, warnings: &mut Vec<String>) -> Library {
+pub fn load_all(
+    obj: &Path,
+    names: &[String],
+    sources: &SourceFiles,
+    warnings: &mut Vec<Diagnostic>,
+) -> Library {
     let mut library = Library::default();
     let mut files: Vec<PathBuf> = Vec::new();
     for name in names.iter().take(LIBRARIES) {
@@ -48,7 +54,8 @@ pub fn load_all(obj: &Path, names: &[String], sources: &SourceFiles, warnings: &
     let mut seen = HashSet::new();
     files.retain(|file| seen.insert(file.clone()));
     if names.len() > LIBRARIES || files.len() > LIBRARIES {
-        warnings.push(format!("{}: only the first {LIBRARIES} material libraries are read", obj.display()));
+        let what = format!("only the first {LIBRARIES} material libraries are read");
+        warnings.push(Diagnostic::in_file("import", obj, &what));
         files.truncate(LIBRARIES);
     }
     for file in &files {
@@ -62,23 +69,21 @@ fn load_one(
     obj: &Path,
     sources: &SourceFiles,
     library: &mut Library,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Diagnostic>,
 ) {
     let bytes = match sources.read(file) {
         Ok(bytes) => bytes,
         Err(error) => {
-            warnings.push(format!(
-                "{}: cannot read the material library {}: {error}",
-                obj.display(),
-                file.display()
-            ));
+            let what = format!("cannot read the material library {}: {error}", file.display());
+            warnings.push(Diagnostic::in_file("import", obj, &what));
             return;
         }
     };
     let (text, faults) = tidy(&text_of(&bytes));
     if !faults.is_empty() {
         let ignored = first_of(&faults);
-        warnings.push(format!("{}: lines without a proper value are ignored: {ignored}", file.display()));
+        let what = format!("lines without a proper value are ignored: {ignored}");
+        warnings.push(Diagnostic::in_file("import", file, &what));
     }
     match tobj::load_mtl_buf(&mut text.as_bytes()) {
         Ok((materials, _)) => {
@@ -88,7 +93,7 @@ fn load_one(
                 library.files.push(file.to_owned());
             }
         }
-        Err(error) => warnings.push(format!("{}: {error}", file.display())),
+        Err(error) => warnings.push(Diagnostic::in_file("import", file, &error.to_string())),
     }
 }
 

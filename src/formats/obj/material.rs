@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::math::Rgb;
 use crate::world::{Assets, BlinnPhong, ColorInput, ImageId, Material, MaterialId};
 
@@ -15,7 +15,7 @@ use super::texture::Map;
 pub struct Materials<'a> {
     library: &'a Library,
     assets: &'a mut Assets,
-    warnings: &'a mut Vec<String>,
+    warnings: &'a mut Vec<Diagnostic>,
     images: &'a mut dyn FnMut(&Path) -> Result<ImageId, LoadError>,
     ids: HashMap<usize, MaterialId>,
     loaded: HashMap<PathBuf, Option<ImageId>>,
@@ -26,7 +26,7 @@ impl<'a> Materials<'a> {
     pub fn new(
         library: &'a Library,
         assets: &'a mut Assets,
-        warnings: &'a mut Vec<String>,
+        warnings: &'a mut Vec<Diagnostic>,
         images: &'a mut dyn FnMut(&Path) -> Result<ImageId, LoadError>,
     ) -> Self {
         Self { library, assets, warnings, images, ids: HashMap::new(), loaded: HashMap::new() }
@@ -114,7 +114,9 @@ impl<'a> Materials<'a> {
         if let Some(loaded) = self.loaded.get(path) {
             return *loaded;
         }
-        let image = (self.images)(path).map_err(|error| self.warnings.push(error.to_string())).ok();
+        let image = (self.images)(path)
+            .map_err(|error| self.warnings.push(Diagnostic::warning("image-left-out", error.to_string())))
+            .ok();
         self.loaded.insert(path.to_owned(), image);
         image
     }
@@ -131,8 +133,8 @@ impl<'a> Materials<'a> {
         ignored.extend(others.iter().filter(|key| source.unknown_param.contains_key(**key)));
         if !ignored.is_empty() {
             let (name, ignored) = (&source.name, ignored.join(", "));
-            self.warnings
-                .push(format!("{}: material {name:?}: not supported and ignored: {ignored}", file.display()));
+            let what = format!("material {name:?}: not supported and ignored: {ignored}");
+            self.warnings.push(Diagnostic::in_file("import", file, &what));
         }
     }
 }

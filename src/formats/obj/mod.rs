@@ -15,7 +15,7 @@ mod texture;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::formats::triangulate::Triangulator;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::memory;
@@ -32,7 +32,7 @@ const BYTES_OF_TEXT: u64 = 8;
 pub fn load(
     path: &Path,
     assets: &mut Assets,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Diagnostic>,
     images: &mut dyn FnMut(&Path) -> Result<ImageId, LoadError>,
 ) -> Result<Mesh, LoadError> {
     let bytes = assets.files.read(path).map_err(LoadError::io(path))?;
@@ -44,14 +44,14 @@ pub fn load(
         column: fault.column,
         reason: fault.reason,
     })?;
-    warnings.extend(tidied.warnings.iter().map(|w| format!("{}: {w}", path.display())));
+    warnings.extend(tidied.warnings.iter().map(|what| Diagnostic::in_file("import", path, what)));
     let library = library::load_all(path, &tidied.libraries, &assets.files, warnings);
     let unknown = tidied.material_names.iter().filter(|name| library.find(name).is_none());
     let unknown: Vec<String> = unknown.map(|name| format!("{name:?}")).collect();
     if !unknown.is_empty() {
         let names = first_of(&unknown);
-        warnings
-            .push(format!("{}: no library has the material {names}: the default is used", path.display()));
+        let what = format!("no library has the material {names}: the default is used");
+        warnings.push(Diagnostic::in_file("import", path, &what));
     }
     let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
     let (models, _) = tobj::load_obj_buf(&mut tidied.text.as_bytes(), &options, |_| library.for_tobj())

@@ -38,7 +38,7 @@ fn load_with(obj: &[u8], others: &[(&str, &str)]) -> Loaded {
     Loaded {
         mesh: mesh.map_err(|error| shorten(error.to_string())),
         assets,
-        warnings: warnings.into_iter().map(shorten).collect(),
+        warnings: warnings.iter().map(|warning| shorten(warning.to_string())).collect(),
         images,
     }
 }

@@ -4,6 +4,7 @@
 //! split only as far as the schema requires. Every error can thus be located by the slice of its value, and `ron` need
 //! not parse nested values twice, as it would with its own raw values.
 
+use std::cell::OnceCell;
 use std::path::Path;
 
 use ron::error::SpannedError;
@@ -33,13 +34,21 @@ pub(super) struct SceneText<'a> {
     path: &'a Path,
     options: ron::Options,
     clock: Clock,
+    /// The byte offset of each line, once it is needed.
+    line_starts: OnceCell<Vec<usize>>,
 }
 
 impl<'a> SceneText<'a> {
     /// Creates the source of a scene that is read at time `time_s`, in seconds.
     pub(super) fn new(text: &'a str, path: &'a Path, time_s: f32) -> Self {
         let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-        Self { text, path, options, clock: Clock { time_s, ..Clock::default() } }
+        Self {
+            text,
+            path,
+            options,
+            clock: Clock { time_s, ..Clock::default() },
+            line_starts: OnceCell::new(),
+        }
     }
 
     /// The time at which keyed values are evaluated.
@@ -64,9 +73,15 @@ impl<'a> SceneText<'a> {
         Ok(Raw(rest))
     }
 
-    /// The line and column of `place`, a slice of the text.
+    /// The line and column of `place`, a slice of the text, both from 1, the column in characters.
     pub(super) fn position(&self, place: &str) -> (usize, usize) {
-        scan::position(self.text, scan::offset_of(self.text, place).unwrap_or(0))
+        let offset = scan::offset_of(self.text, place).unwrap_or(0);
+        let starts = self.line_starts.get_or_init(|| {
+            let after_newlines = self.text.match_indices('\n').map(|(newline, _)| newline + 1);
+            std::iter::once(0).chain(after_newlines).collect()
+        });
+        let line = starts.partition_point(|start| *start <= offset);
+        (line, self.text[starts[line - 1]..offset].chars().count() + 1)
     }
 
     /// An error at `place`, a slice of the text.

@@ -1,5 +1,6 @@
 //! Changes to a scene beyond its files: other values, and parts left out.
 
+use crate::error::Diagnostic;
 use std::collections::{HashMap, HashSet};
 
 use crate::error::{LoadError, in_one_line};
@@ -45,9 +46,10 @@ impl Edits {
                 hides |= world.entities.remove_one::<Light>(entity).is_ok();
             }
             if !hides {
-                world
-                    .warnings
-                    .push("hide: nothing of that is a shape or a light, so nothing is hidden".into());
+                world.warnings.push(Diagnostic::warning(
+                    "hide-without-effect",
+                    "hide: nothing of that is a shape or a light, so nothing is hidden",
+                ));
             }
         }
         // A background other than black is reported when the scene is compiled.

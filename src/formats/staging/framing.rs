@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::auto_camera::AutoCamera;
 use super::studio;
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::formats::names::TakenNames;
 use crate::formats::{AssetFiles, EnvironmentPreset, Files, LoadOptions, gltf};
 use crate::math::{DMat3, DVec3, Quat, Rgb, Vec3};
@@ -20,11 +20,6 @@ const CAMERA_ADDED: &str = "there is no camera: one that sees everything was add
 const STUDIO_ADDED: &str = "there is no light: a studio was put around it";
 /// The warning for a mesh, which has no light.
 const LIGHT_ADDED: &str = "there is no light: key, fill and ambient light were added";
-
-/// True if a warning is one that every scene of its kind gets.
-pub(crate) fn is_usual(warning: &str) -> bool {
-    [CAMERA_ADDED, STUDIO_ADDED, LIGHT_ADDED, World::PATH_IS_CHOSEN].contains(&warning)
-}
 
 /// Loads a mesh and adds camera and light.
 pub(super) fn load_mesh(
@@ -75,14 +70,14 @@ pub(super) fn load_model(
         let name = TakenNames::of(&world).unique("studio");
         let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
         world.entities.spawn((name, light, Transform::IDENTITY));
-        world.warnings.push(STUDIO_ADDED.into());
+        world.warnings.push(Diagnostic::note("studio-added", STUDIO_ADDED));
     }
     Ok(world)
 }
 
 /// Photographs and drawings on unlit surfaces are meant for the screen as they are; lit surfaces go through a tone
 /// curve. An image has only one curve.
-fn tone_curve(assets: &Assets, warnings: &mut Vec<String>) -> Tonemap {
+fn tone_curve(assets: &Assets, warnings: &mut Vec<Diagnostic>) -> Tonemap {
     // The first one is for meshes without a material.
     let own = assets.materials.get(1..).unwrap_or_default();
     let is_unlit = |named: &&NamedMaterial| matches!(&named.material, Material::Principled(it) if it.unlit);
@@ -92,7 +87,8 @@ fn tone_curve(assets: &Assets, warnings: &mut Vec<String>) -> Tonemap {
     }
     if unlit > 0 {
         let what = "the tone curve, which is for those that light falls on, changes their colours, too";
-        warnings.push(format!("{unlit} of {all} materials are unlit: {what} (--tonemap clamp has none)"));
+        let what = format!("{unlit} of {all} materials are unlit: {what}");
+        warnings.push(Diagnostic::warning("curve-on-unlit", what).fixed_by("`--tonemap clamp` has none"));
     }
     Tonemap::PbrNeutral
 }
@@ -130,7 +126,7 @@ pub(super) fn add_camera(world: &mut World) {
     let camera = Camera::Pinhole { vertical_fov: (2.0 * HALF_FOV_DEGREES).to_radians() as f32 };
     let name = TakenNames::of(world).unique("camera");
     world.entities.spawn((name, camera, place, AutoCamera(place)));
-    world.warnings.push(CAMERA_ADDED.into());
+    world.warnings.push(Diagnostic::note("camera-added", CAMERA_ADDED));
 }
 
 const HALF_FOV_DEGREES: f64 = 20.0;
@@ -149,7 +145,7 @@ fn add_light(world: &mut World) {
     world.settings.ambient = Rgb::splat(0.15);
     world.settings.background =
         Background::Gradient { bottom: Rgb::splat(0.25), top: Rgb::new(0.55, 0.6, 0.65) };
-    world.warnings.push(LIGHT_ADDED.into());
+    world.warnings.push(Diagnostic::note("light-added", LIGHT_ADDED));
 }
 
 /// A transform that stands at `place` and looks at the origin along −Z, with +Y up.

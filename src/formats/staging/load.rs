@@ -1,5 +1,6 @@
 //! Scenes of any format, chosen by the file name's extension.
 
+use crate::error::Diagnostic;
 use std::path::Path;
 
 use super::{auto_camera, framing, surroundings};
@@ -100,7 +101,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     })?;
     if options.time_s.is_some() && !world.is_animated {
         let what = "every moment looks the same: it has no Keys, and its glTF files no animations";
-        world.warnings.push(what.into());
+        world.warnings.push(Diagnostic::warning("nothing-moves", what));
     }
     Ok(world)
 }

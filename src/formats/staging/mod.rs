@@ -10,6 +10,5 @@ mod surroundings;
 
 #[cfg(feature = "python")]
 pub(crate) use auto_camera::has_added_camera;
-pub(crate) use framing::is_usual;
 pub(crate) use load::load_again;
 pub use load::{load, load_with};

@@ -336,8 +336,8 @@ function showFindings(previous) {
   byId("findings").replaceChildren(...findings.map(finding));
 }
 
-function finding({ what, remedy }) {
-  const item = element("li", "", element("p", "", what));
+function finding({ about, what, remedy }) {
+  const item = element("li", "", element("p", "", about === null ? what : `${about}: ${what}`));
   if (remedy !== null) item.append(copyable(remedy, "the remedy"));
   return item;
 }

@@ -12,7 +12,7 @@ pub(super) mod variants;
 use gltf::json::Root;
 
 use super::document::Document;
-use crate::error::{LoadError, words};
+use crate::error::{Diagnostic, LoadError, words};
 
 /// The extensions that every build supports; [`is_known`] adds those that depend on features.
 const KNOWN: [&str; 27] = [
@@ -48,7 +48,7 @@ const KNOWN: [&str; 27] = [
 ];
 
 /// Refuses a file that cannot be read correctly, and warns about extensions that are ignored.
-pub(super) fn check(document: &Document, warnings: &mut Vec<String>) -> Result<(), LoadError> {
+pub(super) fn check(document: &Document, warnings: &mut Vec<Diagnostic>) -> Result<(), LoadError> {
     let Root { extensions_required, extensions_used, .. } = &document.root;
     let unknown = list(extensions_required);
     if !unknown.is_empty() {

@@ -40,6 +40,7 @@ impl Read {
 fn read_with(bytes: &[u8], options: &LoadOptions) -> Result<Read, LoadError> {
     let (mut assets, mut warnings) = (Assets::default(), Vec::new());
     let model = super::parse(bytes, Path::new("dir/test.gltf"), options, &mut assets, &mut warnings)?;
+    let warnings = warnings.iter().map(ToString::to_string).collect();
     Ok(Read { model, assets, warnings })
 }
 

@@ -1,11 +1,14 @@
 //! Reads `entities` and resolves their parents.
 
 use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
 
 use super::overrides::{self, Override};
 use super::{Lowering, transform};
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, shorten, suggest};
+use crate::world::components::WrittenAt;
 use crate::world::{Model, Name, Parent, Transform, WithoutCaustics};
 
 /// The entities before their parents are resolved. Indices are places in `entities`.
@@ -30,8 +33,9 @@ const ENTITY: [&str; 10] =
 impl<'a> Lowering<'_, 'a> {
     pub(super) fn entities(&mut self, raw: Raw<'a>) -> Result<(), LoadError> {
         let mut family = Family::default();
+        let file: Arc<Path> = self.source.path().into();
         for raw in self.source.list(raw, "the entities")? {
-            self.entity(raw, self.source.keys(raw, "an entity", 0, ENTITY)?, &mut family)?;
+            self.entity((raw, &file), self.source.keys(raw, "an entity", 0, ENTITY)?, &mut family)?;
         }
         let parents = self.parents(&mut family)?;
         self.refuse_cycles(&family, &parents)?;
@@ -80,7 +84,7 @@ impl<'a> Lowering<'_, 'a> {
 
     fn entity(
         &mut self,
-        raw: Raw<'a>,
+        (raw, file): (Raw<'a>, &Arc<Path>),
         given: [Option<Raw<'a>>; 10],
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
@@ -96,6 +100,9 @@ impl<'a> Lowering<'_, 'a> {
         }
         let index = family.entities.len();
         let mut builder = hecs::EntityBuilder::new();
+        let (line, column) = source.position(raw.0);
+        let position = [line as u32, column as u32];
+        builder.add(WrittenAt { file: file.clone(), position });
         if let Some(raw) = name {
             let name = source.string(raw, "a name")?;
             if let Some((first, _)) = family.names.get(&name) {

@@ -1,6 +1,7 @@
 //! Changes values of components by statements: the component is written as in a scene file, the value replaced, and the
 //! text read again. Every field can thus be set, by its own name, to any value that a file may contain.
 
+use crate::error::Diagnostic;
 use hecs::Entity;
 
 use super::select::Index;
@@ -118,7 +119,8 @@ impl EditRunner {
             let what = "no shape has this material, so nothing looks different";
             let remedy =
                 "an entity's own is changed by \"its name\".material, overrides where they are written";
-            world.warnings.push(format!("set: {}: {what} ({remedy})", in_one_line(text)));
+            let what = format!("set: {}: {what}", in_one_line(text));
+            world.warnings.push(Diagnostic::warning("set-without-effect", what).fixed_by(remedy));
         }
         Ok(targets.len())
     }
@@ -438,6 +440,6 @@ mod tests {
         assert!(world.warnings.is_empty(), "{:?}", world.warnings);
         changes.carry_out(&mut world, "Shape.material = (diffuse: 0.4)", &mut Fake::default()).unwrap();
         changes.carry_out(&mut world, "Material[\"red\"].diffuse = 0.2", &mut Fake::default()).unwrap();
-        assert!(world.warnings[0].contains("no shape has this material"), "{:?}", world.warnings);
+        assert!(world.warnings[0].code == "set-without-effect", "{:?}", world.warnings);
     }
 }

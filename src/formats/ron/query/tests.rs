@@ -64,7 +64,7 @@ fn unnamed_materials_are_selected_by_number_and_changing_unused_ones_warns() {
         std::mem::take(&mut world.warnings)
     };
     assert!(told("Material[\"material 3\"].diffuse = 0.1").is_empty());
-    assert!(told("Material[\"paint\"].diffuse = 0.1")[0].contains("no shape has this material"));
+    assert!(told("Material[\"paint\"].diffuse = 0.1")[0].code == "set-without-effect");
     // The default material is not selected once no shape has it.
     told("\"knot\".material = \"paint\"");
     assert_eq!(count(&world, "Material[\"*\"]"), 3);

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Fake, only};
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::formats::AssetFiles;
 use crate::formats::ron::parse;
 use crate::math::{Quat, Rgb, Vec3};
@@ -14,7 +14,7 @@ use crate::world::{Assets, Camera, ColorInput, Image, Light, Material, Mesh, Tra
 struct At(f32);
 
 impl AssetFiles for At {
-    fn mesh(&mut self, path: &Path, a: &mut Assets, w: &mut Vec<String>) -> Result<Arc<Mesh>, LoadError> {
+    fn mesh(&mut self, path: &Path, a: &mut Assets, w: &mut Vec<Diagnostic>) -> Result<Arc<Mesh>, LoadError> {
         Fake::default().mesh(path, a, w)
     }
 
@@ -22,7 +22,7 @@ impl AssetFiles for At {
         &mut self,
         path: &Path,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<crate::formats::gltf::GltfModel, LoadError> {
         Fake::default().model(path, assets, warnings)
     }

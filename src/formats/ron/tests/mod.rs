@@ -11,7 +11,7 @@ mod writing;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::formats::{AssetFiles, LoadOptions, gltf};
 use crate::math::{Rgb, Vec3};
 use crate::world::{Assets, Image, Mesh, Texels, World};
@@ -27,13 +27,13 @@ impl AssetFiles for Fake {
         &mut self,
         path: &Path,
         _: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<Arc<Mesh>, LoadError> {
         self.loaded.push(path.to_owned());
         if path.to_string_lossy().contains("missing") {
             return Err(LoadError::invalid(path, "there is no such file"));
         }
-        warnings.push(format!("{} was made up", path.display()));
+        warnings.push(Diagnostic::in_file("made-up", path, "was made up"));
         let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
         let source = Some(path.to_owned());
         Ok(Arc::new(Mesh { positions, source, triangles: vec![[0, 1, 2]], ..Mesh::default() }))
@@ -43,7 +43,7 @@ impl AssetFiles for Fake {
         &mut self,
         path: &Path,
         assets: &mut Assets,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Diagnostic>,
     ) -> Result<gltf::GltfModel, LoadError> {
         self.loaded.push(path.to_owned());
         let missing = path.to_string_lossy().contains("missing");

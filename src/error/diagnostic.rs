@@ -1,0 +1,149 @@
+//! Diagnostics: what loading, compiling, checking and rendering report about a scene that can be rendered all the same.
+
+use std::fmt::{Display, Formatter};
+use std::path::{Path, PathBuf};
+
+use super::{in_one_line, words};
+
+/// A message about a scene or an image. [`Display`] writes it as one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// A stable name for programs, such as `no-light`.
+    pub code: &'static str,
+    /// How probable it is that something is wrong.
+    pub severity: Severity,
+    /// The part of the scene concerned, if it is a single one.
+    pub subject: Option<Subject>,
+    /// The problem and its cause.
+    pub text: String,
+    /// What fixes it, if anything does.
+    pub remedy: Option<Remedy>,
+}
+
+/// How probable it is that something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    /// Nothing is wrong; something was chosen or added.
+    Note,
+    /// The image is probably not as intended.
+    Warning,
+}
+
+/// A part of a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Subject {
+    /// Its name: of an entity, a material or a file.
+    pub name: String,
+    /// The file in which it is written, if known.
+    pub file: Option<PathBuf>,
+    /// Line and column in the file, from 1, the column in characters.
+    pub position: Option<[u32; 2]>,
+}
+
+impl Subject {
+    /// A part that is known only by its name.
+    pub(crate) fn named(name: impl Into<String>) -> Subject {
+        Subject { name: name.into(), file: None, position: None }
+    }
+}
+
+/// What fixes a problem: a text in which parts of a command line are marked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remedy(String);
+
+impl Remedy {
+    /// Creates a remedy from a text with parts of a command line in backticks: ``or `--env studio` ``.
+    fn marked(text: impl Into<String>) -> Remedy {
+        Remedy(text.into())
+    }
+
+    /// The parts of a command line: one, or several to choose from, each with its words.
+    pub fn commands(&self) -> Vec<Vec<&str>> {
+        self.0.split('`').skip(1).step_by(2).map(|command| command.split_whitespace().collect()).collect()
+    }
+
+    /// The text with each part of a command line replaced.
+    pub fn with_commands(&self, replace: impl Fn(&str) -> String) -> String {
+        let parts = self.0.split('`').enumerate();
+        parts.map(|(at, part)| if at % 2 == 1 { replace(part) } else { part.to_owned() }).collect()
+    }
+}
+
+impl Display for Remedy {
+    fn fmt(&self, f: &mut Formatter) -> std::fmt::Result {
+        f.write_str(&self.0.replace('`', ""))
+    }
+}
+
+impl Diagnostic {
+    /// Creates a warning.
+    pub(crate) fn warning(code: &'static str, text: impl Into<String>) -> Diagnostic {
+        Diagnostic { code, severity: Severity::Warning, subject: None, text: text.into(), remedy: None }
+    }
+
+    /// Creates a note.
+    pub(crate) fn note(code: &'static str, text: impl Into<String>) -> Diagnostic {
+        Diagnostic { severity: Severity::Note, ..Self::warning(code, text) }
+    }
+
+    /// Creates a warning about a file from `text (remedy)`; the remedy is optional and has marked options.
+    pub(crate) fn in_file(code: &'static str, file: &Path, line: &str) -> Diagnostic {
+        let subject =
+            Subject { name: file.display().to_string(), file: Some(file.to_owned()), position: None };
+        let parts = line.strip_suffix(')').and_then(|line| line.rsplit_once(" ("));
+        match parts.filter(|(_, remedy)| remedy.contains('`')) {
+            Some((text, remedy)) => Diagnostic::warning(code, text).fixed_by(remedy),
+            None => Diagnostic::warning(code, line),
+        }
+        .about(subject)
+    }
+
+    /// Names the part of the scene concerned.
+    pub(crate) fn about(self, subject: Subject) -> Diagnostic {
+        Diagnostic { subject: Some(subject), ..self }
+    }
+
+    /// Adds a remedy, with parts of a command line in backticks.
+    pub(crate) fn fixed_by(self, remedy: impl Into<String>) -> Diagnostic {
+        Diagnostic { remedy: Some(Remedy::marked(remedy)), ..self }
+    }
+
+    /// The whole line, `subject: text (remedy)`, with each part of a command line in the remedy replaced.
+    pub fn with_commands(&self, replace: impl Fn(&str) -> String) -> String {
+        let mut line = String::new();
+        if let Some(Subject { name, position, file }) = &self.subject {
+            // The name of a file is not shortened.
+            let is_file = position.is_none() && file.is_some();
+            line = format!("{}: ", if is_file { in_one_line(name) } else { words(name) });
+        }
+        line.push_str(&self.text);
+        if let Some(remedy) = &self.remedy {
+            line += &format!(" ({})", remedy.with_commands(replace));
+        }
+        line
+    }
+}
+
+impl Display for Diagnostic {
+    /// Writes `subject: text (remedy)`.
+    fn fmt(&self, f: &mut Formatter) -> std::fmt::Result {
+        f.write_str(&self.with_commands(str::to_owned))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_of_a_remedy_are_words() {
+        let found =
+            Diagnostic::warning("no-light", "there is no light").fixed_by("add one, or `--env studio`");
+        assert_eq!(found.to_string(), "there is no light (add one, or --env studio)");
+        let remedy = found.remedy.as_ref().unwrap();
+        assert_eq!(remedy.commands(), [["--env", "studio"]]);
+        assert_eq!(remedy.with_commands(|_| "env=\"studio\"".into()), "add one, or env=\"studio\"");
+        let found = found.about(Subject::named("lamp\n"));
+        assert!(found.to_string().starts_with("lamp\\n: there is no light"));
+    }
+}
