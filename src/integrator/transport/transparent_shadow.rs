@@ -4,7 +4,7 @@
 //! Traversal kernels only report which rays are unblocked. Such a ray is traced once more, by itself, to collect its
 //! crossings, sorted by (t, primitive, instance), so the result does not depend on the caller.
 
-use std::sync::{Mutex, PoisonError};
+use std::cell::RefCell;
 
 use super::medium::attenuated;
 use super::path_tracing::{bsdf, limited};
@@ -20,23 +20,10 @@ use crate::shading::surface::material_of;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
 use crate::simd::Isa;
 
-/// A buffer for the surfaces that a ray goes through. Only one thread uses it; the lock is needed because queries and
-/// their any-hit filters must be shareable between threads.
-#[derive(Default)]
-pub struct Crossings(Mutex<Vec<Crossing>>);
-
-impl Crossings {
-    fn empty(&mut self) {
-        self.all().clear();
-    }
-
-    fn add(&self, crossing: &Crossing) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(*crossing);
-    }
-
-    fn all(&mut self) -> &mut Vec<Crossing> {
-        self.0.get_mut().unwrap_or_else(PoisonError::into_inner)
-    }
+thread_local! {
+    /// The crossings of the ray that the thread traces. Any-hit filters must be shareable between threads, so that a
+    /// buffer of the caller would need a lock for each crossing.
+    static CROSSINGS: RefCell<Vec<Crossing>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Returns what a path's light sample adds to its radiance; none if the ray is blocked.
@@ -46,10 +33,9 @@ pub fn arriving(
     path: &Path<f32>,
     shadow: &ShadowRay<f32>,
     stack: &mut Stack,
-    room: &mut Crossings,
 ) -> Option<Color<f32>> {
-    room.empty();
-    let passes = |crossing: &Crossing| room.add(crossing);
+    CROSSINGS.with_borrow_mut(Vec::clear);
+    let passes = |crossing: &Crossing| CROSSINGS.with_borrow_mut(|all| all.push(*crossing));
     let to_light = LightRay { ray: shadow.ray, emitter: shadow.emitter.0, passes: &passes };
     let traced = PathRay { setup, path: &|| *path, shadow: Some(to_light) };
     if any_ray(
@@ -61,7 +47,8 @@ pub fn arriving(
     ) {
         return None;
     }
-    left(setup, path, shadow, in_order(room.all())).map(|light| limited(setup, path, light))
+    let light = CROSSINGS.with_borrow_mut(|all| left(setup, path, shadow, in_order(all)));
+    light.map(|light| limited(setup, path, light))
 }
 
 /// The crossings from the ray's origin to its end, each once: a split triangle may be met in several leaves.

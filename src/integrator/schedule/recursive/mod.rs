@@ -21,7 +21,7 @@ use crate::integrator::reuse::probe::{MeasuredBlock, plain};
 use crate::integrator::reuse::{Connections, PathSlots};
 use crate::integrator::transport::decide::decide;
 use crate::integrator::transport::path_tracing::{self, VertexOutcome};
-use crate::integrator::transport::transparent_shadow::{Crossings, arriving};
+use crate::integrator::transport::transparent_shadow::arriving;
 use crate::integrator::transport::whitted::{self, WhittedScatter, WhittedVertex};
 use crate::integrator::{RayStatistics, RenderSetup, Work};
 use crate::math::{Color, Hit, Rgb};
@@ -40,7 +40,6 @@ pub struct Recursion {
 /// The buffers of one path, and a stack of forks.
 struct RecursionBuffers {
     stack: Stack,
-    crossings: Crossings,
     forks: SmallVec<[Path<f32>; 32]>,
 }
 
@@ -48,8 +47,8 @@ impl Recursion {
     /// Creates the buffers for a render setup.
     pub fn new(setup: &RenderSetup) -> Self {
         let shared = setup.sharing.map(|_| (PathSlots::new(setup, 1), Connections::default()));
-        let (stack, crossings) = (Stack::new(&setup.scene.bvh), Crossings::default());
-        Self { buffers: RecursionBuffers { stack, crossings, forks: SmallVec::new() }, shared }
+        let stack = Stack::new(&setup.scene.bvh);
+        Self { buffers: RecursionBuffers { stack, forks: SmallVec::new() }, shared }
     }
 
     /// Renders a range of samples of all the film's pixels.
@@ -278,8 +277,7 @@ impl<'a> Tile<'a> {
         }
         self.statistics.rays.shadow += 1;
         let Self { setup, isa, .. } = *self;
-        let RecursionBuffers { stack, crossings, .. } = &mut *self.buffers;
-        let light = arriving(setup, isa, path, &outcome.shadow, stack, crossings);
+        let light = arriving(setup, isa, path, &outcome.shadow, &mut self.buffers.stack);
         if let Some(light) = light {
             path.radiance = connect(path.radiance, light);
         }

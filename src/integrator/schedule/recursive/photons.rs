@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use smallvec::{SmallVec, smallvec};
 
-use super::{Recursion, RecursionBuffers, Tile};
+use super::{Recursion, Tile};
 use crate::integrator::RayStatistics;
 use crate::integrator::observe::Observer;
 use crate::integrator::path::Path;
@@ -67,8 +67,8 @@ impl Tile<'_> {
                 if outcome.to_camera.mask {
                     self.statistics.rays.shadow += 1;
                     let Self { setup, isa, .. } = *self;
-                    let RecursionBuffers { stack, crossings, .. } = &mut *self.buffers;
-                    let found = arriving(setup, isa, &path, &outcome.to_camera, stack, crossings);
+                    let stack = &mut self.buffers.stack;
+                    let found = arriving(setup, isa, &path, &outcome.to_camera, stack);
                     light = found.map_or(light, |found| connect(light, found));
                 }
                 let Color { r, g, b } = outcome.flux;

@@ -59,8 +59,7 @@ impl Wave {
             let left = if is_weakened {
                 let [emitter, bodies] = [self.shadow.emitter(i), bodies].map(std::num::Wrapping);
                 let shadow = ShadowRay { ray: self.shadow.ray(i), contribution, emitter, bodies, mask: true };
-                let (stack, room) = (&mut self.stack, &mut self.crossings);
-                arriving(setup, isa, &path, &shadow, stack, room).unwrap_or(Color::black())
+                arriving(setup, isa, &path, &shadow, &mut self.stack).unwrap_or(Color::black())
             } else {
                 limited(setup, &path, contribution)
             };

@@ -14,7 +14,6 @@ use crate::integrator::path::columns::{Columns, PADDING};
 use crate::integrator::path::pack_pixel;
 use crate::integrator::reuse::{Connections, PathSlots};
 use crate::integrator::setup::reuse_groups::PIXELS;
-use crate::integrator::transport::transparent_shadow::Crossings;
 use crate::integrator::{RayStatistics, RenderSetup, Sorting, Stage};
 
 /// A worker's queues, allocated once.
@@ -36,7 +35,6 @@ pub struct Wave {
     pub(super) roles: HitRoles,
     pub(super) shared: Option<ReuseBuffers>,
     pub(super) occluded: Vec<u32>,
-    pub(super) crossings: Crossings,
     pub(super) pixels: Vec<u32>,
     pub(super) samples: Vec<u32>,
     pub(super) groups: MaterialRanges,
@@ -65,7 +63,6 @@ impl Wave {
             roles: if shared.is_some() { HitRoles::new(capacity) } else { HitRoles::default() },
             shared,
             occluded: integers(),
-            crossings: Crossings::default(),
             pixels: integers(),
             samples: integers(),
             groups: MaterialRanges::new(capacity, setup.scene.materials.len(), sorting),
