@@ -24,7 +24,7 @@ use super::whitted::{WhittedScatter, WhittedVertex};
 use super::{RayStatistics, RenderSetup, Work, camera_path, path_tracing, whitted};
 use crate::bvh::{AnyHitFilter, Stack, any_ray, closest_ray};
 use crate::film::{Film, Region};
-use crate::math::{Color, Hit, Rgb};
+use crate::math::{Hit, Rgb};
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
 use crate::simd::Isa;
@@ -200,7 +200,7 @@ impl<'a> Tile<'a> {
                 if self.looks {
                     self.observer.report(&observe::end(&path, radiance));
                 }
-                return to_rgb(radiance);
+                return radiance.into();
             }
             let (vertex, scatter, radiance) =
                 whitted::hit(setup, self.photons, &path, &HitLanes::one(&hit), true);
@@ -223,7 +223,7 @@ impl<'a> Tile<'a> {
             } else if scatter.refracts {
                 scatter.refracted(&path, &vertex)
             } else {
-                return to_rgb(path.radiance);
+                return path.radiance.into();
             };
             path = Path { radiance: path.radiance, ..next };
         }
@@ -233,12 +233,12 @@ impl<'a> Tile<'a> {
     fn trace(&mut self, mut path: Path<f32>) -> Rgb {
         loop {
             let hit = self.meet(&path);
-            let Some(outcome) = self.vertex(&mut path, hit) else { return to_rgb(path.radiance) };
+            let Some(outcome) = self.vertex(&mut path, hit) else { return path.radiance.into() };
             self.light(&mut path, &outcome);
             self.fork(&outcome);
             match self.onward(&path, &outcome) {
                 Some(next) => path = Path { radiance: path.radiance, ..next },
-                None => return to_rgb(path.radiance),
+                None => return path.radiance.into(),
             }
         }
     }
@@ -355,9 +355,4 @@ impl<'a> Tile<'a> {
             }
         }
     }
-}
-
-#[inline(always)]
-fn to_rgb(color: Color<f32>) -> Rgb {
-    Rgb::new(color.r, color.g, color.b)
 }
