@@ -43,7 +43,7 @@ fn nested(checked: &Checked, levels: usize) -> Option<Vec<String>> {
             continue;
         }
         let direction = direction.normalize();
-        let origin = Vector::new(place.x, place.y, place.z) - direction * far;
+        let origin = Vector::splat(place) - direction * far;
         let mut within: Vec<u32> = Vec::new();
         for surface in crossed(scene, origin, direction, &mut stack) {
             match within.iter().position(|entity| *entity == surface.entity) {

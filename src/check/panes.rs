@@ -5,6 +5,7 @@ use super::{Checked, finding, is_smooth};
 use crate::compile::light_names;
 use crate::error::{Diagnostic, Subject, words};
 use crate::math::Vec3;
+use crate::scene::emitter_rows::{DirectionalRow, PlanarRow, PointRow};
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{MaterialRecord, WhittedLight};
 use crate::world::{Caustics, Transport};
@@ -66,11 +67,13 @@ fn pane_before(
     if scene.emitters.flags[light.emitter as usize] & flag::VISIBLE != 0 {
         return None;
     }
-    let vector = |at: usize| Vec3::from_slice(&row[at..]);
     let whereabouts = match kind {
-        kind::DIRECTIONAL => Whereabouts::Direction(vector(0)),
-        kind::POINT | kind::SPOT | kind::PHOTOMETRIC => Whereabouts::Place(vector(0)),
-        _ => Whereabouts::Place(vector(0) + (vector(3) + vector(6)) * 0.5),
+        kind::DIRECTIONAL => Whereabouts::Direction(DirectionalRow::of(row).to_light),
+        kind::POINT | kind::SPOT | kind::PHOTOMETRIC => Whereabouts::Place(PointRow::of(row).position),
+        _ => {
+            let PlanarRow { corner, e1, e2, .. } = PlanarRow::of(row);
+            Whereabouts::Place(corner + (e1 + e2) * 0.5)
+        }
     };
     let (mut lit, mut kept_out, mut pane) = (0u32, 0u32, None);
     for (features, place) in checked.probes.seen().filter(|(features, _)| features.coverage == 1.0) {

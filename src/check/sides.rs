@@ -7,7 +7,6 @@ use super::probes::ProbeTracer;
 use super::{Checked, finding};
 use crate::bvh::Sidedness;
 use crate::error::Diagnostic;
-use crate::math::Vec3;
 use crate::scene::CompiledScene;
 use crate::shading::camera;
 
@@ -32,8 +31,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
         let [x, y] = [(column as f32 + 0.5) * step, (row as f32 + 0.5) * step];
         let ray =
             camera::ray(&scene.camera, (2.0 * x - width) / height, 1.0 - 2.0 * y / height, (0.0f32, 0.0f32));
-        let vector = |v: crate::math::Vector<f32>| Vec3::new(v.x, v.y, v.z);
-        let (origin, way) = (vector(ray.origin), vector(ray.direction));
+        let (origin, way) = (ray.origin.into(), ray.direction.into());
         let Some(first) = whole.first(origin, way, f32::INFINITY) else { continue };
         let passes = seen.first(origin, way, f32::INFINITY).is_none_or(|met| met.distance > first.distance);
         counts.entry(first.entity).or_default()[usize::from(!(first.back && passes))] += 1;

@@ -16,6 +16,7 @@ use crate::math::{Rgb, Vec3};
 use crate::memory;
 use crate::render::MemoryEstimate;
 use crate::render::photons::{self, PhotonBytes};
+use crate::scene::emitter_rows::{DirectionalRow, PlanarRow, PointRow};
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, WhittedLight};
 use crate::world::{ColorInput, Light, Material, MaterialId, Settings, Shape, World};
@@ -196,19 +197,21 @@ fn rounded(v: Vec3) -> [f64; 3] {
 
 fn describe_light(scene: &CompiledScene, light: &WhittedLight) -> String {
     let (kind, row) = scene.emitters.row(light.emitter);
-    let vector = |at: usize| Vec3::from_slice(&row[at..]);
     let place = |v: Vec3| {
         let [x, y, z] = rounded(v);
         format!("({x}, {y}, {z})")
     };
     match kind {
-        kind::POINT => format!("point at {}", place(vector(0))),
-        kind::SPOT => format!("spot at {} along {}", place(vector(0)), place(vector(3))),
-        kind::PHOTOMETRIC => format!("photometric at {} along {}", place(vector(0)), place(vector(3))),
-        kind::DIRECTIONAL => format!("directional along {}", place(-vector(0))),
+        kind::POINT => format!("point at {}", place(PointRow::of(row).position)),
+        kind::SPOT | kind::PHOTOMETRIC => {
+            let PointRow { position, axis, .. } = PointRow::of(row);
+            let what = if kind == kind::SPOT { "spot" } else { "photometric" };
+            format!("{what} at {} along {}", place(position), place(axis))
+        }
+        kind::DIRECTIONAL => format!("directional along {}", place(-DirectionalRow::of(row).to_light)),
         _ => {
-            let (up, across) = (vector(3), vector(6));
-            let center = place(vector(0) + (up + across) * 0.5);
+            let PlanarRow { corner, e1: up, e2: across, .. } = PlanarRow::of(row);
+            let center = place(corner + (up + across) * 0.5);
             let (w, h) = (significant(across.length()), significant(up.length()));
             let WhittedLight { samples, pattern, .. } = light;
             let round = scene.emitters.flags[light.emitter as usize] & flag::ROUND != 0;

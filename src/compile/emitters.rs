@@ -10,6 +10,9 @@ use super::memo::{ByPtr, DebugText, debug_text};
 use super::textured_emission::EmissionAverages;
 use crate::math::{Aabb, NONE, Rgb, Vec3};
 use crate::sampling::pattern::Grid;
+use crate::scene::emitter_rows::{
+    AnyRow, DirectionalRow, EmitterRow, PhotometricRow, PlanarRow, PointRow, SphereRow,
+};
 use crate::scene::emitters::{Emitters, flag, kind};
 use crate::scene::environment::Environment;
 use crate::scene::material::{Coverage, MaterialRecord};
@@ -103,16 +106,15 @@ pub(super) fn compile(
             // A surface that faces the middle receives it at a mean cosine of (1 + cos) / 2.
             let cos = libm::cos(*angle as f64 / 2.0);
             let light = *irradiance * (2.0 / (1.0 + cos)) as f32;
-            let mut row = row_of(*to_light, Vec3::ZERO, Vec3::ZERO, light);
-            row[3] = (1.0 - cos) as f32;
-            let emitter = push(&mut out, kind::DIRECTIONAL, 0, row);
+            let row = DirectionalRow { to_light: *to_light, spread: (1.0 - cos) as f32, light };
+            let emitter = push(&mut out, kind::DIRECTIONAL, 0, row.row());
             out.primitive[emitter as usize] = index as u32;
             lights[index].emitter = emitter;
         }
     }
     // An environment without a panorama is nearly uniform: BSDF sampling finds its light as well as light sampling.
     if environment.panorama.is_some() && !environment.is_black() {
-        let row = row_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Rgb::BLACK);
+        let row = AnyRow { light: Rgb::BLACK }.row();
         let flags = if *around_without_caustics { flag::WITHOUT_PHOTONS } else { 0 };
         push(&mut out, kind::ENVIRONMENT, flag::VISIBLE | flags, row);
     }
@@ -128,10 +130,6 @@ pub(super) fn compile(
     CompiledEmitters { emitters: Arc::new(out), lights, left_out }
 }
 
-fn row_of(a: Vec3, b: Vec3, c: Vec3, light: Rgb) -> [f32; 13] {
-    [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, 0.0, light.r, light.g, light.b]
-}
-
 /// The bounds of an emitter: its place, its directions and its power.
 fn bounds(
     out: &Emitters,
@@ -141,19 +139,13 @@ fn bounds(
     glows: &mut EmissionAverages,
 ) -> LightBounds {
     let row = &out.rows[emitter];
-    let vector = |at: usize| Vec3::new(row[at], row[at + 1], row[at + 2]);
-    let place = vector(0);
     let has = |flag: u32| out.flags[emitter] & flag != 0;
-    let mut light = Rgb::new(row[10], row[11], row[12]).luminance();
+    let mut light = AnyRow::of(row).light.luminance();
     if has(flag::TEXTURED) {
         light *= glows.mean(out.material[emitter], out.primitive[emitter]);
     }
-    let around = |points: &[Vec3]| {
-        let min = points.iter().copied().fold(place, Vec3::min);
-        Aabb { min, max: points.iter().copied().fold(place, Vec3::max) }
-    };
-    let everywhere = LightBounds {
-        bounds: around(&[]),
+    let everywhere = |place: Vec3| LightBounds {
+        bounds: Aabb { min: place, max: place },
         far: false,
         power: light,
         axis: Vec3::Z,
@@ -164,51 +156,66 @@ fn bounds(
     };
     match out.kinds[emitter] {
         kind::TRIANGLE | kind::QUAD => {
-            let (e1, e2) = (vector(3), vector(6));
+            let PlanarRow { corner, e1, e2, .. } = PlanarRow::of(row);
             let cross = e1.cross(e2);
             let quad = out.kinds[emitter] == kind::QUAD;
             let round = if has(flag::ROUND) { Outline::Disc.part() } else { 1.0 };
             let part = if quad { round } else { 0.5 };
-            let corners = [place + e1, place + e2, if quad { place + e1 + e2 } else { place }];
+            let corners = [corner + e1, corner + e2, if quad { corner + e1 + e2 } else { corner }];
             LightBounds {
-                bounds: around(&corners),
+                bounds: Aabb {
+                    min: corners.into_iter().fold(corner, Vec3::min),
+                    max: corners.into_iter().fold(corner, Vec3::max),
+                },
                 power: light * cross.length() * part,
                 axis: if has(flag::REVERSED) { -cross } else { cross },
                 cos_spread: 1.0,
                 two_sided: has(flag::TWO_SIDED),
-                ..everywhere
+                ..everywhere(corner)
             }
         }
         kind::SPHERE => {
-            let (radius, pi) = (row[9], std::f32::consts::PI);
-            let bounds = Aabb { min: place - radius, max: place + radius };
-            LightBounds { bounds, power: light * pi * radius * radius, ..everywhere }
+            let (SphereRow { center, radius, .. }, pi) = (SphereRow::of(row), std::f32::consts::PI);
+            let bounds = Aabb { min: center - radius, max: center + radius };
+            LightBounds { bounds, power: light * pi * radius * radius, ..everywhere(center) }
         }
-        kind::PHOTOMETRIC => match lamps.get(out.primitive[emitter] as usize) {
-            Some(WorldLight::Photometric { beam, .. }) if beam.cosines[0] > -1.0 => LightBounds {
-                power: light * beam.intensity,
-                axis: if beam.backwards { -vector(3) } else { vector(3) },
-                cos_spread: beam.cosines[0],
-                cos_emission: beam.cosines[1],
-                outside: beam.outside,
-                ..everywhere
-            },
-            _ => everywhere,
-        },
-        // Without falloff, irradiance is the same everywhere, as from a distant light.
-        kind::POINT => LightBounds { far: row[9] == 0.0, ..everywhere },
-        kind::SPOT if row[9] == 0.0 => LightBounds { far: true, ..everywhere },
-        kind::SPOT => LightBounds { axis: vector(3), cos_spread: 1.0, cos_emission: row[6], ..everywhere },
-        kind::DIRECTIONAL => LightBounds { far: true, axis: place, cos_spread: 1.0 - row[3], ..everywhere },
+        kind::PHOTOMETRIC => {
+            let PhotometricRow { position, axis, .. } = PhotometricRow::of(row);
+            match lamps.get(out.primitive[emitter] as usize) {
+                Some(WorldLight::Photometric { beam, .. }) if beam.cosines[0] > -1.0 => LightBounds {
+                    power: light * beam.intensity,
+                    axis: if beam.backwards { -axis } else { axis },
+                    cos_spread: beam.cosines[0],
+                    cos_emission: beam.cosines[1],
+                    outside: beam.outside,
+                    ..everywhere(position)
+                },
+                _ => everywhere(position),
+            }
+        }
+        kind::POINT | kind::SPOT => {
+            let PointRow { position, axis, cos_outer, falls, .. } = PointRow::of(row);
+            // Without falloff, irradiance is the same everywhere, as from a distant light.
+            match out.kinds[emitter] {
+                kind::SPOT if falls > 0.0 => {
+                    LightBounds { axis, cos_spread: 1.0, cos_emission: cos_outer, ..everywhere(position) }
+                }
+                _ => LightBounds { far: falls == 0.0, ..everywhere(position) },
+            }
+        }
+        kind::DIRECTIONAL => {
+            let DirectionalRow { to_light: axis, spread, .. } = DirectionalRow::of(row);
+            LightBounds { far: true, axis, cos_spread: 1.0 - spread, ..everywhere(axis) }
+        }
         _ => {
             let panorama = environment.panorama.as_ref();
             let power = panorama.map_or(0.0, |p| p.irradiance * p.factor.luminance());
-            LightBounds { far: true, power, ..everywhere }
+            LightBounds { far: true, power, ..everywhere(Vec3::ZERO) }
         }
     }
 }
 
-fn push(out: &mut Emitters, kind: u32, flags: u32, row: [f32; 13]) -> u32 {
+fn push(out: &mut Emitters, kind: u32, flags: u32, row: EmitterRow) -> u32 {
     out.kinds.push(kind);
     out.flags.push(flags);
     out.rows.push(row);
@@ -223,23 +230,23 @@ fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
     let (kind, flags, row) = match lamp {
         WorldLight::Directional { .. } => return None,
         WorldLight::Point { place, intensity, falls, cone } => {
-            let (axis, angles) = match cone {
-                Some(cone) => (cone.axis, Vec3::new(cone.cos_outer, cone.scale, 0.0)),
-                None => (Vec3::ZERO, Vec3::ZERO),
+            let (position, light, falls) = (*place, *intensity, f32::from(*falls));
+            let (kind, axis, cos_outer, scale) = match cone {
+                Some(cone) => (kind::SPOT, cone.axis, cone.cos_outer, cone.scale),
+                None => (kind::POINT, Vec3::ZERO, 0.0, 0.0),
             };
-            let mut row = row_of(*place, axis, angles, *intensity);
-            row[9] = f32::from(*falls);
-            (if cone.is_some() { kind::SPOT } else { kind::POINT }, 0, row)
+            (kind, 0, PointRow { position, axis, cos_outer, scale, falls, light }.row())
         }
         WorldLight::Photometric { place, intensity, scale, axes: [axis, across], .. } => {
-            let mut row = row_of(*place, *axis, *across, *intensity);
-            row[9] = *scale;
-            (kind::PHOTOMETRIC, 0, row)
+            let (position, axis, across) = (*place, *axis, *across);
+            let row = PhotometricRow { position, axis, across, scale: *scale, light: *intensity };
+            (kind::PHOTOMETRIC, 0, row.row())
         }
         WorldLight::Area { corner, edges: [first, second], outline, radiance, material, .. } => {
             let visible = if material.is_some() { flag::VISIBLE } else { 0 };
             let flags = visible | if *outline == Outline::Disc { flag::ROUND } else { 0 };
-            (kind::QUAD, flags, row_of(*corner, *first, *second, *radiance))
+            let row = PlanarRow { corner: *corner, e1: *first, e2: *second, light: *radiance };
+            (kind::QUAD, flags, row.row())
         }
     };
     let emitter = push(out, kind, flags, row);
@@ -289,7 +296,7 @@ fn flags_of(material: &MaterialRecord) -> u32 {
 struct EmittingPrimitive {
     kind: u32,
     flags: u32,
-    row: [f32; 13],
+    row: EmitterRow,
     material: u32,
     primitive: u32,
 }
@@ -322,11 +329,11 @@ impl EmittingPrimitive {
             && geometry.triangle_parts[index + 1] == part
             && let Some([corner, e1, e2]) = parallelogram(geometry, index, e1.cross(e2))
         {
-            (kind::QUAD, row_of(corner, e1, e2, light))
+            (kind::QUAD, PlanarRow { corner, e1, e2, light })
         } else {
-            (kind::TRIANGLE, row_of(a, e1, e2, light))
+            (kind::TRIANGLE, PlanarRow { corner: a, e1, e2, light })
         };
-        Some(EmittingPrimitive { kind, flags, row, material, primitive: index as u32 })
+        Some(EmittingPrimitive { kind, flags, row: row.row(), material, primitive: index as u32 })
     }
 
     fn triangles(&self) -> usize {
@@ -338,10 +345,8 @@ impl EmittingPrimitive {
         let rows: [Vec3; 3] = std::array::from_fn(|i| Vec3::from_slice(&instance[4 * i..]));
         let offset = Vec3::new(instance[3], instance[7], instance[11]);
         let turn = |v: Vec3| Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v));
-        let at = |at: usize| Vec3::from_slice(&self.row[at..]);
-        let (corner, e1, e2) = (turn(at(0)) + offset, turn(at(3)), turn(at(6)));
-        let mut row = row_of(corner, e1, e2, Rgb::BLACK);
-        row[10..].copy_from_slice(&self.row[10..]);
+        let PlanarRow { corner, e1, e2, light } = PlanarRow::of(&self.row);
+        let row = PlanarRow { corner: turn(corner) + offset, e1: turn(e1), e2: turn(e2), light }.row();
         // A mirroring transform reverses the winding of its edges.
         EmittingPrimitive { row, flags: self.flags | if sign < 0.0 { flag::REVERSED } else { 0 }, ..*self }
     }
@@ -404,8 +409,8 @@ fn in_the_world(
         let Some(material) = emits(geometry.sphere_parts[index]) else { continue };
         let record = &materials[material as usize];
         let [x, y, z, radius] = geometry.spheres[index];
-        let mut row = row_of(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ZERO, record.emission.factor.into());
-        row[9] = radius;
+        let light = record.emission.factor.into();
+        let row = SphereRow { center: Vec3::new(x, y, z), radius, light }.row();
         let flags = flags_of(record);
         let primitive = index as u32 | crate::bvh::SPHERE;
         let emitter = EmittingPrimitive { kind: kind::SPHERE, flags, row, material, primitive }.push(out);

@@ -16,6 +16,13 @@ pub struct Vector<F> {
     pub z: F,
 }
 
+impl From<Vector<f32>> for Vec3 {
+    #[inline(always)]
+    fn from(v: Vector<f32>) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
+
 impl<F: Float> Vector<F> {
     /// A vector from its components.
     #[inline(always)]
@@ -120,6 +127,13 @@ pub struct Color<F> {
     pub g: F,
     /// Blue.
     pub b: F,
+}
+
+impl From<Color<f32>> for Rgb {
+    #[inline(always)]
+    fn from(c: Color<f32>) -> Self {
+        Self::new(c.r, c.g, c.b)
+    }
 }
 
 impl<F: Float> Color<F> {

@@ -46,7 +46,7 @@ pub fn around(scene: &CompiledScene, place: Vec3, stack: &mut Stack) -> u32 {
     if scene.bodies.are_none() {
         return NOWHERE;
     }
-    bodies_around(scene, Vector::new(place.x, place.y, place.z), stack)
+    bodies_around(scene, Vector::splat(place), stack)
 }
 
 /// Finds the bodies around a place: those that most probe rays leave.

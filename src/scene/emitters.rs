@@ -1,26 +1,26 @@
 //! The emitters of a scene, as sampled by both transports.
 
+use super::emitter_rows::EmitterRow;
 use super::light_tree::LightTree;
 use crate::math::NONE;
 
-/// Kinds of emitters; each has its own layout of [`Emitters::rows`].
+/// Kinds of emitters; each has its own columns in [`Emitters::rows`], by a type of `emitter_rows`.
 pub mod kind {
-    /// A triangle: corner, two edges, radiance.
+    /// A triangle: `PlanarRow`.
     pub const TRIANGLE: u32 = 0;
-    /// A parallelogram: corner, two edges, radiance; with [`super::flag::ROUND`] its inscribed ellipse.
+    /// A parallelogram, with [`super::flag::ROUND`] its inscribed ellipse: `PlanarRow`.
     pub const QUAD: u32 = 1;
-    /// A sphere: centre, radius at 9, radiance at 10.
+    /// A sphere: `SphereRow`.
     pub const SPHERE: u32 = 2;
-    /// A point light: position, intensity at 10; 1 at 9 if light falls off with distance.
+    /// A point light: `PointRow`.
     pub const POINT: u32 = 3;
-    /// A spotlight: as for a point light; axis at 3, cosine of the outer angle at 6, scale at 7.
+    /// A spotlight: `PointRow`.
     pub const SPOT: u32 = 4;
-    /// Parallel light: direction to the light, 1 − cosine of half its angle at 3, irradiance at 10.
+    /// Parallel light: `DirectionalRow`.
     pub const DIRECTIONAL: u32 = 5;
     /// Light from the environment.
     pub const ENVIRONMENT: u32 = 6;
-    /// A point light with a photometric profile: position, axis at 3, direction of azimuth 0 at 6, 1 over the profile's
-    /// mean at 9, mean intensity at 10.
+    /// A point light with a photometric profile: `PhotometricRow`.
     pub const PHOTOMETRIC: u32 = 7;
 }
 
@@ -50,8 +50,8 @@ pub struct Emitters {
     pub kinds: Vec<u32>,
     /// See [`flag`].
     pub flags: Vec<u32>,
-    /// See [`kind`]; radiance or intensity is at 10.
-    pub rows: Vec<[f32; 13]>,
+    /// See [`kind`].
+    pub rows: Vec<EmitterRow>,
     /// The material of an emitting surface; [`NONE`] for all other emitters.
     pub material: Vec<u32>,
     /// The texture of the photometric profile; [`NONE`] for emitters without a profile.
@@ -103,7 +103,7 @@ impl Emitters {
     }
 
     /// The kind and the row of an emitter.
-    pub fn row(&self, emitter: u32) -> (u32, &[f32; 13]) {
+    pub fn row(&self, emitter: u32) -> (u32, &EmitterRow) {
         (self.kinds[emitter as usize], &self.rows[emitter as usize])
     }
 

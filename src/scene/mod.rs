@@ -3,6 +3,7 @@
 
 pub mod bodies;
 pub mod camera;
+pub mod emitter_rows;
 pub mod emitters;
 pub mod environment;
 pub mod geometry;
@@ -31,6 +32,7 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::bvh::{AnyHitFilter, Bvh, Stack, closest_ray};
 use crate::math::{Aabb, NONE, Ray, Rgb, Vec3, Vector};
 use crate::simd::Isa;
+use emitter_rows::{AnyRow, PlanarRow, PointRow, SphereRow};
 use emitters::kind;
 
 /// A compiled world: built by [`crate::compile::compile`], rendered by [`crate::render::Session::new`]. Large parts are
@@ -150,18 +152,23 @@ impl CompiledScene {
         }
         for emitter in 0..self.emitters.len() as u32 {
             let (kind, row) = self.emitters.row(emitter);
-            let mut light = Rgb::new(row[10], row[11], row[12]).max_component();
+            let mut light = AnyRow::of(row).light.max_component();
             if let Some(material) = self.materials.get(self.emitters.material[emitter as usize] as usize) {
                 light *= brightness(material.emission.texture).1;
             }
-            let vector = |at: usize| Vec3::from_slice(&row[at..]);
             let seen = |area: f32| light * (area / (far * far)).min(1.0);
             match kind {
-                kind::TRIANGLE | kind::QUAD => note(light, seen(vector(3).cross(vector(6)).length())),
-                kind::SPHERE => note(light, seen(std::f32::consts::PI * row[9] * row[9])),
+                kind::TRIANGLE | kind::QUAD => {
+                    let PlanarRow { e1, e2, .. } = PlanarRow::of(row);
+                    note(light, seen(e1.cross(e2).length()));
+                }
+                kind::SPHERE => {
+                    let SphereRow { radius, .. } = SphereRow::of(row);
+                    note(light, seen(std::f32::consts::PI * radius * radius));
+                }
                 // A light without extent is judged by the light that it casts.
-                kind::POINT | kind::SPOT | kind::PHOTOMETRIC if row[9] > 0.0 => {
-                    lamps.push((light, vector(0)));
+                kind::POINT | kind::SPOT | kind::PHOTOMETRIC if PointRow::of(row).falls > 0.0 => {
+                    lamps.push((light, PointRow::of(row).position));
                     note(light / (far * far), light / (far * far))
                 }
                 _ => note(light, light),

@@ -12,6 +12,9 @@ use crate::math::elementary::sin_cos_turns;
 use crate::math::{Color, NONE, Vector};
 use crate::sampling::warp::concentric_disk;
 use crate::scene::CompiledScene;
+use crate::scene::emitter_rows::{
+    DirectionalRow, GatheredRows, PhotometricRow, PlanarRow, PointRow, RowLanes, SphereRow,
+};
 use crate::scene::emitters::{flag, kind};
 use crate::simd::{Float, Int, Mask};
 
@@ -54,7 +57,7 @@ pub fn sample<F: Float>(
         pdf: F::one(),
         can_be_hit: has(flags, flag::VISIBLE),
     };
-    let row = RowLanes { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
+    let row = GatheredRows::new(&table.rows, emitter, mask);
     let quad = what.eq(F::Int::splat(kind::QUAD)) & mask;
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE)) & mask;
     let round = what.eq(F::Int::splat(kind::SPHERE)) & mask;
@@ -97,9 +100,9 @@ pub fn sample<F: Float>(
         let mut sample = point_sample(&row, spot, position);
         if photometric.any() {
             let profile = F::Int::gather(&table.profile, emitter, photometric);
-            let axes = [row.vector(3), row.vector(6)];
+            let axes = [PhotometricRow::axis(&row), PhotometricRow::across(&row)];
             let part = profile_towards(&scene.textures, profile, axes, sample.direction, photometric);
-            let part = part * row.number(9);
+            let part = part * PhotometricRow::scale::<F>(&row);
             sample.radiance = Color::select(photometric, sample.radiance * part, sample.radiance);
         }
         out = out.replaced(point, sample);
@@ -131,27 +134,22 @@ pub fn sample_light<F: Float>(
     u: (F, F),
 ) -> EmitterSample<F> {
     let table = &scene.emitters;
-    let row = SharedRow(&table.rows[emitter as usize]);
+    let row = &table.rows[emitter as usize];
     let flags = F::Int::splat(table.flags[emitter as usize]);
     let (nowhere, everywhere) = (F::Mask::from_bits(0), F::Mask::from_bits(u32::MAX));
     match table.kinds[emitter as usize] {
-        kind::QUAD => planar_sample(&row, nowhere, flags, PointMeasure::Area, position, u).0,
-        kind::POINT => point_sample(&row, nowhere, position),
-        kind::SPOT => point_sample(&row, everywhere, position),
+        kind::QUAD => planar_sample(row, nowhere, flags, PointMeasure::Area, position, u).0,
+        kind::POINT => point_sample(row, nowhere, position),
+        kind::SPOT => point_sample(row, everywhere, position),
         kind::PHOTOMETRIC => {
-            let sample = point_sample(&row, nowhere, position);
+            let sample = point_sample(row, nowhere, position);
             let profile = F::Int::splat(table.profile[emitter as usize]);
-            let part = profile_towards(
-                &scene.textures,
-                profile,
-                [row.vector(3), row.vector(6)],
-                sample.direction,
-                everywhere,
-            );
-            let part = part * F::splat(row.0[9]);
+            let axes = [PhotometricRow::axis(row), PhotometricRow::across(row)];
+            let part = profile_towards(&scene.textures, profile, axes, sample.direction, everywhere);
+            let part = part * PhotometricRow::scale::<F>(row);
             EmitterSample { radiance: sample.radiance * part, ..sample }
         }
-        _ => parallel_sample(&row, u),
+        _ => parallel_sample(row, u),
     }
 }
 
@@ -195,22 +193,22 @@ pub fn pdf<F: Float>(
 ) -> F {
     let table = &scene.emitters;
     let what = F::Int::gather(&table.kinds, emitter, mask);
-    let row = RowLanes { table: table.rows.as_flattened(), first: emitter * F::Int::splat(13), mask };
+    let row = GatheredRows::new(&table.rows, emitter, mask);
     let sphere = what.eq(F::Int::splat(kind::SPHERE)) & mask;
     let triangle = what.eq(F::Int::splat(kind::TRIANGLE));
-    let (e1, e2) = (row.vector(3), row.vector(6));
+    let (e1, e2) = (PlanarRow::e1(&row), PlanarRow::e2(&row));
     let disc = has(F::Int::gather(&table.flags, emitter, mask), flag::ROUND);
     let part = part_of(triangle, disc);
     let mut pdf = planar_pdf(e1.cross(e2), part, direction, t);
-    // The vector to the corner, or to a sphere's centre.
-    let first = row.vector(0) - position;
+    // A sphere's centre is where others have a corner.
+    let first = PlanarRow::corner(&row) - position;
     let near = is_near(first, e1, e2) & mask & !sphere & !disc;
     if near.any() {
         let angle = SphericalPolygon::new(first, e1, e2, triangle).solid_angle();
         pdf = F::select(near, F::one() / angle.max(F::splat(1e-30)), pdf);
     }
     if sphere.any() {
-        let radius = row.number(9);
+        let radius = SphereRow::radius(&row);
         let per_steradian = F::splat(0.5 / std::f32::consts::PI) / cone(first, radius);
         // From outside, only the near side of a sphere is sampled.
         let outside = first.dot(first).gt(radius * radius);
@@ -230,51 +228,6 @@ impl<F: Float> EmitterSample<F> {
             pdf: F::select(mask, by.pdf, self.pdf),
             can_be_hit: self.can_be_hit,
         }
-    }
-}
-
-/// Access to rows of emitters (see [`kind`]).
-trait EmitterRows<F: Float> {
-    fn number(&self, at: u32) -> F;
-
-    #[inline(always)]
-    fn vector(&self, at: u32) -> Vector<F> {
-        Vector::new(self.number(at), self.number(at + 1), self.number(at + 2))
-    }
-
-    #[inline(always)]
-    fn light(&self) -> Color<F> {
-        let v = self.vector(10);
-        Color::new(v.x, v.y, v.z)
-    }
-}
-
-/// A different row in each lane.
-struct RowLanes<'a, F: Float> {
-    table: &'a [f32],
-    first: F::Int,
-    mask: F::Mask,
-}
-
-impl<F: Float> EmitterRows<F> for RowLanes<'_, F> {
-    #[inline(always)]
-    fn number(&self, at: u32) -> F {
-        F::gather(self.table, self.first + F::Int::splat(at), self.mask)
-    }
-
-    #[inline(always)]
-    fn vector(&self, at: u32) -> Vector<F> {
-        Vector::gather_flat(self.table, self.first + F::Int::splat(at), self.mask)
-    }
-}
-
-/// One row for all lanes.
-struct SharedRow<'a>(&'a [f32; 13]);
-
-impl<F: Float> EmitterRows<F> for SharedRow<'_> {
-    #[inline(always)]
-    fn number(&self, at: u32) -> F {
-        F::splat(self.0[at as usize])
     }
 }
 
@@ -335,7 +288,7 @@ pub(super) fn planar_place<F: Float>(triangle: F::Mask, disc: F::Mask, u: (F, F)
 /// Samples a triangle, a parallelogram or a disc; also returns the point's coordinates along the edges.
 #[inline(always)]
 fn planar_sample<F: Float>(
-    row: &impl EmitterRows<F>,
+    row: &impl RowLanes<F>,
     triangle: F::Mask,
     flags: F::Int,
     measure: PointMeasure,
@@ -344,8 +297,8 @@ fn planar_sample<F: Float>(
 ) -> (EmitterSample<F>, (F, F)) {
     let disc = has(flags, flag::ROUND);
     let (mut a, mut b) = planar_place(triangle, disc, u);
-    let (e1, e2) = (row.vector(3), row.vector(6));
-    let corner = row.vector(0) - position;
+    let (e1, e2) = (PlanarRow::e1(row), PlanarRow::e2(row));
+    let corner = PlanarRow::corner(row) - position;
     let near = match measure {
         PointMeasure::SolidAngle => is_near(corner, e1, e2) & !disc,
         PointMeasure::Area => F::Mask::from_bits(0),
@@ -369,7 +322,7 @@ fn planar_sample<F: Float>(
     let sample = EmitterSample {
         direction,
         distance,
-        radiance: Color::select(emits, row.light(), Color::black()),
+        radiance: Color::select(emits, PlanarRow::light(row), Color::black()),
         pdf: F::select(near, F::one() / angle, by_area),
         can_be_hit: F::Mask::from_bits(0),
     };
@@ -429,12 +382,12 @@ fn cone<F: Float>(way: Vector<F>, radius: F) -> F {
 /// distance: relative to the centre, the point of the ray nearest to it is d sin θ (cos θ cos φ, cos θ sin φ, −sin θ).
 #[inline(always)]
 fn sphere_sample<F: Float>(
-    row: &impl EmitterRows<F>,
+    row: &impl RowLanes<F>,
     flags: F::Int,
     position: Vector<F>,
     u: (F, F),
 ) -> (EmitterSample<F>, Vector<F>) {
-    let (center, radius) = (row.vector(0), row.number(9));
+    let (center, radius) = (SphereRow::center(row), SphereRow::radius(row));
     let way = center - position;
     let part = cone(way, radius);
     let lift = part * u.0;
@@ -455,7 +408,7 @@ fn sphere_sample<F: Float>(
     let sample = EmitterSample {
         direction,
         distance: (along + half).max(F::zero()),
-        radiance: Color::select(emits, row.light(), Color::black()),
+        radiance: Color::select(emits, SphereRow::light(row), Color::black()),
         pdf: F::splat(0.5 / std::f32::consts::PI) / part,
         can_be_hit: F::Mask::from_bits(0),
     };
@@ -464,16 +417,16 @@ fn sphere_sample<F: Float>(
 
 /// Light from a point, restricted to a cone for spotlights.
 #[inline(always)]
-fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
-    let way = row.vector(0) - position;
+fn point_sample<F: Float>(row: &impl RowLanes<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
+    let way = PointRow::position(row) - position;
     let square = way.dot(way).max(F::splat(1e-30));
     let distance = square.sqrt();
     let direction = way * (F::one() / distance);
-    let falls = row.number(9).gt(F::zero());
-    let mut light = row.light() * F::select(falls, F::one() / square, F::one());
+    let falls = PointRow::falls(row).gt(F::zero());
+    let mut light = PointRow::light(row) * F::select(falls, F::one() / square, F::one());
     if spot.any() {
-        let cos = -direction.dot(row.vector(3));
-        let inside = ((cos - row.number(6)) * row.number(7)).clamp(0.0, 1.0);
+        let cos = -direction.dot(PointRow::axis(row));
+        let inside = ((cos - PointRow::cos_outer(row)) * PointRow::scale(row)).clamp(0.0, 1.0);
         light = light * F::select(spot, inside * inside, F::one());
     }
     EmitterSample { direction, distance, radiance: light, pdf: F::one(), can_be_hit: F::Mask::from_bits(0) }
@@ -481,16 +434,16 @@ fn point_sample<F: Float>(row: &impl EmitterRows<F>, spot: F::Mask, position: Ve
 
 /// Parallel light, or light from a disk in the sky.
 #[inline(always)]
-fn parallel_sample<F: Float>(row: &impl EmitterRows<F>, u: (F, F)) -> EmitterSample<F> {
-    let axis = row.vector(0);
-    let lift = row.number(3) * u.0;
+fn parallel_sample<F: Float>(row: &impl RowLanes<F>, u: (F, F)) -> EmitterSample<F> {
+    let axis = DirectionalRow::to_light(row);
+    let lift = DirectionalRow::spread(row) * u.0;
     let (s, c) = sin_cos_turns(u.1);
     let sin = (lift * (F::splat(2.0) - lift)).max(F::zero()).sqrt();
     let direction = ShadingFrame::about(axis).world(Vector::new(sin * c, sin * s, F::one() - lift));
     EmitterSample {
         direction,
         distance: F::splat(f32::INFINITY),
-        radiance: row.light(),
+        radiance: DirectionalRow::light(row),
         pdf: F::one(),
         can_be_hit: F::Mask::from_bits(0),
     }

@@ -7,6 +7,7 @@ use super::surface::{HitLanes, sphere_uv};
 use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::{Color, NONE, Vector};
 use crate::scene::CompiledScene;
+use crate::scene::emitter_rows::{AnyRow, PlanarRow, PointRow};
 use crate::scene::emitters::{flag, kind};
 
 /// A point on an emitter with area.
@@ -17,11 +18,6 @@ pub struct EmitterPoint {
     pub normal: Vector<f32>,
     /// The coordinates along both edges, as fractions from the corner.
     uv: (f32, f32),
-}
-
-/// Reads a vector from an emitter's row.
-fn vector(row: &[f32; 13], at: usize) -> Vector<f32> {
-    Vector::new(row[at], row[at + 1], row[at + 2])
 }
 
 /// The area of a triangle, a parallelogram or a disc; 0 for all other emitters.
@@ -35,7 +31,8 @@ pub fn area(scene: &CompiledScene, emitter: u32) -> f32 {
         kind::QUAD => 1.0,
         _ => 0.0,
     };
-    vector(row, 3).cross(vector(row, 6)).length() * part
+    let (e1, e2) = (PlanarRow::e1::<f32>(row), PlanarRow::e2(row));
+    e1.cross(e2).length() * part
 }
 
 /// Samples a point of a flat emitter, uniformly by area.
@@ -43,10 +40,10 @@ pub fn point_of(scene: &CompiledScene, emitter: u32, u: (f32, f32)) -> EmitterPo
     let (what, row) = scene.emitters.row(emitter);
     let flags = scene.emitters.flags[emitter as usize];
     let (a, b) = planar_place(what == kind::TRIANGLE, flags & flag::ROUND != 0, u);
-    let (e1, e2) = (vector(row, 3), vector(row, 6));
+    let (e1, e2) = (PlanarRow::e1::<f32>(row), PlanarRow::e2(row));
     let normal = e1.cross(e2).normalize();
     EmitterPoint {
-        position: vector(row, 0) + e1 * a + e2 * b,
+        position: PlanarRow::corner(row) + e1 * a + e2 * b,
         normal: if flags & flag::REVERSED != 0 { -normal } else { normal },
         uv: (a, b),
     }
@@ -76,8 +73,7 @@ pub fn radiance_of_sphere(scene: &CompiledScene, emitter: u32, normal: Vector<f3
 
 fn radiance_at(scene: &CompiledScene, emitter: u32, primitive: u32, uv: (f32, f32)) -> Color<f32> {
     if scene.emitters.flags[emitter as usize] & (flag::TEXTURED | flag::COVERED) == 0 {
-        let light = vector(scene.emitters.row(emitter).1, 10);
-        return Color::new(light.x, light.y, light.z);
+        return AnyRow::light(scene.emitters.row(emitter).1);
     }
     let primitive = Wrapping(primitive);
     let hit = HitLanes { t: 0.0, u: uv.0, v: uv.1, primitive, instance: Wrapping(NONE) };
@@ -87,6 +83,6 @@ fn radiance_at(scene: &CompiledScene, emitter: u32, primitive: u32, uv: (f32, f3
 /// The intensity of a point light, a spotlight or a photometric light in a direction: that of a light sample a metre
 /// away.
 pub fn intensity(scene: &CompiledScene, emitter: u32, direction: Vector<f32>) -> Color<f32> {
-    let place = vector(scene.emitters.row(emitter).1, 0);
+    let place = PointRow::position::<f32>(scene.emitters.row(emitter).1);
     emitter::sample_light(scene, emitter, place + direction, (0.0, 0.0)).radiance
 }

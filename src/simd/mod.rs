@@ -11,6 +11,12 @@
 
 #![allow(unsafe_code)]
 
+#[macro_use]
+mod macros;
+#[cfg(target_arch = "x86_64")]
+#[macro_use]
+mod x86;
+
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 // Left out of fuzzing: code for all widths takes half an hour to compile with the counters that fuzzing adds.
@@ -221,7 +227,7 @@ pub trait Int:
     /// The results of comparisons.
     type Mask: Mask;
     /// Floats of the same width.
-    type Float: Float;
+    type Float: Float<Int = Self, Mask = Self::Mask>;
 
     /// Broadcasts to all lanes.
     fn splat(value: u32) -> Self;
@@ -232,16 +238,15 @@ pub trait Int:
     /// Packs lanes together, as [`Float::compress`] does.
     fn compress(self, mask: Self::Mask, out: &mut [u32]);
     /// Gathers entries, as [`Float::gather`] does.
-    fn gather(table: &[u32], index: Self, mask: Self::Mask) -> Self;
+    #[inline(always)]
+    fn gather(table: &[u32], index: Self, mask: Self::Mask) -> Self {
+        Self::Float::gather(as_floats(table), index, mask).to_bits()
+    }
     /// Gathers three consecutive entries, as [`Float::gather_three`] does.
     #[inline(always)]
     fn gather_three(table: &[u32], first: Self, mask: Self::Mask) -> [Self; 3] {
-        let (second, third) = (first + Self::splat(1), first + Self::splat(2));
-        [
-            Self::gather(table, first, mask),
-            Self::gather(table, second, mask),
-            Self::gather(table, third, mask),
-        ]
+        let [a, b, c] = Self::Float::gather_three(as_floats(table), first, mask);
+        [a.to_bits(), b.to_bits(), c.to_bits()]
     }
 
     /// Shifts left by `N` bits.
@@ -263,11 +268,21 @@ pub trait Int:
     /// `self < other`, unsigned.
     fn lt(self, other: Self) -> Self::Mask;
     /// `yes` where `mask` is set, `no` elsewhere.
-    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    #[inline(always)]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        Self::Float::select(mask, yes.reinterpret(), no.reinterpret()).to_bits()
+    }
     /// Converts from a signed integer to the nearest float.
     fn to_float(self) -> Self::Float;
     /// The float with this encoding.
     fn reinterpret(self) -> Self::Float;
+}
+
+/// The floats with these bits.
+#[inline(always)]
+fn as_floats(bits: &[u32]) -> &[f32] {
+    // SAFETY: both types have one size and alignment, and all bits are valid for both.
+    unsafe { std::slice::from_raw_parts(bits.as_ptr().cast(), bits.len()) }
 }
 
 /// The lane types of an instruction set.

@@ -20,65 +20,30 @@ impl Lanes for Neon {
     }
 }
 
-/// 8 floats.
-#[derive(Clone, Copy)]
-pub(super) struct F32x8(float32x4_t, float32x4_t);
-
-/// 8 integers.
-#[derive(Clone, Copy)]
-pub(super) struct I32x8(uint32x4_t, uint32x4_t);
-
-/// A lane mask: all bits of a lane set, or none.
-#[derive(Clone, Copy)]
-pub(super) struct M32x8(uint32x4_t, uint32x4_t);
+// A lane of a mask has all bits set, or none.
+wide_lanes!(F32x8(float32x4_t, float32x4_t), I32x8(uint32x4_t, uint32x4_t), M32x8(uint32x4_t, uint32x4_t));
 
 /// Applies an instruction to each register.
 macro_rules! each {
-    ($type:ident, $intrinsic:ident, $($value:expr),+) => {
+    ($type:ident, $instruction:ident, $($value:expr),+) => {
         // SAFETY: the instruction belongs to NEON, which is part of the architecture.
-        unsafe { $type($intrinsic($($value.0),+), $intrinsic($($value.1),+)) }
+        unsafe { $type($instruction($($value.0),+), $instruction($($value.1),+)) }
     };
 }
 
-/// Implements an operator with `each`.
-macro_rules! operator {
-    ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
-        impl $trait for $type {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                each!($type, $intrinsic, self, other)
-            }
-        }
-    };
-}
-operator!(F32x8, Add, add, vaddq_f32);
-operator!(F32x8, Sub, sub, vsubq_f32);
-operator!(F32x8, Mul, mul, vmulq_f32);
-operator!(F32x8, Div, div, vdivq_f32);
-operator!(I32x8, Add, add, vaddq_u32);
-operator!(I32x8, Sub, sub, vsubq_u32);
-operator!(I32x8, Mul, mul, vmulq_u32);
-operator!(I32x8, BitAnd, bitand, vandq_u32);
-operator!(I32x8, BitOr, bitor, vorrq_u32);
-operator!(I32x8, BitXor, bitxor, veorq_u32);
-operator!(M32x8, BitAnd, bitand, vandq_u32);
-operator!(M32x8, BitOr, bitor, vorrq_u32);
-operator!(M32x8, BitXor, bitxor, veorq_u32);
-
-impl Not for M32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        each!(M32x8, vmvnq_u32, self)
-    }
+operators! {
+    each,
+    F32x8: Add::add = vaddq_f32, Sub::sub = vsubq_f32, Mul::mul = vmulq_f32, Div::div = vdivq_f32;
+    I32x8: Add::add = vaddq_u32, Sub::sub = vsubq_u32, Mul::mul = vmulq_u32,
+        BitAnd::bitand = vandq_u32, BitOr::bitor = vorrq_u32, BitXor::bitxor = veorq_u32;
+    M32x8: BitAnd::bitand = vandq_u32, BitOr::bitor = vorrq_u32, BitXor::bitxor = veorq_u32;
 }
 
 impl Neg for F32x8 {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        each!(F32x8, vnegq_f32, self)
+        each!(Self, vnegq_f32, self)
     }
 }
 
@@ -86,46 +51,23 @@ impl Neg for F32x8 {
 const LANES: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
 impl Mask for M32x8 {
-    #[inline(always)]
-    fn bits(self) -> u32 {
-        let lanes = I32x8::load(&LANES);
-        // SAFETY: as for `each`.
-        unsafe { vaddvq_u32(vandq_u32(self.0, lanes.0)) + vaddvq_u32(vandq_u32(self.1, lanes.1)) }
+    instructions! {
+        fn bits(self) -> u32 => {
+            let lanes = I32x8::load(&LANES);
+            vaddvq_u32(vandq_u32(self.0, lanes.0)) + vaddvq_u32(vandq_u32(self.1, lanes.1))
+        };
     }
-    #[inline(always)]
-    fn from_bits(bits: u32) -> Self {
-        each!(M32x8, vtstq_u32, I32x8::splat(bits), I32x8::load(&LANES))
+    inlined! {
+        fn from_bits(bits: u32) -> Self => each!(Self, vtstq_u32, I32x8::splat(bits), I32x8::load(&LANES));
     }
 }
 
 impl Float for F32x8 {
-    const WIDTH: usize = 8;
-    type Mask = M32x8;
-    type Int = I32x8;
+    wide_float!(8, I32x8, M32x8);
 
     #[inline(never)]
     fn outlined<P: Outlined>(part: P) -> P::Output {
         part.run()
-    }
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        // SAFETY: as for `each`.
-        unsafe { Self(vdupq_n_f32(value), vdupq_n_f32(value)) }
-    }
-    #[inline(always)]
-    fn load(values: &[f32]) -> Self {
-        let values = &values[..8];
-        // SAFETY: the slice has 8 floats; as for `each`.
-        unsafe { Self(vld1q_f32(values.as_ptr()), vld1q_f32(values.as_ptr().add(4))) }
-    }
-    #[inline(always)]
-    fn store(self, out: &mut [f32]) {
-        let out = &mut out[..8];
-        // SAFETY: the slice has room for 8 floats; as for `each`.
-        unsafe {
-            vst1q_f32(out.as_mut_ptr(), self.0);
-            vst1q_f32(out.as_mut_ptr().add(4), self.1);
-        }
     }
     #[inline(always)]
     fn compress(self, mask: M32x8, out: &mut [f32]) {
@@ -135,7 +77,17 @@ impl Float for F32x8 {
     }
     #[inline(always)]
     fn gather(table: &[f32], index: I32x8, mask: M32x8) -> Self {
-        Self::load(&gather(table, index, mask))
+        // One lane at a time: NEON has no gather.
+        let mut places = [0; 8];
+        index.store(&mut places);
+        let bits = mask.bits();
+        let mut out = [0.0; 8];
+        for (lane, (value, place)) in out.iter_mut().zip(places).enumerate() {
+            if bits >> lane & 1 == 1 {
+                *value = table[place as usize];
+            }
+        }
+        Self::load(&out)
     }
     #[inline(always)]
     fn load_rows(table: &[[f32; 4]], index: I32x8) -> [Self; 4] {
@@ -160,27 +112,6 @@ impl Float for F32x8 {
         }
     }
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        each!(F32x8, vsqrtq_f32, self)
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        each!(F32x8, vabsq_f32, self)
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // NEON's own minimum of a number and a NaN is NaN.
-        Self::select(self.lt(other), self, other)
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        Self::select(self.gt(other), self, other)
-    }
-    #[inline(always)]
-    fn floor(self) -> Self {
-        each!(F32x8, vrndmq_f32, self)
-    }
-    #[inline(always)]
     fn to_int(self) -> I32x8 {
         // NEON's conversion saturates instead, and converts NaN to zero.
         let fits = self.ge(Self::splat(-2_147_483_648.0)) & self.lt(Self::splat(2_147_483_648.0));
@@ -190,116 +121,47 @@ impl Float for F32x8 {
         };
         I32x8::select(fits, whole, I32x8::splat(1 << 31))
     }
-    #[inline(always)]
-    fn to_bits(self) -> I32x8 {
-        each!(I32x8, vreinterpretq_u32_f32, self)
+    instructions! {
+        fn splat(value: f32) -> Self => Self(vdupq_n_f32(value), vdupq_n_f32(value));
     }
-    #[inline(always)]
-    fn lt(self, other: Self) -> M32x8 {
-        each!(M32x8, vcltq_f32, self, other)
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> M32x8 {
-        each!(M32x8, vcleq_f32, self, other)
-    }
-    #[inline(always)]
-    fn eq(self, other: Self) -> M32x8 {
-        each!(M32x8, vceqq_f32, self, other)
-    }
-    #[inline(always)]
-    fn select(mask: M32x8, yes: Self, no: Self) -> Self {
-        each!(F32x8, vbslq_f32, mask, yes, no)
+    inlined! {
+        fn abs(self) -> Self => each!(Self, vabsq_f32, self);
+        fn sqrt(self) -> Self => each!(Self, vsqrtq_f32, self);
+        // NEON's own minimum of a number and a NaN is NaN.
+        fn min(self, other: Self) -> Self => Self::select(self.lt(other), self, other);
+        fn max(self, other: Self) -> Self => Self::select(self.gt(other), self, other);
+        fn floor(self) -> Self => each!(Self, vrndmq_f32, self);
+        fn to_bits(self) -> I32x8 => each!(I32x8, vreinterpretq_u32_f32, self);
+        fn lt(self, other: Self) -> M32x8 => each!(M32x8, vcltq_f32, self, other);
+        fn le(self, other: Self) -> M32x8 => each!(M32x8, vcleq_f32, self, other);
+        fn eq(self, other: Self) -> M32x8 => each!(M32x8, vceqq_f32, self, other);
+        fn select(mask: M32x8, yes: Self, no: Self) -> Self => each!(Self, vbslq_f32, mask, yes, no);
     }
 }
 
 impl Int for I32x8 {
-    type Mask = M32x8;
-    type Float = F32x8;
+    wide_int!(8, F32x8, M32x8);
 
-    #[inline(always)]
-    fn splat(value: u32) -> Self {
-        // SAFETY: as for `each`.
-        unsafe { Self(vdupq_n_u32(value), vdupq_n_u32(value)) }
-    }
-    #[inline(always)]
-    fn load(values: &[u32]) -> Self {
-        let values = &values[..8];
-        // SAFETY: the slice has 8 integers; as for `each`.
-        unsafe { Self(vld1q_u32(values.as_ptr()), vld1q_u32(values.as_ptr().add(4))) }
-    }
-    #[inline(always)]
-    fn store(self, out: &mut [u32]) {
-        let out = &mut out[..8];
-        // SAFETY: the slice has room for 8 integers; as for `each`.
-        unsafe {
-            vst1q_u32(out.as_mut_ptr(), self.0);
-            vst1q_u32(out.as_mut_ptr().add(4), self.1);
-        }
-    }
     #[inline(always)]
     fn compress(self, mask: M32x8, out: &mut [u32]) {
         let mut lanes = [0; 8];
         self.store(&mut lanes);
         pack(&lanes, mask.bits(), out);
     }
-    #[inline(always)]
-    fn gather(table: &[u32], index: Self, mask: M32x8) -> Self {
-        Self::load(&gather(table, index, mask))
+    instructions! {
+        fn splat(value: u32) -> Self => Self(vdupq_n_u32(value), vdupq_n_u32(value));
+        fn shl<const N: i32>(self) -> Self =>
+            Self(vshlq_u32(self.0, vdupq_n_s32(N)), vshlq_u32(self.1, vdupq_n_s32(N)));
+        fn shr<const N: i32>(self) -> Self =>
+            Self(vshlq_u32(self.0, vdupq_n_s32(-N)), vshlq_u32(self.1, vdupq_n_s32(-N)));
+        fn to_float(self) -> F32x8 =>
+            F32x8(vcvtq_f32_s32(vreinterpretq_s32_u32(self.0)), vcvtq_f32_s32(vreinterpretq_s32_u32(self.1)));
     }
-    #[inline(always)]
-    fn shl<const N: i32>(self) -> Self {
-        // SAFETY: as for `each`.
-        unsafe {
-            let by = vdupq_n_s32(N);
-            Self(vshlq_u32(self.0, by), vshlq_u32(self.1, by))
-        }
+    inlined! {
+        fn eq(self, other: Self) -> M32x8 => each!(M32x8, vceqq_u32, self, other);
+        fn lt(self, other: Self) -> M32x8 => each!(M32x8, vcltq_u32, self, other);
+        fn reinterpret(self) -> F32x8 => each!(F32x8, vreinterpretq_f32_u32, self);
     }
-    #[inline(always)]
-    fn shr<const N: i32>(self) -> Self {
-        // SAFETY: as for `each`.
-        unsafe {
-            let by = vdupq_n_s32(-N);
-            Self(vshlq_u32(self.0, by), vshlq_u32(self.1, by))
-        }
-    }
-    #[inline(always)]
-    fn eq(self, other: Self) -> M32x8 {
-        each!(M32x8, vceqq_u32, self, other)
-    }
-    #[inline(always)]
-    fn lt(self, other: Self) -> M32x8 {
-        each!(M32x8, vcltq_u32, self, other)
-    }
-    #[inline(always)]
-    fn select(mask: M32x8, yes: Self, no: Self) -> Self {
-        each!(I32x8, vbslq_u32, mask, yes, no)
-    }
-    #[inline(always)]
-    fn to_float(self) -> F32x8 {
-        // SAFETY: as for `each`.
-        unsafe {
-            F32x8(vcvtq_f32_s32(vreinterpretq_s32_u32(self.0)), vcvtq_f32_s32(vreinterpretq_s32_u32(self.1)))
-        }
-    }
-    #[inline(always)]
-    fn reinterpret(self) -> F32x8 {
-        each!(F32x8, vreinterpretq_f32_u32, self)
-    }
-}
-
-/// Gathers one lane at a time: NEON has no gather.
-#[inline(always)]
-fn gather<T: Copy + Default>(table: &[T], index: I32x8, mask: M32x8) -> [T; 8] {
-    let mut places = [0; 8];
-    index.store(&mut places);
-    let bits = mask.bits();
-    let mut out = [T::default(); 8];
-    for (lane, (value, place)) in out.iter_mut().zip(places).enumerate() {
-        if bits >> lane & 1 == 1 {
-            *value = table[place as usize];
-        }
-    }
-    out
 }
 
 /// Packs the lanes of `bits` at the front of `out`, without a branch on them.

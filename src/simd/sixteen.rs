@@ -72,17 +72,10 @@ impl Mul for Plain {
 }
 
 impl Sixteen for Plain {
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        Self([value; 16])
-    }
-    #[inline(always)]
-    fn load(values: &[f32; 16]) -> Self {
-        Self(*values)
-    }
-    #[inline(always)]
-    fn store(self, out: &mut [f32; 16]) {
-        *out = self.0;
+    inlined! {
+        fn splat(value: f32) -> Self => Self([value; 16]);
+        fn load(values: &[f32; 16]) -> Self => Self(*values);
+        fn store(self, out: &mut [f32; 16]) => *out = self.0;
     }
     #[inline(always)]
     fn min(mut self, other: Self) -> Self {
@@ -172,30 +165,19 @@ impl<F: Float> Mul for Two<F> {
 }
 
 impl<F: Float> Sixteen for Two<F> {
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        Self(F::splat(value), F::splat(value))
-    }
-    #[inline(always)]
-    fn load(values: &[f32; 16]) -> Self {
-        Self(F::load(&values[..8]), F::load(&values[8..]))
+    inlined! {
+        fn splat(value: f32) -> Self => Self(F::splat(value), F::splat(value));
+        fn load(values: &[f32; 16]) -> Self => Self(F::load(&values[..8]), F::load(&values[8..]));
     }
     #[inline(always)]
     fn store(self, out: &mut [f32; 16]) {
         self.0.store(&mut out[..8]);
         self.1.store(&mut out[8..]);
     }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        Self(self.0.min(other.0), self.1.min(other.1))
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        Self(self.0.max(other.0), self.1.max(other.1))
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> u32 {
-        self.0.le(other.0).bits() | self.1.le(other.1).bits() << 8
+    inlined! {
+        fn min(self, other: Self) -> Self => Self(self.0.min(other.0), self.1.min(other.1));
+        fn max(self, other: Self) -> Self => Self(self.0.max(other.0), self.1.max(other.1));
+        fn le(self, other: Self) -> u32 => self.0.le(other.0).bits() | self.1.le(other.1).bits() << 8;
     }
     #[inline(always)]
     fn take_in_order(

@@ -51,10 +51,9 @@ fn decode_ktx(_: &[u8], path: &Path) -> Result<Image, LoadError> {
     ))
 }
 
+#[cfg(feature = "basisu")]
 #[cfg(test)]
 mod tests {
-    #![cfg(feature = "basisu")]
-
     use super::*;
     use crate::world::Texels;
 

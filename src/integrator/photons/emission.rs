@@ -14,6 +14,7 @@ use crate::sampling::sobol;
 use crate::sampling::warp::concentric_disk;
 use crate::scene::CompiledScene;
 use crate::scene::bodies::NOWHERE;
+use crate::scene::emitter_rows::{AnyRow, EmitterRow, PlanarRow, PointRow, SphereRow};
 use crate::scene::emitters::{flag, kind};
 use crate::shading::emitter_rays::{area, intensity, point_of, radiance_of, radiance_of_sphere};
 use crate::shading::environment;
@@ -132,7 +133,7 @@ impl PhotonEmission {
     /// Estimates the light that an emitter sends to the targets, and the volume of the phase space of its rays.
     fn light_and_volume(&self, scene: &CompiledScene, emitter: u32) -> (f32, f32) {
         let (what, row) = scene.emitters.row(emitter);
-        let light = Color::new(row[10], row[11], row[12]).luminance();
+        let light = AnyRow::of(row).light.luminance();
         let place = middle(what, row);
         let angles: f32 = self.angles(scene, emitter, place).0.iter().sum();
         match what {
@@ -141,10 +142,11 @@ impl PhotonEmission {
                 (light * volume, volume)
             }
             // Light that it sends inwards is left to paths, which find it in every direction.
-            kind::SPHERE if self.targets.iter().any(|ball| is_within(ball, place, row[9])) => (0.0, 0.0),
             kind::SPHERE => {
-                let volume = PI * row[9] * row[9] * angles;
-                (light * volume, volume)
+                let SphereRow { radius, .. } = SphereRow::of(row);
+                let volume = PI * radius * radius * angles;
+                let holds_target = self.targets.iter().any(|ball| is_within(ball, place, radius));
+                if holds_target { (0.0, 0.0) } else { (light * volume, volume) }
             }
             kind::DIRECTIONAL => (light * self.discs, f32::MIN_POSITIVE),
             kind::ENVIRONMENT => {
@@ -158,7 +160,7 @@ impl PhotonEmission {
                 // Light that does not fall off with distance arrives as it would a metre away.
                 let nearest =
                     self.targets.iter().map(|ball| (ball.center - place).length()).fold(f32::MAX, f32::min);
-                let farther = if row[9] > 0.0 { 1.0 } else { nearest * nearest };
+                let farther = if PointRow::of(row).falls > 0.0 { 1.0 } else { nearest * nearest };
                 (light * angles * farther, f32::MIN_POSITIVE)
             }
         }
@@ -171,24 +173,26 @@ impl PhotonEmission {
         for (ball, angle) in self.targets.iter().zip(&mut angles.0) {
             let way = ball.center - place;
             let distance = way.length();
-            let radius = ball.radius + if what == kind::SPHERE { row[9] } else { 0.0 };
+            let own = if what == kind::SPHERE { SphereRow::of(row).radius } else { 0.0 };
+            let radius = ball.radius + own;
             *angle = 2.0 * PI * cone(distance, radius);
             let reached = match what {
                 kind::TRIANGLE | kind::QUAD => {
                     let flags = scene.emitters.flags[emitter as usize];
-                    let normal =
-                        Vec3::from_slice(&row[3..]).cross(Vec3::from_slice(&row[6..])).normalize_or_zero();
-                    let reversed = flags & crate::scene::emitters::flag::REVERSED != 0;
+                    let PlanarRow { e1, e2, .. } = PlanarRow::of(row);
+                    let normal = e1.cross(e2).normalize_or_zero();
+                    let reversed = flags & flag::REVERSED != 0;
                     let height = if reversed { -normal } else { normal }.dot(way);
-                    flags & crate::scene::emitters::flag::TWO_SIDED != 0 || height > -ball.radius
+                    flags & flag::TWO_SIDED != 0 || height > -ball.radius
                 }
                 kind::SPOT if distance > radius => {
                     // Reached if the cosine of the difference of both angles is at least that of the spot's cone.
-                    let (sine, axis) = (radius / distance, Vec3::from_slice(&row[3..]));
+                    let PointRow { axis, cos_outer, .. } = PointRow::of(row);
+                    let sine = radius / distance;
                     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
                     let off = (axis.dot(way) / distance).clamp(-1.0, 1.0);
                     let off_sine = (1.0 - off * off).max(0.0).sqrt();
-                    off >= cosine || off * cosine + off_sine * sine >= row[6]
+                    off >= cosine || off * cosine + off_sine * sine >= cos_outer
                 }
                 _ => true,
             };
@@ -264,7 +268,7 @@ impl PhotonEmission {
             origin: ray.origin,
             direction: ray.direction,
             flux,
-            falls: !is_point || row[9] > 0.0,
+            falls: !is_point || PointRow::of(row).falls > 0.0,
             bodies: self.bodies[emitter as usize],
             density: ray.density.unwrap_or(self.densities[emitter as usize]),
         })
@@ -279,7 +283,7 @@ impl PhotonEmission {
         toward: (f32, f32),
     ) -> Option<EmittedRay> {
         let point = point_of(scene, emitter, place);
-        let origin = vec3(point.position);
+        let origin = Vec3::from(point.position);
         let angles = self.angles(scene, emitter, origin);
         let (direction, density) = self.aim(&angles, origin, 0.0, target, toward)?;
         let light = radiance_of(scene, emitter, &point, direction);
@@ -299,8 +303,7 @@ impl PhotonEmission {
         place: (f32, f32),
         toward: (f32, f32),
     ) -> Option<EmittedRay> {
-        let row = scene.emitters.row(emitter).1;
-        let (center, radius) = (Vec3::from_slice(row), row[9]);
+        let SphereRow { center, radius, .. } = SphereRow::of(scene.emitters.row(emitter).1);
         let angles = self.angles(scene, emitter, center);
         let (direction, density) = self.aim(&angles, center, radius, target, toward)?;
         // A disc across the direction, lifted to the sphere: all rays leave it outwards, with equal light.
@@ -309,7 +312,7 @@ impl PhotonEmission {
         let normal = ShadingFrame::about(direction).world(Vector::new(x, y, z));
         let light = radiance_of_sphere(scene, emitter, normal) * (PI * radius * radius / density);
         let reach = radius + (center.abs().max_element() + radius) * 4e-6;
-        Some(EmittedRay { origin: vector(center) + normal * reach, direction, light, density: None })
+        Some(EmittedRay { origin: Vector::splat(center) + normal * reach, direction, light, density: None })
     }
 
     fn ray_of_point(
@@ -319,11 +322,11 @@ impl PhotonEmission {
         target: f32,
         toward: (f32, f32),
     ) -> Option<EmittedRay> {
-        let origin = Vec3::from_slice(scene.emitters.row(emitter).1);
+        let origin = PointRow::of(scene.emitters.row(emitter).1).position;
         let angles = self.angles(scene, emitter, origin);
         let (direction, density) = self.aim(&angles, origin, 0.0, target, toward)?;
         let light = intensity(scene, emitter, direction) * (1.0 / density);
-        Some(EmittedRay { origin: vector(origin), direction, light, density: None })
+        Some(EmittedRay { origin: Vector::splat(origin), direction, light, density: None })
     }
 
     /// Draws a ray from infinitely far away, on a disc across a target.
@@ -353,16 +356,16 @@ impl PhotonEmission {
         let (x, y) = concentric_disk(place.0, place.1);
         let basis = ShadingFrame::about(direction);
         let across = (basis.x * x + basis.y * y) * ball.radius;
-        let through = ball.center + vec3(across);
+        let through = ball.center + Vec3::from(across);
         let meets = |other: &&Ball| {
             let way = other.center - through;
-            let along = vec3(direction) * way.dot(vec3(direction));
+            let along = Vec3::from(direction) * way.dot(Vec3::from(direction));
             **other == ball || (way - along).length_squared() < other.radius * other.radius
         };
         let met = self.targets.iter().enumerate().filter(|(_, ball)| meets(ball));
         let density_of_rays: f32 = met.map(|(number, _)| chances.density(number)).sum();
         // It begins where it enters the scene: other objects may block it.
-        let origin = vector(through) + to_light * way_out(scene, through, vec3(to_light));
+        let origin = Vector::splat(through) + to_light * way_out(scene, through, Vec3::from(to_light));
         Some(EmittedRay { origin, direction, light: light * (1.0 / density_of_rays), density })
     }
 
@@ -387,12 +390,12 @@ impl PhotonEmission {
         let lift = part * (x * x + y * y);
         let scale = (part * (2.0 - lift)).max(0.0).sqrt();
         let local = Vector::new(x * scale, y * scale, 1.0 - lift);
-        let direction = ShadingFrame::about(vector(axis)).world(local).normalize();
+        let direction = ShadingFrame::about(Vector::splat(axis)).world(local).normalize();
         let among = |(number, (ball, angle)): (usize, (&Ball, &f32))| {
             let way = ball.center - origin;
-            let (along, reach) = (way.dot(vec3(direction)), ball.radius + radius);
+            let (along, reach) = (way.dot(Vec3::from(direction)), ball.radius + radius);
             let inside = way.length_squared() <= reach * reach;
-            let near = (way - vec3(direction) * along).length_squared() < reach * reach;
+            let near = (way - Vec3::from(direction) * along).length_squared() < reach * reach;
             *angle > 0.0 && (number == chosen || inside || (along > 0.0 && near))
         };
         let aimed = self.targets.iter().zip(angles.of(self.targets.len())).enumerate();
@@ -420,14 +423,15 @@ fn is_within(ball: &Ball, center: Vec3, radius: f32) -> bool {
 }
 
 /// The centre of an emitter that has a position.
-fn middle(what: u32, row: &[f32; 13]) -> Vec3 {
-    let edges = Vec3::from_slice(&row[3..]) + Vec3::from_slice(&row[6..]);
+fn middle(what: u32, row: &EmitterRow) -> Vec3 {
     let part = match what {
         kind::TRIANGLE => 1.0 / 3.0,
         kind::QUAD => 0.5,
-        _ => return Vec3::from_slice(row),
+        kind::SPHERE => return SphereRow::of(row).center,
+        _ => return PointRow::of(row).position,
     };
-    Vec3::from_slice(row) + edges * part
+    let PlanarRow { corner, e1, e2, .. } = PlanarRow::of(row);
+    corner + (e1 + e2) * part
 }
 
 /// Rounds down to a power of two.
@@ -461,12 +465,4 @@ impl PhotonNumbers {
             mix(Wrapping(self.seed.wrapping_add(which.wrapping_mul(0x9e37_79b9)))),
         )
     }
-}
-
-fn vector(v: Vec3) -> Vector<f32> {
-    Vector::new(v.x, v.y, v.z)
-}
-
-fn vec3(v: Vector<f32>) -> Vec3 {
-    Vec3::new(v.x, v.y, v.z)
 }

@@ -246,7 +246,7 @@ impl PathSlots {
             // NaN is added, too: the film counts it.
             let is_black = total.r == 0.0 && total.g == 0.0 && total.b == 0.0;
             if contains(&region, x, y) && !is_black {
-                film.add(x, y, slot.sample, Rgb::new(total.r, total.g, total.b));
+                film.add(x, y, slot.sample, total.into());
             }
         }
     }
@@ -294,7 +294,7 @@ impl Sink for PathSlots {
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb) {
         let index = self.index((pixel, sample));
         let slot = &mut self.slots[index];
-        let light = Color::new(radiance.r, radiance.g, radiance.b);
+        let light = Color::splat(radiance);
         let Some(found) = self.found.get_mut(index) else { return slot.take(light, slot.onward) };
         if light.r.is_finite() && light.g.is_finite() && light.b.is_finite() {
             let counted = self.unit.counted(radiance);

@@ -1,4 +1,4 @@
-//! The sixteen children of a node in one register. (Safety as for the operators beside it: only kernels under
+//! The sixteen children of a node in one register. (Safety as in `instructions` beside it: only kernels under
 //! [`super::run`] use the type.)
 
 use std::arch::x86_64::*;
@@ -7,29 +7,13 @@ use super::F32x16;
 use crate::simd::{Float, Mask, Sixteen};
 
 impl Sixteen for F32x16 {
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        Float::splat(value)
-    }
-    #[inline(always)]
-    fn load(values: &[f32; 16]) -> Self {
-        Float::load(values)
-    }
-    #[inline(always)]
-    fn store(self, out: &mut [f32; 16]) {
-        Float::store(self, out);
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        Float::min(self, other)
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        Float::max(self, other)
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> u32 {
-        Float::le(self, other).bits()
+    inlined! {
+        fn splat(value: f32) -> Self => Float::splat(value);
+        fn load(values: &[f32; 16]) -> Self => Float::load(values);
+        fn store(self, out: &mut [f32; 16]) => Float::store(self, out);
+        fn min(self, other: Self) -> Self => Float::min(self, other);
+        fn max(self, other: Self) -> Self => Float::max(self, other);
+        fn le(self, other: Self) -> u32 => Float::le(self, other).bits();
     }
     #[inline(always)]
     fn take_in_order(
@@ -40,7 +24,7 @@ impl Sixteen for F32x16 {
         nears: &mut [f32; 16],
         out: &mut [u32; 16],
     ) -> (u32, u32) {
-        // SAFETY: the arrays have 16 words and room for 16 numbers each; as for the operators.
+        // SAFETY: the arrays have 16 words and room for 16 numbers each; as in `instructions`.
         unsafe {
             let places = places(back_to_front);
             let near = _mm512_permutexvar_ps(places, near.0);
@@ -66,7 +50,7 @@ impl Sixteen for F32x16 {
     }
     #[inline(always)]
     fn take_entered(near: Self, far: Self, words: &[u32; 16], out: &mut [u32; 16]) -> (u32, u32) {
-        // SAFETY: the arrays have 16 words and room for 16; as for the operators.
+        // SAFETY: the arrays have 16 words and room for 16; as in `instructions`.
         let entered = unsafe {
             let entered = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(near.0, far.0);
             let packed = _mm512_maskz_compress_epi32(entered, _mm512_loadu_si512(words.as_ptr().cast()));
@@ -78,7 +62,7 @@ impl Sixteen for F32x16 {
     }
     #[inline(always)]
     fn in_order(bits: u32, order: u64) -> u32 {
-        // SAFETY: as for the operators.
+        // SAFETY: as in `instructions`.
         unsafe {
             let places = _mm512_and_si512(places(order), _mm512_set1_epi32(15));
             let shifted = _mm512_srlv_epi32(_mm512_set1_epi32(bits as i32), places);
@@ -90,7 +74,7 @@ impl Sixteen for F32x16 {
 /// Place i of an order in the four lowest bits of lane i, with later places in the bits above.
 #[inline(always)]
 fn places(order: u64) -> __m512i {
-    // SAFETY: as for the operators.
+    // SAFETY: as in `instructions`.
     unsafe {
         _mm512_srlv_epi64(_mm512_set1_epi64(order as i64), _mm512_set_epi64(28, 24, 20, 16, 12, 8, 4, 0))
     }

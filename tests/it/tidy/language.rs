@@ -49,13 +49,6 @@ const OLD_NAMES: [(&str, &str); 40] = [
     ("there_already", "load_existing_film"),
 ];
 
-/// Types that have the same name for a reason.
-const SAME_NAMES: [(&str, &str); 3] = [
-    ("F32x8", "one for each kind of processor"),
-    ("I32x8", "one for each kind of processor"),
-    ("M32x8", "one for each kind of processor"),
-];
-
 #[test]
 fn identifiers_are_words_of_the_field() {
     let mut problems = Vec::new();
@@ -102,8 +95,7 @@ fn type_names_are_defined_once() {
         }
     }
     assert!(places.len() > 500, "the search finds nothing");
-    let allowed = |name: &str| name.is_empty() || SAME_NAMES.iter().any(|(same, _)| *same == name);
-    let twice = places.iter().filter(|(name, places)| places.len() > 1 && !allowed(name));
+    let twice = places.iter().filter(|(name, places)| places.len() > 1 && !name.is_empty());
     none(twice.map(|(name, places)| format!("{name} is defined in {}", places.join(", "))).collect());
 }
 

@@ -24,7 +24,7 @@ use crate::integrator::transport::path_tracing::{self, VertexOutcome};
 use crate::integrator::transport::transparent_shadow::arriving;
 use crate::integrator::transport::whitted::{self, WhittedScatter, WhittedVertex};
 use crate::integrator::{RayStatistics, RenderSetup, Work};
-use crate::math::{Color, Hit, Rgb};
+use crate::math::{Hit, Rgb};
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
 use crate::simd::Isa;
@@ -199,7 +199,7 @@ impl<'a> Tile<'a> {
                 if self.looks {
                     self.observer.report(&observe::end(&path, radiance));
                 }
-                return to_rgb(radiance);
+                return radiance.into();
             }
             let (vertex, scatter, radiance) =
                 whitted::hit(setup, self.photons, &path, &HitLanes::one(&hit), true);
@@ -222,7 +222,7 @@ impl<'a> Tile<'a> {
             } else if scatter.refracts {
                 scatter.refracted(&path, &vertex)
             } else {
-                return to_rgb(path.radiance);
+                return path.radiance.into();
             };
             path = Path { radiance: path.radiance, ..next };
         }
@@ -232,12 +232,12 @@ impl<'a> Tile<'a> {
     fn trace(&mut self, mut path: Path<f32>) -> Rgb {
         loop {
             let hit = self.meet(&path);
-            let Some(outcome) = self.vertex(&mut path, hit) else { return to_rgb(path.radiance) };
+            let Some(outcome) = self.vertex(&mut path, hit) else { return path.radiance.into() };
             self.light(&mut path, &outcome);
             self.fork(&outcome);
             match self.onward(&path, &outcome) {
                 Some(next) => path = Path { radiance: path.radiance, ..next },
-                None => return to_rgb(path.radiance),
+                None => return path.radiance.into(),
             }
         }
     }
@@ -353,9 +353,4 @@ impl<'a> Tile<'a> {
             }
         }
     }
-}
-
-#[inline(always)]
-fn to_rgb(color: Color<f32>) -> Rgb {
-    Rgb::new(color.r, color.g, color.b)
 }

@@ -3,7 +3,7 @@
 use std::num::Wrapping;
 use std::ops::Range;
 
-use super::{Tile, to_rgb};
+use super::Tile;
 use crate::bvh::any_ray;
 use crate::film::Film;
 use crate::integrator::RayStatistics;
@@ -93,7 +93,7 @@ impl<'a> Tile<'a> {
         let first = self.vertex(&mut path, hit);
         let of = (path.pixel.0, path.sample.0);
         let mut film = ClippedSink(film);
-        let Some(outcome) = first else { return film.deposit(of.0, of.1, to_rgb(path.radiance)) };
+        let Some(outcome) = first else { return film.deposit(of.0, of.1, path.radiance.into()) };
         self.light(&mut path, &outcome);
         let lane = HitLanes::one(&hit);
         let material = material_of(&self.setup.scene.geometry, &lane, true).0;
@@ -101,7 +101,7 @@ impl<'a> Tile<'a> {
         self.fork(&outcome);
         let next = self.onward(&path, &outcome);
         if let Some(next) = next.filter(|next| slots.leave(of, next.throughput, next.pdf)) {
-            film.deposit(of.0, of.1, to_rgb(path.radiance));
+            film.deposit(of.0, of.1, path.radiance.into());
             self.put_aside(&mut path);
             self.share_onward(next, slots);
             return;
@@ -109,7 +109,7 @@ impl<'a> Tile<'a> {
         let setup = std::mem::replace(&mut self.setup, self.plain);
         match next {
             Some(next) => self.end(Path { radiance: path.radiance, ..next }, &mut film),
-            None => film.deposit(of.0, of.1, to_rgb(path.radiance)),
+            None => film.deposit(of.0, of.1, path.radiance.into()),
         }
         self.end_forks(&mut film);
         self.setup = setup;
@@ -138,7 +138,7 @@ impl<'a> Tile<'a> {
             slots.miss(self.setup, of, path.direction);
         }
         let Some(outcome) = self.vertex(&mut path, hit) else {
-            return slots.deposit(of.0, of.1, to_rgb(path.radiance));
+            return slots.deposit(of.0, of.1, path.radiance.into());
         };
         let reusable = outcome.reuse.as_ref().and_then(|shared| shared.gives.then_some(&shared.reusable));
         slots.second(of, path.radiance, reusable);

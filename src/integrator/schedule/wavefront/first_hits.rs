@@ -11,7 +11,7 @@ use crate::film::{Features, FirstHit, Gathering, Region, SampleRanges};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::columns::{Columns, PADDING};
 use crate::integrator::path::{Path, unpack_pixel};
-use crate::math::{NONE, Rgb, Vector};
+use crate::math::{NONE, Vector};
 use crate::shading::whitted_params::Shaded;
 use crate::shading::{HitLanes, ShadingPoint, Surface};
 use crate::simd::{Isa, dispatch};
@@ -124,7 +124,7 @@ fn look_up(setup: &RenderSetup, path: &Path<f32>, hit: &HitLanes<f32>) -> FirstH
     FirstHit {
         depth_m: from_camera.dot(Vector::splat(camera.forward)),
         normal: [normal.x, normal.y, normal.z],
-        albedo: Rgb::new(albedo.r, albedo.g, albedo.b),
+        albedo: albedo.into(),
         position: [surface.position.x, surface.position.y, surface.position.z],
         entity: scene.geometry.entity_of(hit.primitive.0, hit.instance.0),
         material,

@@ -13,7 +13,7 @@ use crate::integrator::photons::PhotonMaps;
 use crate::integrator::reuse::probe::{ReuseProbe, plain};
 use crate::integrator::reuse::{ClippedSink, PathSlots, Sink, contains};
 use crate::integrator::{RayStatistics, RenderSetup, Stage, Work};
-use crate::math::{NONE, Rgb};
+use crate::math::NONE;
 use crate::simd::Isa;
 
 /// A render setup, and that of paths that are not reused.
@@ -196,7 +196,7 @@ impl Wave {
         self.alone.spill_from(&mut self.refract);
         for (i, (path, found)) in self.paths.found().enumerate() {
             if self.goes_on[i] != KEEPS {
-                film.deposit(path.0, path.1, Rgb::new(found.r, found.g, found.b));
+                film.deposit(path.0, path.1, found.into());
             }
         }
         for source in shared {
