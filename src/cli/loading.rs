@@ -7,11 +7,12 @@ use std::time::Instant;
 
 use super::Failure;
 use super::report::Phases;
+use crate::check;
+use crate::compile;
 use crate::error::Diagnostic;
 use crate::formats::film_file::{RenderedView, Source};
 use crate::integrator::RenderSetup;
 use crate::world::{Aov, AssetCache, Settings, SourceFiles, World};
-use crate::{check, compile};
 
 /// The data that moments of a scene share, so that it need not be read and built again.
 #[derive(Clone, Default)]

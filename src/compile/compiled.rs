@@ -122,17 +122,7 @@ pub fn compile_after(
     };
     scene.warnings = warnings(&scene, world);
     scene.warnings.extend(open_surfaces::told(&open_surfaces.output));
-    let left_out = emitters.output.left_out;
-    if left_out > 0 && world.settings.transport == Transport::Path {
-        scene.warnings.push(Diagnostic::warning(
-            "too-many-light-meshes",
-            format!(
-                "meshes that shine are placed so often that {left_out} of them are found by chance alone, \
-             which is noisier: more than {} triangles would be lights",
-                emitters::MOST_PLACED
-            ),
-        ));
-    }
+    scene.warnings.extend(many_light_meshes(emitters.output.left_out, world));
     Ok(MemoizedScene { scene: Arc::new(scene), textures, environment, open_surfaces, geometry, emitters })
 }
 
@@ -209,6 +199,18 @@ fn endless_forks(scene: &CompiledScene, world: &World) -> Option<Diagnostic> {
         let text = format!("glass splits paths in two, up to 2^{depth} of them for each sample");
         let remedy = format!("raise min_throughput to 0.001, or lower max_depth: `--depth {MANY}`");
         Diagnostic::warning("endless-forks", text).fixed_by(remedy)
+    })
+}
+
+/// A warning about placed meshes that emit light and are too many to be sampled.
+fn many_light_meshes(left_out: usize, world: &World) -> Option<Diagnostic> {
+    (left_out > 0 && world.settings.transport == Transport::Path).then(|| {
+        let text = format!(
+            "meshes that shine are placed so often that {left_out} of them are found by chance alone, which is noisier: \
+             more than {} triangles would be lights",
+            emitters::MOST_PLACED
+        );
+        Diagnostic::warning("too-many-light-meshes", text)
     })
 }
 

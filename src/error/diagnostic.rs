@@ -10,17 +10,17 @@ use super::{in_one_line, words};
 pub struct Diagnostic {
     /// A stable name for programs, such as `no-light`.
     pub code: &'static str,
-    /// How probable it is that something is wrong.
+    /// The probability that something is wrong.
     pub severity: Severity,
     /// The part of the scene concerned, if it is a single one.
     pub subject: Option<Subject>,
     /// The problem and its cause.
     pub text: String,
-    /// What fixes it, if anything does.
+    /// The change that fixes it, if there is one.
     pub remedy: Option<Remedy>,
 }
 
-/// How probable it is that something is wrong.
+/// The probability that something is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     /// Nothing is wrong; something was chosen or added.
@@ -47,7 +47,7 @@ impl Subject {
     }
 }
 
-/// What fixes a problem: a text in which parts of a command line are marked.
+/// The change that fixes a problem: a text in which parts of a command line are marked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remedy(String);
 

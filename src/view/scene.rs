@@ -5,20 +5,22 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::watched::Watched;
+use crate::check;
 use crate::compile::{self, MemoizedScene};
 use crate::error::{CompileError, Diagnostic, LoadError, SaveError};
+use crate::files;
 use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::RenderSetup;
 use crate::integrator::setup::reuse_groups::ReuseGroups;
 use crate::math::Vec3;
+use crate::memory;
 use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, Recipe};
 use crate::world::{
     AssetCache, Camera, DepthLimits, FromModel, LookAtFault, OrbitCamera, Parent, Pose, Sampler, Settings,
     Sharing, SourceFiles, Transform, Transport, World,
 };
-use crate::{check, files, memory};
 
 /// The largest image that a page shows: no window has room for more, and memory may not either.
 const MOST_PIXELS: u64 = 1 << 26;

@@ -198,7 +198,7 @@ impl World {
         Subject { name, file, position: written.map(|written| written.position) }
     }
 
-    /// What an entity is, as a noun.
+    /// The kind of an entity, as a noun.
     fn kind(&self, entity: hecs::Entity) -> String {
         let has = |form: &dyn Forms| form.names()[form.form()].to_lowercase();
         let shape = self.entities.get::<&Shape>(entity).ok().map(|shape| has(&*shape));
