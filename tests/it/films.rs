@@ -1,10 +1,12 @@
 //! Films on disk: interrupted, split or continued renderings have the same bits as uninterrupted ones.
 
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use base64::prelude::*;
+use rayfront::internals::film::Film;
+use rayfront::internals::formats::film_file;
 use serde_json::Value;
 
 use super::program::{Folder, Place, empty_folder, ended, folder, kill};
@@ -110,16 +112,23 @@ fn resumed_films_equal_longer_renderings() {
                 0 => format!("scene.ron {options} --spp {spp} -o {film}"),
                 _ => format!("resume {film} --spp {spp}"),
             };
-            assert_eq!(
-                here.hash(&line),
-                here.hash(&format!("scene.ron {options} --spp {spp} -o b.png")),
-                "{line}"
-            );
+            let whole = here.hash(&format!("scene.ron {options} --spp {spp} -o b.png"));
+            assert_eq!(here.hash(&line), whole, "{line}");
         }
     }
     here.json("scene.ron --sampler jittered --spp 4 -o grid.film");
     here.fails(2, "resume grid.film --spp 8", &["grid", "render it anew"]);
     here.fails(2, "resume a0.film --spp 8", &["24 samples"]);
+}
+
+/// Copies a film with a difference of one quantum in one pixel.
+fn forge(from: &Path, to: &Path, pixel: usize) {
+    let mut forged = film_file::load(from).expect("a film");
+    let mut pixels = forged.film.pixels().to_vec();
+    pixels[pixel].sum[0][1] += 1;
+    forged.film = Film::with_pixels(forged.film.region(), forged.film.unit(), pixels).expect("a film");
+    forged.header.set_film(&forged.film, None);
+    film_file::save(to, &forged.header, &forged.film, None).expect("saved");
 }
 
 #[test]
@@ -132,15 +141,7 @@ fn audit_detects_a_single_altered_quantum() {
         sound["audited"][0],
         serde_json::json!({"film": "a.film", "hosts": sound["hosts"], "tiles": 20, "differing": 0})
     );
-    // A difference of one quantum in one pixel.
-    let mut forged = rayfront::internals::formats::film_file::load(&here.join("b.film")).expect("a film");
-    let mut pixels = forged.film.pixels().to_vec();
-    pixels[70 * 20 + 35].sum[0][1] += 1;
-    let film = rayfront::internals::film::Film::with_pixels(forged.film.region(), forged.film.unit(), pixels);
-    forged.film = film.expect("a film");
-    forged.header.set_film(&forged.film, None);
-    rayfront::internals::formats::film_file::save(&here.join("b.film"), &forged.header, &forged.film, None)
-        .expect("saved");
+    forge(&here.join("b.film"), &here.join("b.film"), 70 * 20 + 35);
     here.fails(5, "merge a.film b.film --audit 100%", &["b.film (rendered on", "1 of 20 tiles"]);
 }
 
@@ -148,20 +149,15 @@ fn audit_detects_a_single_altered_quantum() {
 #[cfg(unix)]
 #[test]
 fn audit_checks_tiles_of_interrupted_passes() {
-    use rayfront::internals::film::Film;
-    use rayfront::internals::formats::film_file::{load, save};
-
     let here = checkered();
     let path = here.join("a.film");
     // The first and the last tile of the image are 64 pixels wide and far apart.
     let line = "scene.ron --size 320x100 --spp 4000 -o a.film --checkpoint 10ms --quiet --threads 1";
-    let (begun, film) = loop {
-        let mut child = begun(&here, line, "a.film");
-        kill(child.id(), "-TERM");
-        assert_eq!(child.wait().expect("an end").code(), Some(143));
-        let film = load(&path).expect("a film");
-        match film.header.begun.clone().filter(|begun| !begun.tiles.is_empty()) {
-            Some(begun) => break (begun, film),
+    let begun = loop {
+        assert_eq!(stopped("-TERM", Duration::ZERO, &here, line, "a.film"), Some(143));
+        let film = film_file::load(&path).expect("a film");
+        match film.header.begun.filter(|begun| !begun.tiles.is_empty()) {
+            Some(begun) => break begun,
             None => std::fs::remove_file(&path).expect("it is there"),
         }
     };
@@ -172,13 +168,9 @@ fn audit_checks_tiles_of_interrupted_passes() {
     let all = 0..columns * 100_u32.div_ceil(begun.tile);
     let (with, without): (Vec<u32>, Vec<u32>) = all.partition(|tile| begun.tiles.contains(tile));
     for tile in with.first().into_iter().chain(&without) {
-        let mut pixels = film.film.pixels().to_vec();
         let (column, row) = (tile % columns, tile / columns);
-        pixels[(row * begun.tile * 320 + column * begun.tile) as usize].sum[0][1] += 1;
-        let mut forged = load(&path).expect("a film");
-        forged.film = Film::with_pixels(film.film.region(), film.film.unit(), pixels).expect("a film");
-        forged.header.set_film(&forged.film, None);
-        save(&here.join("b.film"), &forged.header, &forged.film, None).expect("saved");
+        let pixel = row * begun.tile * 320 + column * begun.tile;
+        forge(&path, &here.join("b.film"), pixel as usize);
         here.fails(5, "merge b.film --partial --audit 100%", &["1 of 140 tiles differ"]);
     }
 }
@@ -204,27 +196,23 @@ fn stop_rules_print_a_command_for_the_same_image() {
     assert!(more["samples"].as_u64() > Some(samples), "{more}");
 }
 
-/// Starts a rendering and waits until it has saved a film.
-fn begun(here: &Path, line: &str, film: &str) -> Child {
-    let child = here.command(line).spawn().expect("the program runs");
-    while !here.has(film) {
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    child
-}
-
-/// Ends a rendering by a signal some time after its start, or after its first film, and continues it. Returns its exit
-/// code, its hash, and true if there was a film.
-fn after(signal: &str, has_film: bool, time: Duration, here: &Path) -> (Option<i32>, String, bool) {
-    let _ = std::fs::remove_file(here.join("a.film"));
-    let line = "scene.ron --size 96x64 --spp 96 -o a.film --checkpoint 5ms --quiet";
+/// Ends a rendering by a signal some time after it has saved a film, or after its start if `film` is empty. Returns its
+/// exit code.
+fn stopped(signal: &str, time: Duration, here: &Path, line: &str, film: &str) -> Option<i32> {
     let mut child = here.command(line).spawn().expect("the program runs");
-    while has_film && !here.has("a.film") {
+    while !here.has(film) {
         std::thread::sleep(Duration::from_millis(1));
     }
     std::thread::sleep(time);
     kill(child.id(), signal);
-    let code = child.wait().expect("an end").code();
+    child.wait().expect("an end").code()
+}
+
+/// [`stopped`], and continues the rendering. Returns its exit code, its hash, and true if there was a film.
+fn after(signal: &str, has_film: bool, time: Duration, here: &Path) -> (Option<i32>, String, bool) {
+    let _ = std::fs::remove_file(here.join("a.film"));
+    let line = "scene.ron --size 96x64 --spp 96 -o a.film --checkpoint 5ms --quiet";
+    let code = stopped(signal, time, here, line, if has_film { "a.film" } else { "" });
     let is_there = here.has("a.film");
     let line = if is_there { "resume a.film -o a.png" } else { &line.replace("--quiet", "") };
     (code, here.hash(line), is_there)
@@ -312,9 +300,7 @@ fn images_are_reproduced_from_their_metadata() {
 fn interrupted_renderings_are_reproduced() {
     let here = checkered();
     let line = "scene.ron --size 320x200 --spp 4000 -o a.exr -o a.film --checkpoint 20ms --quiet";
-    let mut child = begun(&here, line, "a.film");
-    kill(child.id(), "-TERM");
-    assert_eq!(child.wait().expect("an end").code(), Some(143));
+    assert_eq!(stopped("-TERM", Duration::ZERO, &here, line, "a.film"), Some(143));
     for name in ["a.exr", "a.film"] {
         let found = here.json(&format!("reproduce {name}"));
         assert_eq!(found["identical"], true, "{name}: {found}");
@@ -387,10 +373,8 @@ fn adaptive_samples_are_identical_in_all_ways() {
     let whole = here.hash(longer);
     for moment in [0, 50, 150] {
         std::fs::remove_file(here.join("long.film")).expect("a film");
-        let mut child = begun(&here, &format!("{longer} --checkpoint 2ms --quiet"), "long.film");
-        std::thread::sleep(Duration::from_millis(moment));
-        child.kill().expect("killed");
-        child.wait().expect("an end");
+        let line = format!("{longer} --checkpoint 2ms --quiet");
+        stopped("-KILL", Duration::from_millis(moment), &here, &line, "long.film");
         assert_eq!(here.hash("resume long.film"), whole, "after {moment} ms");
     }
     for (line, code) in [
@@ -409,9 +393,7 @@ fn default_checkpoint_is_removed_when_the_image_is_done() {
     let here = checkered();
     let line = "scene.ron --size 160x120 --spp 64 -o a.png --checkpoint 2ms --threads 1 --quiet";
     let checkpoint = here.join("a.checkpoint.film");
-    let mut child = begun(&here, line, "a.checkpoint.film");
-    child.kill().expect("killed");
-    child.wait().expect("an end");
+    stopped("-KILL", Duration::ZERO, &here, line, "a.checkpoint.film");
     assert!(!here.has("a.png"));
     // Another rendering with the same output does not touch it.
     let before = std::fs::read(&checkpoint).expect("a film");
@@ -577,10 +559,8 @@ fn unbiased_adaptive_renderings_can_be_split_into_parts() {
     assert!(rows.eq(crop), "the crop shows other pixels");
     // Killed midway and continued.
     let long = format!("{options} --spp 512");
-    let mut child = begun(&here, &format!("{long} -o long.film --checkpoint 2ms --quiet"), "long.film");
-    std::thread::sleep(Duration::from_millis(30));
-    child.kill().expect("killed");
-    child.wait().expect("an end");
+    let line = format!("{long} -o long.film --checkpoint 2ms --quiet");
+    stopped("-KILL", Duration::from_millis(30), &here, &line, "long.film");
     assert_eq!(here.hash("resume long.film"), here.hash(&format!("{long} -o other.film")));
     // A pilot of another rendering is refused.
     let other = line.replace("--seed 5", "--seed 6");

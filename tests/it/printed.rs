@@ -30,10 +30,7 @@ pub fn typed(folder: &Path, line: &str, more: &str) -> String {
     assert!(line.trim().starts_with("rayfront "), "no command: {line}");
     // The note behind a command is none of it.
     let command = line.split("  #").next().unwrap_or_default();
-    let mut run = folder.shell(&format!("{command} {more}"));
-    let out = std::mem::take(&mut run.out);
-    run.ends(0, &[]);
-    out
+    folder.shell(&format!("{command} {more}")).printed()
 }
 
 /// The commands that stand in a text between two others.

@@ -97,6 +97,14 @@ impl Run {
         }
         err
     }
+
+    /// Returns the standard output of a successful run.
+    #[track_caller]
+    pub fn printed(mut self) -> String {
+        let out = std::mem::take(&mut self.out);
+        self.ends(0, &[]);
+        out
+    }
 }
 
 /// Runs a command without input, which must end in time.
@@ -121,22 +129,28 @@ pub fn kill(id: u32, signal: &str) -> bool {
 }
 
 /// Folders, with the files in them and the program.
-pub trait Place {
+pub trait Place: AsRef<Path> {
     /// The program with its arguments, in this folder.
-    fn command(&self, words: impl Words) -> Command;
-    /// A line of a shell, in which `rayfront` is the program.
-    fn shell(&self, line: &str) -> Run;
+    fn command(&self, words: impl Words) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
+        command.current_dir(self).args(words.words()).stdin(Stdio::null());
+        command
+    }
+
     fn run(&self, words: impl Words) -> Run {
         ended(&mut self.command(words))
+    }
+
+    /// Runs a line of a shell, in which `rayfront` is the program.
+    fn shell(&self, line: &str) -> Run {
+        let program = format!("rayfront() {{ '{}' \"$@\"; }}\n{line}", env!("CARGO_BIN_EXE_rayfront"));
+        ended(Command::new("sh").current_dir(self).args(["-c", &program]))
     }
 
     /// Returns the standard output of a successful run.
     #[track_caller]
     fn out(&self, words: impl Words) -> String {
-        let mut run = self.run(words);
-        let out = std::mem::take(&mut run.out);
-        run.ends(0, &[]);
-        out
+        self.run(words).printed()
     }
 
     /// Returns the messages of a successful run.
@@ -167,47 +181,35 @@ pub trait Place {
         error
     }
 
-    fn has(&self, file: &str) -> bool;
-    fn write(&self, file: &str, content: impl AsRef<[u8]>);
-    fn bytes(&self, file: &str) -> Vec<u8>;
+    fn has(&self, file: &str) -> bool {
+        self.as_ref().join(file).exists()
+    }
+
+    #[track_caller]
+    fn write(&self, file: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.as_ref().join(file), content).expect(file);
+    }
+
+    #[track_caller]
+    fn bytes(&self, file: &str) -> Vec<u8> {
+        std::fs::read(self.as_ref().join(file)).expect(file)
+    }
+
+    #[track_caller]
     fn text(&self, file: &str) -> String {
         String::from_utf8(self.bytes(file)).expect("UTF-8")
     }
+
     /// Returns the width, the height and the linear pixels of an image.
-    fn image(&self, file: &str) -> (u32, u32, Vec<Rgb>);
+    #[track_caller]
+    fn image(&self, file: &str) -> (u32, u32, Vec<Rgb>) {
+        picture::load_linear(&self.as_ref().join(file)).expect(file)
+    }
+
+    #[track_caller]
     fn pixels(&self, file: &str) -> Vec<Rgb> {
         self.image(file).2
     }
 }
 
-impl Place for Path {
-    fn command(&self, words: impl Words) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-        command.current_dir(self).args(words.words()).stdin(Stdio::null());
-        command
-    }
-
-    fn shell(&self, line: &str) -> Run {
-        let program = format!("rayfront() {{ '{}' \"$@\"; }}\n{line}", env!("CARGO_BIN_EXE_rayfront"));
-        ended(Command::new("sh").current_dir(self).args(["-c", &program]))
-    }
-
-    fn has(&self, file: &str) -> bool {
-        self.join(file).exists()
-    }
-
-    #[track_caller]
-    fn write(&self, file: &str, content: impl AsRef<[u8]>) {
-        std::fs::write(self.join(file), content).expect(file);
-    }
-
-    #[track_caller]
-    fn bytes(&self, file: &str) -> Vec<u8> {
-        std::fs::read(self.join(file)).expect(file)
-    }
-
-    #[track_caller]
-    fn image(&self, file: &str) -> (u32, u32, Vec<Rgb>) {
-        picture::load_linear(&self.join(file)).expect(file)
-    }
-}
+impl Place for Path {}
