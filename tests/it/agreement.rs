@@ -228,7 +228,8 @@ fn check(text: &str) {
     }
 }
 
-fn check_world(made: &dyn Fn() -> World) {
+/// Checks that a world's film is the same in all ways to render.
+pub fn check_world(made: &dyn Fn() -> World) {
     let world = made();
     let base = Options { isa: Isa::PORTABLE, schedule: Schedule::Recursive, ..Options::default() };
     let expected = render(&world, base, 1, &[]);
@@ -261,6 +262,7 @@ fn check_world(made: &dyn Fn() -> World) {
         equal(Options { wave, sorting: Sorting::Unsorted, ..Options::default() }, 1, &[]);
         equal(Options { wave, tile: 8, isa: Isa::PORTABLE, ..Options::default() }, 2, &[2]);
     }
+    equal(Options { variance: true, ..Options::default() }, 1, &[]);
 
     let mut other = made();
     other.settings.seed += 1;
@@ -373,12 +375,7 @@ fn forks_that_outgrow_the_wave_give_the_same_film() {
     let options = |schedule, wave| Options { schedule, wave, ..Options::default() };
     let expected = render(&world, options(Schedule::Recursive, 1), 1, &[]);
     for wave in [1, 7, 64, 4096] {
-        let mut session = Session::new(
-            compile(&world, None).expect("a scene"),
-            &world.settings,
-            options(Schedule::Wavefront, wave),
-        );
-        session.advance(1);
+        let session = support::session(&world, options(Schedule::Wavefront, wave));
         assert_eq!(session.film().hash(), expected.film.hash(), "wave {wave}");
         assert_eq!(session.statistics().rays, expected.rays);
         assert!(wave > 7 || session.statistics().spilled > 0, "wave {wave} never spilled");

@@ -11,7 +11,7 @@ use rayfront::internals::simd::Isa;
 use rayfront::render::{Options, Session, on_threads};
 use rayfront::world::{Aov, Sampler, Transport, World};
 
-use crate::support;
+use crate::support::{self, session};
 
 /// Orthographic view from z = 5, half a metre per pixel: a floating square 2 m wide at z = 1, and in front of its right
 /// half a ball of radius 0.5 m at (0.5, 0, 2).
@@ -25,12 +25,6 @@ const PLANE_AND_BALL: &str = r#"(
         (light: Point(power_w: 100), transform: (translate: (0, 2, 6))),
     ],
 )"#;
-
-fn session(world: &World, options: Options) -> Session {
-    let mut session = Session::new(compile(world, None).expect("a scene"), &world.settings, options);
-    session.advance(u32::MAX);
-    session
-}
 
 fn features(world: &World) -> Vec<Features> {
     session(world, Options::default()).features()

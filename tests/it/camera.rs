@@ -1,12 +1,13 @@
 //! Positions of cameras placed by the command line, and of default cameras.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 use rayfront::compile::compile;
 use rayfront::internals::formats::{LoadOptions, load_with};
 use rayfront::internals::scene::CompiledCamera;
 use rayfront::math::Vec3;
+
+use super::program::{Place, empty_folder, folder};
 
 const SCENE: &str = r#"(
     settings: (size: (24, 16), samples: 2),
@@ -18,20 +19,10 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-fn film(folder: &Path, line: &str) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command.current_dir(folder).args(["scene.ron", "--json"]).args(line.split_whitespace());
-    let output = command.stdin(Stdio::null()).output().expect("the program runs");
-    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    told["film_hash"].as_str().expect("a hash").to_owned()
-}
-
 #[test]
 fn orbit_and_zoom_move_the_camera_like_look_at() {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
-    let film = |line: &str| film(folder.path(), line);
+    let folder = folder(SCENE);
+    let film = |options: &str| folder.hash(&format!("scene.ron {options}"));
     let as_is = film("");
     for (options, written) in [
         ("--orbit 90,0", "--look-at 5,0,0 0,0,0"),
@@ -44,10 +35,7 @@ fn orbit_and_zoom_move_the_camera_like_look_at() {
         assert_ne!(film(options), as_is, "{options}");
     }
     assert_ne!(film("--ground"), as_is);
-    let mut refused = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    refused.current_dir(folder.path()).args(["scene.ron", "--zoom", "0"]);
-    let output = refused.output().expect("the program runs");
-    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+    folder.fails(2, "scene.ron --zoom 0", &[]);
 }
 
 /// The camera of a scene for an image of some size.
@@ -60,15 +48,14 @@ fn camera(path: &Path, size: [u32; 2], time_s: Option<f32>) -> CompiledCamera {
 /// Without a camera the scene fills an image of any aspect ratio: its outermost vertex is where a margin of 8 % begins.
 #[test]
 fn default_camera_frames_the_mesh_with_a_margin() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = empty_folder();
     let vertices = [[0, 0, 0], [9, 0, 0], [9, 2, 0], [0, 2, -5], [4, 1, 3]];
     let mut text: String = vertices.map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
     // No face uses this vertex, so it is not visible.
     text += "v 100 100 100\nf 1 2 3\nf 1 3 4\nf 1 4 5\n";
-    let path = folder.path().join("a.obj");
-    std::fs::write(&path, text).expect("a mesh");
+    folder.write("a.obj", text);
     for size in [[160, 90], [90, 160], [400, 40]] {
-        let camera = camera(&path, size, None);
+        let camera = camera(&folder.join("a.obj"), size, None);
         let slope = 20_f32.to_radians().tan();
         let outermost = vertices.map(|vertex| {
             let to = Vec3::from(vertex.map(|c| c as f32)) - camera.origin;

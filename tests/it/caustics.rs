@@ -4,7 +4,7 @@ use rayfront::internals::integrator::Schedule;
 use rayfront::render::Options;
 use rayfront::world::{Caustics, Sharing, Transport, World};
 
-use crate::support::{Picture, film, world};
+use crate::support::{Picture, film, mean, world};
 
 /// A scene with a box filter, many bounces and this many samples.
 fn scene(samples: u32, entities: &str) -> World {
@@ -12,11 +12,6 @@ fn scene(samples: u32, entities: &str) -> World {
         "(settings: (size: (32, 24), samples: {samples}, max_depth: 16, transport: Path, filter: Box),
           entities: [{entities}])"
     ))
-}
-
-fn mean(picture: &Picture) -> f64 {
-    let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum();
-    sum / picture.pixels.len() as f64
 }
 
 /// A dark floor, so that interreflection is negligible.
@@ -322,7 +317,7 @@ fn moving_a_light_moves_its_caustic() {
 
 /// Every kind of light, lens and filter, absorbing, rough and dispersive glass, mirrors, instances, fog.
 const EVERYTHING: &str = r#"(
-    settings: (size: (24, 18), samples: 5, max_depth: 12, transport: Path, copied_triangles: 0,
+    settings: (size: (24, 18), samples: 4, max_depth: 12, transport: Path, copied_triangles: 0,
                filter: Gaussian(radius: 1.6), background: (0.1, 0.2, 0.3)),
     materials: {
         "glass": Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, dispersion: 2,
@@ -359,51 +354,22 @@ const EVERYTHING: &str = r#"(
 
 #[test]
 fn photons_are_identical_in_all_ways_to_render() {
-    for transport in [Transport::Path, Transport::Whitted] {
-        for sharing in [Sharing::Auto, Sharing::Off] {
+    let photons = Caustics::Photons { photons: 1.5, radius: 2.0 };
+    for (transport, sharing, caustics) in [
+        (Transport::Path, Sharing::Auto, photons),
+        (Transport::Path, Sharing::Off, Caustics::Auto),
+        (Transport::Whitted, Sharing::Off, photons),
+    ] {
+        let made = |caustics: Caustics| {
             let mut world = world(EVERYTHING);
             (world.settings.transport, world.settings.sharing) = (transport, sharing);
-            world.settings.caustics = Caustics::Photons { photons: 1.5, radius: 2.0 };
-            let expected = film(&world, Options::default());
-            let usual = Options::default();
-            for options in [
-                Options { schedule: Schedule::Recursive, ..usual },
-                Options { wave: 7, ..usual },
-                Options { tile: 5, ..usual },
-                Options { isa: rayfront::internals::simd::Isa::PORTABLE, tile: 16, ..usual },
-                Options { variance: true, ..usual },
-            ] {
-                assert!(film(&world, options) == expected, "{transport:?} {sharing:?} {options:?}");
-            }
-            let other = rayfront::render::on_threads(3, || film(&world, usual)).expect("three threads");
-            assert!(other == expected, "{transport:?} {sharing:?}: three threads");
-            world.settings.caustics = Caustics::Off;
-            assert!(film(&world, usual) != expected, "photons are of some use");
-        }
-    }
-}
-
-#[test]
-fn photons_are_identical_in_crops_and_ranges_of_samples() {
-    use rayfront::compile::compile;
-    use rayfront::internals::film::{Film, Region};
-    use rayfront::render::Session;
-    let world = world(EVERYTHING);
-    let whole = film(&world, Options::default());
-    let scene = compile(&world, None).expect("a scene");
-    let mut sum = Film::new(whole.region(), whole.unit());
-    for samples in [0..2, 2..3, 3..5] {
-        let mut session =
-            Session::new(scene.clone(), &world.settings, Options::default()).with_samples(samples);
-        session.advance(u32::MAX);
-        sum.merge(session.film());
-    }
-    assert!(sum == whole, "three parts of the samples");
-    let region = Region { x0: 5, y0: 3, x1: 13, y1: 16 };
-    let part = film(&world, Options { region: Some(region), ..Options::default() });
-    for (x, y) in (region.y0..region.y1).flat_map(|y| (region.x0..region.x1).map(move |x| (x, y))) {
-        let [own, other] = [&part, &whole].map(|film| film.pixels()[film.region().index(x, y)]);
-        assert!(own == other, "pixel {x} {y} of a part");
+            world.settings.caustics = caustics;
+            world
+        };
+        crate::agreement::check_world(&|| made(caustics));
+        let [with, without] =
+            [caustics, Caustics::Off].map(|caustics| film(&made(caustics), Options::default()));
+        assert!(with != without, "photons are of some use");
     }
 }
 

@@ -12,67 +12,28 @@ use rayfront::internals::world::{AssetCache, SourceFiles};
 const EDITS: usize = 250;
 
 /// Editable parts, each with the texts to choose from.
-const CHOICES: [(&str, &[&str]); 14] = [
-    ("SETTINGS", &["", "build_quality: Fast, ", "copied_triangles: 0, ", "background: (0.1, 0.2, 0.3), "]),
-    (
-        "PAINT",
-        &[
-            "base_color: (0.8, 0.2, 0.1)",
-            "base_color: Image(\"a.png\")",
-            "base_color: (0.8, 0.2, 0.1), alpha: Image(\"a.png\", Alpha), alpha_mode: Mask(cutoff: 0.5)",
-            "double_sided: false",
-        ],
-    ),
-    ("GLOW", &["0", "2", "Image(\"b.png\")", "(0, 3, 0)"]),
-    ("GLASS", &["diffuse: 0.5", "kt: 1, ior: 1.5", "diffuse: Image(\"b.png\")", "emission: 1"]),
-    ("BALL", &["(0, 0, 0)", "(-0.0, 0, 0)", "(0.5, 0, 0)", "(0, 1, 0)"]),
-    (
-        "SHAPE",
-        &[
-            "Sphere(radius_m: 1)",
-            "Mesh(\"a.ply\")",
-            "Mesh(\"b.ply\")",
-            "Triangle(vertices: ((0, 0, 0), (1, 0, 0), (0, 1, 0)))",
-        ],
-    ),
-    ("STRETCH", &["1", "(1, 2, 1)", "(-1, 1, 1)"]),
-    ("MODEL", &["0", "15", "-0.0"]),
-    (
-        "MORE",
-        &[
-            "",
-            "(shape: Mesh(\"a.ply\"), transform: (translate: (3, 0, 0))), ",
-            "(shape: Mesh(\"a.ply\"), material: \"glow\"), (shape: Mesh(\"b.ply\")), ",
-        ],
-    ),
-    (
-        "LAMP",
-        &[
-            "Point(power_w: 10)",
-            "Area(power_w: 10, size_m: 1, visible: true)",
-            "Spot(power_w: 10, inner_degrees: 5, outer_degrees: 9)",
-            "Directional(irradiance: 1)",
-        ],
-    ),
-    ("SKY", &["radiance: 1", "radiance: 0.5", "image: \"b.png\"", "radiance: 2, image: \"a.png\""]),
-    ("TURN", &["0", "30"]),
-    (
-        "EYE",
-        &[
-            "Pinhole(vertical_fov_degrees: 40)",
-            "Orthographic(height_m: 3)",
-            "ThinLens(vertical_fov_degrees: 40, lens_radius_m: 0.1, focus_distance_m: 3, aperture: \"b.png\")",
-        ],
-    ),
-    ("FROM", &["(0, 1, 5)", "(1, 1, 5)"]),
-];
+const CHOICES: &str = r#"
+SETTINGS = | build_quality: Fast, | copied_triangles: 0, | background: (0.1, 0.2, 0.3),
+PAINT = base_color: (0.8, 0.2, 0.1) | base_color: Image("a.png") | base_color: (0.8, 0.2, 0.1), alpha: Image("a.png", Alpha), alpha_mode: Mask(cutoff: 0.5) | double_sided: false
+GLOW = 0 | 2 | Image("b.png") | (0, 3, 0)
+GLASS = diffuse: 0.5 | kt: 1, ior: 1.5 | diffuse: Image("b.png") | emission: 1
+BALL = (0, 0, 0) | (-0.0, 0, 0) | (0.5, 0, 0) | (0, 1, 0)
+SHAPE = Sphere(radius_m: 1) | Mesh("a.ply") | Mesh("b.ply") | Triangle(vertices: ((0, 0, 0), (1, 0, 0), (0, 1, 0)))
+STRETCH = 1 | (1, 2, 1) | (-1, 1, 1)
+MODEL = 0 | 15 | -0.0
+MORE = | (shape: Mesh("a.ply"), transform: (translate: (3, 0, 0))), | (shape: Mesh("a.ply"), material: "glow"), (shape: Mesh("b.ply")),
+LAMP = Point(power_w: 10) | Area(power_w: 10, size_m: 1, visible: true) | Spot(power_w: 10, inner_degrees: 5, outer_degrees: 9) | Directional(irradiance: 1)
+SKY = radiance: 1 | radiance: 0.5 | image: "b.png" | radiance: 2, image: "a.png"
+TURN = 0 | 30
+EYE = Pinhole(vertical_fov_degrees: 40) | Orthographic(height_m: 3) | ThinLens(vertical_fov_degrees: 40, lens_radius_m: 0.1, focus_distance_m: 3, aperture: "b.png")
+FROM = (0, 1, 5) | (1, 1, 5)"#;
 
 const SCENE: &str = r#"(
-    settings: (SETTINGSsize: (16, 9), samples: 1, transport: Path),
+    settings: (SETTINGS size: (16, 9), samples: 1, transport: Path),
     materials: { "paint": Principled(PAINT), "glow": Principled(emission: GLOW), "glass": (GLASS) },
     entities: [
         (camera: EYE, transform: LookAt(from: FROM, to: (0, 0, 0))),
-        MORE(name: "parent", transform: (translate: BALL)),
+        MORE (name: "parent", transform: (translate: BALL)),
         (parent: "parent", shape: SHAPE, material: "paint", transform: (scale: STRETCH)),
         (shape: Sphere(radius_m: 1), material: "glass", transform: (translate: (2, 0, 0), scale: STRETCH)),
         (shape: Plane(corners: ((-4, -1, -4), (-4, -1, 4), (4, -1, 4), (4, -1, -4))), material: "glow"),
@@ -118,25 +79,27 @@ fn incremental_compilation_equals_compilation_from_scratch() {
     write("model.gltf", &model(0.2));
     png(&file("a.png"), 100);
     png(&file("b.png"), 100);
-    let mut chosen = [0; CHOICES.len()];
+    let choices = CHOICES.trim_start().lines().filter_map(|line| line.split_once(" = "));
+    let choices: Vec<(&str, Vec<&str>)> =
+        choices.map(|(name, texts)| (name, texts.split('|').map(str::trim).collect())).collect();
+    let mut chosen = vec![0; choices.len()];
     let mut random = ChaCha8Rng::seed_from_u64(18);
     let kept = AssetCache::keeping();
     let mut before: Option<MemoizedScene> = None;
     let (mut trees, mut textures) = (0, 0);
     for edit in 0..EDITS {
-        let what = random.random_range(0..CHOICES.len() + 3);
+        let what = random.random_range(0..choices.len() + 3);
         let number: u8 = random.random();
         let part = f32::from(number) / 255.0;
-        match what.checked_sub(CHOICES.len()) {
-            None => chosen[what] = random.random_range(0..CHOICES[what].1.len()),
+        match what.checked_sub(choices.len()) {
+            None => chosen[what] = random.random_range(0..choices[what].1.len()),
             Some(0) => png(&file(["a.png", "b.png"][edit % 2]), number),
             Some(1) => write(["a.ply", "b.ply"][edit % 2], &ply(part)),
             Some(_) => write("model.gltf", &model(part)),
         }
-        let text = CHOICES
-            .iter()
-            .zip(chosen)
-            .fold(SCENE.to_owned(), |text, ((name, choices), chosen)| text.replace(name, choices[chosen]));
+        let text = choices.iter().zip(&chosen);
+        let text =
+            text.fold(SCENE.to_owned(), |text, ((name, texts), chosen)| text.replace(name, texts[*chosen]));
         write("scene.ron", &text);
         let load = |kept: &AssetCache| {
             let sources = SourceFiles::with(kept.clone());

@@ -11,12 +11,7 @@ use rayfront::world::{
     Shape, Sharing, Texels, Transform, Transport, Volume, World,
 };
 
-use crate::support::{Picture, film, picture, world};
-
-fn mean(picture: &Picture) -> f64 {
-    let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum();
-    sum / picture.pixels.len() as f64
-}
+use crate::support::{Picture, at, film, mean, picture, world};
 
 /// Random numbers between 0 and 1 (SplitMix, Steele and others 2014).
 struct Chance(u64);
@@ -82,14 +77,9 @@ fn before_white(material: &Principled) -> (f64, f64) {
         (Transport::Path, PixelFilter::Box, Sharing::Off);
     settings.roulette_depth = None;
     settings.background = Background::Constant(Rgb::WHITE);
-    let place = |z: f32| Transform::Trs {
-        translation: rayfront::math::Vec3::new(0.0, 0.0, z),
-        rotation: rayfront::math::Quat::IDENTITY,
-        scale: rayfront::math::Vec3::ONE,
-    };
-    world.entities.spawn((Camera::Orthographic { height_m: 1.6 }, place(5.0)));
+    world.entities.spawn((Camera::Orthographic { height_m: 1.6 }, at(0.0, 0.0, 5.0)));
     let id = world.assets.add_material(None, Material::Principled(Box::new(material.clone())));
-    world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, id, place(0.0)));
+    world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, id, Transform::IDENTITY));
     let picture = Picture::of(&world);
     let found = mean(&picture);
     let count = picture.pixels.len() as f64;

@@ -1,11 +1,15 @@
 //! Films on disk: interrupted, split or continued renderings have the same bits as uninterrupted ones.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+use base64::prelude::*;
+use rayfront::internals::film::Film;
+use rayfront::internals::formats::film_file;
 use serde_json::Value;
-use tempfile::TempDir;
+
+use super::program::{Folder, Place, empty_folder, ended, folder, kill};
 
 /// A scene with everything that depends on the numbering of samples: path reuse, textures with footprints, a lens, and
 /// lights of several kinds.
@@ -23,53 +27,18 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-fn folder() -> TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
+fn checkered() -> Folder {
+    let folder = folder(SCENE);
     let checks =
         image::GrayImage::from_fn(64, 64, |x, y| image::Luma([if (x ^ y) & 1 == 0 { 230 } else { 20 }]));
-    checks.save(folder.path().join("checks.png")).expect("a picture");
+    checks.save(folder.join("checks.png")).expect("a picture");
     folder
-}
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command.current_dir(folder).args(arguments).stdin(Stdio::null());
-    command
-}
-
-fn run(folder: &Path, line: &str) -> Output {
-    let arguments: Vec<&str> = line.split_whitespace().collect();
-    command(folder, &arguments).output().expect("the program runs")
-}
-
-#[track_caller]
-fn json(folder: &Path, line: &str) -> Value {
-    let output = run(folder, &format!("{line} --json"));
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{line}: {error}");
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{line}: {error}"))
-}
-
-#[track_caller]
-fn hash(folder: &Path, line: &str) -> String {
-    json(folder, line)["film_hash"].as_str().expect("a hash").to_owned()
-}
-
-#[track_caller]
-fn failure(folder: &Path, code: i32, line: &str) -> String {
-    let output = run(folder, line);
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{line}: {error}");
-    assert!(error.starts_with("error: "), "{line}: {error}");
-    error
 }
 
 #[test]
 fn merged_parts_in_any_order_equal_the_whole() {
-    let folder = folder();
-    let here = folder.path();
-    let whole = hash(here, "scene.ron -o whole.png --aov variance");
+    let here = checkered();
+    let whole = here.hash("scene.ron -o whole.png --aov variance");
     for (count, ways) in [
         (1, &["--threads 2"][..]),
         (2, &["--simd portable", "--threads 1"]),
@@ -78,76 +47,64 @@ fn merged_parts_in_any_order_equal_the_whole() {
         let mut parts = Vec::new();
         for index in 0..count {
             let (film, way) = (format!("part-{count}-{index}.film"), ways[index % ways.len()]);
-            json(here, &format!("scene.ron --aov variance --shard {index}/{count} -o {film} {way}"));
+            here.json(&format!("scene.ron --aov variance --shard {index}/{count} -o {film} {way}"));
             parts.insert(index * 5 % (parts.len() + 1), film);
         }
-        let merged = json(here, &format!("merge {} -o merged.exr -o merged.film", parts.join(" ")));
+        let merged = here.json(&format!("merge {} -o merged.exr -o merged.film", parts.join(" ")));
         assert_eq!(merged["film_hash"], whole[..], "{count} parts");
         assert_eq!((&merged["samples"], &merged["missing"]), (&24.into(), &"".into()));
         // A complete film needs no rendering and gives the same image.
-        let again = json(here, "resume merged.film -o again.exr");
+        let again = here.json("resume merged.film -o again.exr");
         assert_eq!((&again["film_hash"], &again["rays"]["camera"]), (&whole.clone().into(), &0.into()));
     }
-    let equal = run(here, "compare merged.exr again.exr --json");
-    assert!(
-        String::from_utf8_lossy(&equal.stdout).contains("\"mse\":0.0"),
-        "{}",
-        String::from_utf8_lossy(&equal.stdout)
-    );
+    let equal = here.run("compare merged.exr again.exr --json");
+    assert!(equal.out.contains("\"mse\":0.0"), "{}", equal.out);
     // As many parts as samples, through a pipe.
     let mut input = Vec::new();
     for index in [3, 0, 2, 1] {
-        let part = run(here, &format!("scene.ron --spp 4 --shard {index}/4 -o - --quiet"));
-        assert_eq!(part.status.code(), Some(0));
-        input.extend(part.stdout);
+        let mut part = here.command(&format!("scene.ron --spp 4 --shard {index}/4 -o - --quiet"));
+        input.extend(part.output().expect("a film").stdout);
     }
-    let mut merge = command(here, &["merge", "-", "-o", "piped.png", "--json"]);
+    let mut merge = here.command("merge - -o piped.png --json");
     let mut merge = merge.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the program runs");
     std::io::Write::write_all(&mut merge.stdin.take().expect("a pipe"), &input).expect("the pipe takes it");
     let merged: Value =
         serde_json::from_slice(&merge.wait_with_output().expect("an end").stdout).expect("JSON");
-    assert_eq!(merged["film_hash"], hash(here, "scene.ron --spp 4 -o four.png")[..]);
+    assert_eq!(merged["film_hash"], here.hash("scene.ron --spp 4 -o four.png")[..]);
 }
 
 #[test]
 fn merge_reports_missing_samples_and_refuses_other_films() {
-    let folder = folder();
-    let here = folder.path();
+    let here = checkered();
     for index in [0, 2, 3] {
-        json(here, &format!("scene.ron --shard {index}/4 -o part-{index}.film"));
+        here.json(&format!("scene.ron --shard {index}/4 -o part-{index}.film"));
     }
-    let error = failure(here, 1, "merge part-0.film part-3.film part-2.film -o a.png");
-    assert!(error.contains("6..12 of 24 are missing"), "{error}");
+    let parts = "merge part-0.film part-3.film part-2.film -o a.png";
+    let error = here.fails(1, parts, &["6..12 of 24 are missing"]);
     let command =
         error.lines().last().expect("a command").trim().strip_prefix("rayfront ").expect("a command");
     assert!(command.ends_with("--shard 1/4 -o part-1.film"), "{command}");
-    let partial = json(here, "merge part-0.film part-3.film part-2.film -o a.png --partial");
+    let partial = here.json(&format!("{parts} --partial"));
     assert_eq!((&partial["samples"], &partial["missing"]), (&18.into(), &"6..12".into()));
-    assert_eq!(run(here, command).status.code(), Some(0), "{command}");
-    let whole = hash(here, "merge part-0.film part-3.film part-2.film part-1.film -o a.png");
-    assert_eq!(whole, hash(here, "scene.ron -o b.png"));
+    here.out(command);
+    let whole = here.hash("merge part-0.film part-3.film part-2.film part-1.film -o a.png");
+    assert_eq!(whole, here.hash("scene.ron -o b.png"));
 
-    let error = failure(here, 1, "merge part-0.film part-1.film part-0.film");
-    assert!(error.contains("part-0.film has samples 0..6, too"), "{error}");
-    json(here, "scene.ron --shard 1/4 --seed 3 -o other.film");
-    let error = failure(here, 1, "merge part-0.film other.film");
-    assert!(error.contains("other.film: of other settings: seed is 3, not 0"), "{error}");
+    here.fails(1, "merge part-0.film part-1.film part-0.film", &["part-0.film has samples 0..6, too"]);
+    here.json("scene.ron --shard 1/4 --seed 3 -o other.film");
+    here.fails(1, "merge part-0.film other.film", &["other.film: of other settings: seed is 3, not 0"]);
     // Another image of the same name.
     image::GrayImage::new(64, 64).save(here.join("checks.png")).expect("a picture");
-    json(here, "scene.ron --shard 1/4 -o changed.film");
-    let error = failure(here, 1, "merge part-0.film changed.film");
-    assert!(error.contains("of another scene: checks.png differs"), "{error}");
-    let error = failure(here, 1, "resume part-0.film");
-    assert!(error.contains("of another scene: checks.png differs"), "{error}");
-    let error = failure(here, 3, "scene.ron --shard 0/4 -o part-0.film");
-    assert!(error.contains("checks.png differs: --overwrite"), "{error}");
+    here.json("scene.ron --shard 1/4 -o changed.film");
+    here.fails(1, "merge part-0.film changed.film", &["of another scene: checks.png differs"]);
+    here.fails(1, "resume part-0.film", &["of another scene: checks.png differs"]);
+    here.fails(3, "scene.ron --shard 0/4 -o part-0.film", &["checks.png differs: --overwrite"]);
 }
 
 #[test]
 fn resumed_films_equal_longer_renderings() {
-    let folder = folder();
-    let here = folder.path();
-    let elsewhere = "--size 40x60 --orbit 30,10 --zoom 0.5 --ground --hide \"glass\"";
+    let here = checkered();
+    let elsewhere = "--size 40x60 --orbit 30,10 --zoom 0.5 --ground --hide '\"glass\"'";
     for options in ["", "--sampler independent --sharing off", "--sharing 8", elsewhere] {
         let film = format!("a{}.film", options.len());
         for (i, spp) in [3, 5, 24].into_iter().enumerate() {
@@ -155,144 +112,118 @@ fn resumed_films_equal_longer_renderings() {
                 0 => format!("scene.ron {options} --spp {spp} -o {film}"),
                 _ => format!("resume {film} --spp {spp}"),
             };
-            assert_eq!(
-                hash(here, &line),
-                hash(here, &format!("scene.ron {options} --spp {spp} -o b.png")),
-                "{line}"
-            );
+            let whole = here.hash(&format!("scene.ron {options} --spp {spp} -o b.png"));
+            assert_eq!(here.hash(&line), whole, "{line}");
         }
     }
-    json(here, "scene.ron --sampler jittered --spp 4 -o grid.film");
-    let error = failure(here, 2, "resume grid.film --spp 8");
-    assert!(error.contains("grid") && error.contains("render it anew"), "{error}");
-    let error = failure(here, 2, "resume a0.film --spp 8");
-    assert!(error.contains("24 samples"), "{error}");
+    here.json("scene.ron --sampler jittered --spp 4 -o grid.film");
+    here.fails(2, "resume grid.film --spp 8", &["grid", "render it anew"]);
+    here.fails(2, "resume a0.film --spp 8", &["24 samples"]);
+}
+
+/// Copies a film with a difference of one quantum in one pixel.
+fn forge(from: &Path, to: &Path, pixel: usize) {
+    let mut forged = film_file::load(from).expect("a film");
+    let mut pixels = forged.film.pixels().to_vec();
+    pixels[pixel].sum[0][1] += 1;
+    forged.film = Film::with_pixels(forged.film.region(), forged.film.unit(), pixels).expect("a film");
+    forged.header.set_film(&forged.film, None);
+    film_file::save(to, &forged.header, &forged.film, None).expect("saved");
 }
 
 #[test]
 fn audit_detects_a_single_altered_quantum() {
-    let folder = folder();
-    let here = folder.path();
-    json(here, "scene.ron --shard 0/2 -o a.film");
-    json(here, "scene.ron --shard 1/2 -o b.film");
-    let sound = json(here, "merge a.film b.film --audit 100%");
+    let here = checkered();
+    here.json("scene.ron --shard 0/2 -o a.film");
+    here.json("scene.ron --shard 1/2 -o b.film");
+    let sound = here.json("merge a.film b.film --audit 100%");
     assert_eq!(
         sound["audited"][0],
         serde_json::json!({"film": "a.film", "hosts": sound["hosts"], "tiles": 20, "differing": 0})
     );
-    // A difference of one quantum in one pixel.
-    let mut forged = rayfront::internals::formats::film_file::load(&here.join("b.film")).expect("a film");
-    let mut pixels = forged.film.pixels().to_vec();
-    pixels[70 * 20 + 35].sum[0][1] += 1;
-    let film = rayfront::internals::film::Film::with_pixels(forged.film.region(), forged.film.unit(), pixels);
-    forged.film = film.expect("a film");
-    forged.header.set_film(&forged.film, None);
-    rayfront::internals::formats::film_file::save(&here.join("b.film"), &forged.header, &forged.film, None)
-        .expect("saved");
-    let error = failure(here, 5, "merge a.film b.film --audit 100%");
-    assert!(error.contains("b.film (rendered on") && error.contains("1 of 20 tiles"), "{error}");
+    forge(&here.join("b.film"), &here.join("b.film"), 70 * 20 + 35);
+    here.fails(5, "merge a.film b.film --audit 100%", &["b.film (rendered on", "1 of 20 tiles"]);
 }
 
 /// After an interrupted pass only some tiles have its samples; an audit renders these again, too.
 #[cfg(unix)]
 #[test]
 fn audit_checks_tiles_of_interrupted_passes() {
-    use rayfront::internals::film::Film;
-    use rayfront::internals::formats::film_file::{load, save};
-
-    let folder = folder();
-    let here = folder.path();
+    let here = checkered();
     let path = here.join("a.film");
     // The first and the last tile of the image are 64 pixels wide and far apart.
     let line = "scene.ron --size 320x100 --spp 4000 -o a.film --checkpoint 10ms --quiet --threads 1";
-    let (begun, film) = loop {
-        let mut child = begun(here, line, "a.film");
-        Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
-        assert_eq!(child.wait().expect("an end").code(), Some(143));
-        let film = load(&path).expect("a film");
-        match film.header.begun.clone().filter(|begun| !begun.tiles.is_empty()) {
-            Some(begun) => break (begun, film),
+    let begun = loop {
+        assert_eq!(stopped("-TERM", Duration::ZERO, &here, line, "a.film"), Some(143));
+        let film = film_file::load(&path).expect("a film");
+        match film.header.begun.filter(|begun| !begun.tiles.is_empty()) {
+            Some(begun) => break begun,
             None => std::fs::remove_file(&path).expect("it is there"),
         }
     };
-    let sound = json(here, "merge a.film --partial --audit 100% -o a.png");
+    let sound = here.json("merge a.film --partial --audit 100% -o a.png");
     assert_eq!((&sound["audited"][0]["tiles"], &sound["audited"][0]["differing"]), (&140.into(), &0.into()));
     // A difference of one quantum in a tile with the samples, and in tiles without them.
     let columns = 320_u32.div_ceil(begun.tile);
     let all = 0..columns * 100_u32.div_ceil(begun.tile);
     let (with, without): (Vec<u32>, Vec<u32>) = all.partition(|tile| begun.tiles.contains(tile));
     for tile in with.first().into_iter().chain(&without) {
-        let mut pixels = film.film.pixels().to_vec();
         let (column, row) = (tile % columns, tile / columns);
-        pixels[(row * begun.tile * 320 + column * begun.tile) as usize].sum[0][1] += 1;
-        let mut forged = load(&path).expect("a film");
-        forged.film = Film::with_pixels(film.film.region(), film.film.unit(), pixels).expect("a film");
-        forged.header.set_film(&forged.film, None);
-        save(&here.join("b.film"), &forged.header, &forged.film, None).expect("saved");
-        let error = failure(here, 5, "merge b.film --partial --audit 100%");
-        assert!(error.contains("1 of 140 tiles differ"), "{tile}: {error}");
+        let pixel = row * begun.tile * 320 + column * begun.tile;
+        forge(&path, &here.join("b.film"), pixel as usize);
+        here.fails(5, "merge b.film --partial --audit 100%", &["1 of 140 tiles differ"]);
     }
 }
 
 #[test]
 fn stop_rules_print_a_command_for_the_same_image() {
-    let folder = folder();
-    let here = folder.path();
-    let stopped = json(here, "scene.ron --spp 4096 --until noise=40% -o a.png -o a.film");
+    let here = checkered();
+    let stopped = here.json("scene.ron --spp 4096 --until noise=40% -o a.png -o a.film");
     let samples = stopped["samples"].as_u64().expect("a number");
     assert!(
         samples < 4096 && stopped["stopped_by"].as_str().is_some_and(|rule| rule.contains("noise")),
         "{stopped}"
     );
-    assert_eq!(stopped["film_hash"], hash(here, &format!("scene.ron --spp {samples} -o b.png"))[..]);
-    let again = run(here, "scene.ron --spp 4096 --until noise=40% -o a2.png");
-    let text = String::from_utf8_lossy(&again.stdout).into_owned();
+    assert_eq!(stopped["film_hash"], here.hash(&format!("scene.ron --spp {samples} -o b.png"))[..]);
+    let text = here.out("scene.ron --spp 4096 --until noise=40% -o a2.png");
     let (_, line) = text.split_once("the same image: rayfront ").expect(&text);
     let line = line.lines().next().expect("a line");
-    assert_eq!(stopped["film_hash"], hash(here, &format!("{line} -o b.png"))[..]);
-    let timed = json(here, "scene.ron --spp 4194304 --max-time 300ms -o c.png");
+    assert_eq!(stopped["film_hash"], here.hash(&format!("{line} -o b.png"))[..]);
+    let timed = here.json("scene.ron --spp 4194304 --max-time 300ms -o c.png");
     assert!(timed["stopped_by"].as_str().is_some_and(|rule| rule.contains("time")), "{timed}");
     // The film is continued.
-    let more = json(here, "resume a.film --until noise=10%");
+    let more = here.json("resume a.film --until noise=10%");
     assert!(more["samples"].as_u64() > Some(samples), "{more}");
 }
 
-/// Starts a rendering and waits until it has saved a film.
-fn begun(here: &Path, line: &str, film: &str) -> std::process::Child {
-    let child =
-        command(here, &line.split_whitespace().collect::<Vec<_>>()).spawn().expect("the program runs");
-    while !here.join(film).exists() {
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    child
-}
-
-/// Ends a rendering by a signal some time after its start, or after its first film, and continues it. Returns its exit
-/// code, its hash, and true if there was a film.
-fn after(signal: &str, has_film: bool, time: Duration, here: &Path) -> (Option<i32>, String, bool) {
-    let _ = std::fs::remove_file(here.join("a.film"));
-    let line = "scene.ron --size 96x64 --spp 96 -o a.film --checkpoint 5ms --quiet";
-    let mut child =
-        command(here, &line.split_whitespace().collect::<Vec<_>>()).spawn().expect("the program runs");
-    while has_film && !here.join("a.film").exists() {
+/// Ends a rendering by a signal some time after it has saved a film, or after its start if `film` is empty. Returns its
+/// exit code.
+fn stopped(signal: &str, time: Duration, here: &Path, line: &str, film: &str) -> Option<i32> {
+    let mut child = here.command(line).spawn().expect("the program runs");
+    while !here.has(film) {
         std::thread::sleep(Duration::from_millis(1));
     }
     std::thread::sleep(time);
-    let id = child.id().to_string();
-    Command::new("kill").args([signal, &id]).status().expect("kill runs");
-    let code = child.wait().expect("an end").code();
-    let is_there = here.join("a.film").exists();
+    kill(child.id(), signal);
+    child.wait().expect("an end").code()
+}
+
+/// [`stopped`], and continues the rendering. Returns its exit code, its hash, and true if there was a film.
+fn after(signal: &str, has_film: bool, time: Duration, here: &Path) -> (Option<i32>, String, bool) {
+    let _ = std::fs::remove_file(here.join("a.film"));
+    let line = "scene.ron --size 96x64 --spp 96 -o a.film --checkpoint 5ms --quiet";
+    let code = stopped(signal, time, here, line, if has_film { "a.film" } else { "" });
+    let is_there = here.has("a.film");
     let line = if is_there { "resume a.film -o a.png" } else { &line.replace("--quiet", "") };
-    (code, hash(here, line), is_there)
+    (code, here.hash(line), is_there)
 }
 
 #[cfg(unix)]
 #[test]
 fn killed_renderings_resume_to_the_same_film() {
-    let folder = folder();
-    let here = folder.path();
+    let here = checkered();
     let start = Instant::now();
-    let expected = hash(here, "scene.ron --size 96x64 --spp 96 -o whole.png");
+    let expected = here.hash("scene.ron --size 96x64 --spp 96 -o whole.png");
     let time = start.elapsed();
     let mut gone_on_with = 0;
     for moment in 0..30u32 {
@@ -300,13 +231,13 @@ fn killed_renderings_resume_to_the_same_film() {
         let part = f64::from(moment.wrapping_mul(2_654_435_769)) / f64::from(u32::MAX);
         let has_film = moment % 2 == 0;
         let wait = if has_film { time.mul_f64(0.5 * part) } else { time.mul_f64(part) };
-        let (_, found, is_there) = after("-KILL", has_film, wait, here);
+        let (_, found, is_there) = after("-KILL", has_film, wait, &here);
         assert_eq!(found, expected, "killed after {part} of the time");
         gone_on_with += u32::from(is_there);
     }
     assert!(gone_on_with >= 15, "{gone_on_with} of 30 left a film behind");
     for (signal, code) in [("-TERM", 143), ("-INT", 130)] {
-        let (found, hash, is_there) = after(signal, true, Duration::ZERO, here);
+        let (found, hash, is_there) = after(signal, true, Duration::ZERO, &here);
         assert!(is_there && hash == expected, "{signal}");
         assert!(found == Some(code) || found == Some(0), "{signal}: {found:?}");
     }
@@ -316,45 +247,35 @@ fn killed_renderings_resume_to_the_same_film() {
 #[cfg(target_os = "linux")]
 #[test]
 fn full_disk_keeps_the_previous_checkpoint() {
-    let folder = folder();
-    let here = folder.path();
-    json(here, "scene.ron --spp 8 -o a.film");
-    let before = std::fs::read(here.join("a.film")).expect("a film");
+    let here = checkered();
+    here.json("scene.ron --spp 8 -o a.film");
+    let before = here.bytes("a.film");
     let limit = before.len() / 2 / 512;
-    let script = format!(
-        "trap '' XFSZ; ulimit -f {limit}; exec {} resume a.film --spp 64 -o a.png --checkpoint 1ms --threads 1 --quiet",
-        env!("CARGO_BIN_EXE_rayfront")
-    );
-    let output = Command::new("sh").args(["-c", &script]).current_dir(here).output().expect("a shell");
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(error.contains("warning: a.film: cannot write") && error.contains("goes on"), "{error}");
-    assert_eq!(output.status.code(), Some(3), "at the end it says so: {error}");
-    assert_eq!(std::fs::read(here.join("a.film")).expect("a film"), before);
-    assert_eq!(hash(here, "resume a.film --spp 64"), hash(here, "scene.ron --spp 64 -o b.png"));
+    let line = "resume a.film --spp 64 -o a.png --checkpoint 1ms --threads 1 --quiet";
+    let run = here.shell(&format!("trap '' XFSZ; ulimit -f {limit}; rayfront {line}"));
+    run.ends(3, &["warning: a.film: cannot write", "goes on"]);
+    assert_eq!(here.bytes("a.film"), before);
+    assert_eq!(here.hash("resume a.film --spp 64"), here.hash("scene.ron --spp 64 -o b.png"));
 }
 
 #[test]
 fn images_are_reproduced_from_their_metadata() {
-    let folder = folder();
-    let here = folder.path();
+    let here = checkered();
     let names = ["a.png", "a.exr", "a.hdr", "a.film"];
-    json(
-        here,
-        "scene.ron --spp 3 --crop 10,5,40,45 --sampler jittered --denoise --seed 4 -o a.png -o a.exr -o a.hdr -o a.film",
-    );
+    let line = "scene.ron --crop 10,5,40,45 --sampler jittered --seed 4 --spp 3";
+    here.json(&format!("{line} --denoise -o a.png -o a.exr -o a.hdr -o a.film"));
     for name in names.into_iter().chain(["a.denoised.exr"]) {
-        let found = json(here, &format!("reproduce {name} --schedule recursive"));
+        let found = here.json(&format!("reproduce {name} --schedule recursive"));
         assert_eq!(found["identical"], true, "{name}: {found}");
     }
     // The same image is the same file, whoever rendered it and in however many parts.
-    let before = ["a.png", "a.exr", "a.hdr"].map(|name| std::fs::read(here.join(name)).expect(name));
-    let line = "scene.ron --crop 10,5,40,45 --sampler jittered --seed 4 --spp 3";
-    (0..2).for_each(|i| drop(json(here, &format!("{line} --threads 1 --shard {i}/2 -o part-{i}.film"))));
-    json(here, "merge part-1.film part-0.film -o a.png -o a.exr -o a.hdr");
-    let after = ["a.png", "a.exr", "a.hdr"].map(|name| std::fs::read(here.join(name)).expect(name));
+    let before = ["a.png", "a.exr", "a.hdr"].map(|name| here.bytes(name));
+    (0..2).for_each(|i| drop(here.json(&format!("{line} --threads 1 --shard {i}/2 -o part-{i}.film"))));
+    here.json("merge part-1.film part-0.film -o a.png -o a.exr -o a.hdr");
+    let after = ["a.png", "a.exr", "a.hdr"].map(|name| here.bytes(name));
     assert!(before == after);
     // An image with other pixels still has the original metadata.
-    let bytes = std::fs::read(here.join("a.png")).expect("a picture");
+    let bytes = here.bytes("a.png");
     let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a picture");
     let mut info = png::Info::with_size(reader.info().width, reader.info().height);
     (info.color_type, info.bit_depth) = (reader.info().color_type, reader.info().bit_depth);
@@ -364,30 +285,24 @@ fn images_are_reproduced_from_their_metadata() {
     let mut writer = png::Encoder::with_info(file, info).expect("a header").write_header().expect("a header");
     writer.write_image_data(&black).expect("pixels");
     writer.finish().expect("an end");
-    let error = run(here, "reproduce black.png");
-    let text = String::from_utf8_lossy(&error.stdout).into_owned();
-    assert_eq!((error.status.code(), text.contains("its pixels are others")), (Some(5), true), "{text}");
+    let run = here.run("reproduce black.png");
+    assert_eq!((run.code, run.out.contains("its pixels are others")), (Some(5), true), "{}", run.out);
     // The error names the changed file.
-    let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
-    std::fs::write(here.join("scene.ron"), scene.replace("power_w: 300", "power_w: 301")).expect("a scene");
-    let error = failure(here, 1, "reproduce a.png");
-    assert!(error.contains("of another scene: scene.ron differs"), "{error}");
+    let scene = here.text("scene.ron");
+    here.write("scene.ron", scene.replace("power_w: 300", "power_w: 301"));
+    here.fails(1, "reproduce a.png", &["of another scene: scene.ron differs"]);
     image::GrayImage::new(4, 4).save(here.join("plain.png")).expect("a picture");
-    let error = failure(here, 1, "reproduce plain.png");
-    assert!(error.contains("does not say how it was rendered"), "{error}");
+    here.fails(1, "reproduce plain.png", &["does not say how it was rendered"]);
 }
 
 #[cfg(unix)]
 #[test]
 fn interrupted_renderings_are_reproduced() {
-    let folder = folder();
-    let here = folder.path();
+    let here = checkered();
     let line = "scene.ron --size 320x200 --spp 4000 -o a.exr -o a.film --checkpoint 20ms --quiet";
-    let mut child = begun(here, line, "a.film");
-    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
-    assert_eq!(child.wait().expect("an end").code(), Some(143));
+    assert_eq!(stopped("-TERM", Duration::ZERO, &here, line, "a.film"), Some(143));
     for name in ["a.exr", "a.film"] {
-        let found = json(here, &format!("reproduce {name}"));
+        let found = here.json(&format!("reproduce {name}"));
         assert_eq!(found["identical"], true, "{name}: {found}");
     }
 }
@@ -395,91 +310,79 @@ fn interrupted_renderings_are_reproduced() {
 #[cfg(unix)]
 #[test]
 fn planned_commands_run_in_a_shell() {
-    let folder = folder();
-    let here = folder.path().join("it's a $cene; & so on");
+    let folder = checkered();
+    let here = folder.join("it's a $cene; & so on");
     std::fs::create_dir(&here).expect("a folder");
     for name in ["scene.ron", "checks.png"] {
-        std::fs::copy(folder.path().join(name), here.join(name)).expect("a copy");
+        std::fs::copy(folder.join(name), here.join(name)).expect("a copy");
     }
     let plan = "plan scene.ron --shards 3 --for commands --output out.png -- --spp 6 --size 40x30";
-    assert_eq!(run(&here, plan).status.code(), Some(0));
-    let lines = std::fs::read_to_string(here.join("scene.jobs/parts.txt")).expect("commands");
+    here.out(plan);
+    let lines = here.text("scene.jobs/parts.txt");
     assert_eq!(lines.lines().count(), 3);
     for line in lines.lines() {
         // In any folder.
-        let status = Command::new("sh").args(["-c", line]).current_dir(folder.path()).status();
-        assert!(status.expect("a shell").success(), "{line}");
+        folder.shell(line).ends(0, &[]);
     }
-    let merge = Command::new("sh").arg(here.join("scene.jobs/merge.sh")).current_dir(folder.path()).output();
-    assert!(merge.expect("a shell").status.success());
-    assert!(here.join("out.png").is_file());
+    folder.shell("sh \"it's a \\$cene; & so on/scene.jobs/merge.sh\"").ends(0, &[]);
+    assert!(here.has("out.png"));
     let parts = (0..3).map(|i| format!("scene.jobs/part-{i}.film")).collect::<Vec<_>>().join(" ");
-    let whole = hash(&here, "scene.ron --spp 6 --size 40x30 -o whole.png");
-    assert_eq!(hash(&here, &format!("merge {parts}")), whole);
+    let whole = here.hash("scene.ron --spp 6 --size 40x30 -o whole.png");
+    assert_eq!(here.hash(&format!("merge {parts}")), whole);
     // Frames need no merging, and each belongs to a task.
     let plan = "plan scene.ron --for commands -o f.##.png -- --frames 3-7x4,12 --spp 2 --size 40x30";
-    assert_eq!(run(&here, plan).status.code(), Some(0));
-    let lines = std::fs::read_to_string(here.join("scene.jobs/parts.txt")).expect("commands");
+    here.out(plan);
+    let lines = here.text("scene.jobs/parts.txt");
     for line in lines.lines() {
-        let status = Command::new("sh").args(["-c", line]).current_dir(folder.path()).status();
-        assert!(status.expect("a shell").success(), "{line}");
+        folder.shell(line).ends(0, &[]);
     }
     for frame in ["f.03.png", "f.07.png", "f.12.png"] {
-        assert!(here.join(frame).is_file(), "{frame}");
+        assert!(here.has(frame), "{frame}");
     }
-    let frames = run(&here, "scene.ron --frames 1-3 --spp 1 --size 40x30 -o h.#.png");
-    let told = String::from_utf8_lossy(&frames.stderr).matches("every moment looks the same").count();
+    let told = here.messages("scene.ron --frames 1-3 --spp 1 --size 40x30 -o h.#.png");
+    let told = told.matches("every moment looks the same").count();
     assert_eq!(told, 1, "what is told once need not be told for every frame");
     let task = |number: &str| {
-        let arguments: Vec<&str> =
-            "scene.ron --frames auto/3-7x4,12 --spp 2 --size 40x30 -o g.##.png".split(' ').collect();
-        command(&here, &arguments).env("SLURM_ARRAY_TASK_ID", number).output().expect("a run")
+        let mut task = here.command("scene.ron --frames auto/3-7x4,12 --spp 2 --size 40x30 -o g.##.png");
+        ended(task.env("SLURM_ARRAY_TASK_ID", number))
     };
-    assert_eq!(task("1").status.code(), Some(0));
-    let pixels =
-        |name: &str| rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name).2;
-    assert!(pixels("g.07.png") == pixels("f.07.png") && !here.join("g.03.png").exists());
-    assert!(String::from_utf8_lossy(&task("3").stderr).contains("there are 3, from 0 on"));
-    let error = failure(&here, 2, "plan scene.ron --for slurm -o f.png -- --frames 1-2");
-    assert!(error.contains("####"), "{error}");
-    let error = failure(&here, 2, "plan scene.ron --shards 25 --for slurm");
-    assert!(error.contains("there are 24 samples"), "{error}");
-    let error = failure(&here, 2, "plan scene.ron --shards 2 --for slurm -- --sppp 3");
-    assert!(error.contains("--sppp"), "{error}");
+    task("1").ends(0, &[]);
+    assert!(here.pixels("g.07.png") == here.pixels("f.07.png") && !here.has("g.03.png"));
+    task("3").ends(2, &["there are 3, from 0 on"]);
+    here.fails(2, "plan scene.ron --for slurm -o f.png -- --frames 1-2", &["####"]);
+    here.fails(2, "plan scene.ron --shards 25 --for slurm", &["there are 24 samples"]);
+    here.fails(2, "plan scene.ron --shards 2 --for slurm -- --sppp 3", &["--sppp"]);
 }
 
 /// Adaptive samples do not depend on the way of rendering or on interruptions, and can be continued.
 #[cfg(unix)]
 #[test]
 fn adaptive_samples_are_identical_in_all_ways() {
-    let folder = folder();
-    let here = folder.path();
+    let here = checkered();
     let line = "scene.ron --adaptive --spp 32 --aov samples";
-    let expected = hash(here, &format!("{line} -o a.exr"));
-    assert_ne!(expected, hash(here, "scene.ron --spp 32 -o b.exr"));
+    let expected = here.hash(&format!("{line} -o a.exr"));
+    assert_ne!(expected, here.hash("scene.ron --spp 32 -o b.exr"));
     for way in ["--schedule recursive --threads 1", "--wave 7 --simd portable", "--threads 3"] {
-        assert_eq!(hash(here, &format!("{line} {way} -o b.exr")), expected, "{way}");
+        assert_eq!(here.hash(&format!("{line} {way} -o b.exr")), expected, "{way}");
     }
-    let verified = json(here, "verify scene.ron --adaptive --size 48x40 --spp 32");
+    let verified = here.json("verify scene.ron --adaptive --size 48x40 --spp 32");
     assert_eq!(verified["mismatches"], 0, "{verified}");
-    assert_eq!(json(here, "reproduce a.exr")["identical"], true);
+    assert_eq!(here.json("reproduce a.exr")["identical"], true);
     // Killed and continued.
     let longer = "scene.ron --adaptive --aov samples --size 120x80 --spp 64 -o long.film";
-    let whole = hash(here, longer);
+    let whole = here.hash(longer);
     for moment in [0, 50, 150] {
         std::fs::remove_file(here.join("long.film")).expect("a film");
-        let mut child = begun(here, &format!("{longer} --checkpoint 2ms --quiet"), "long.film");
-        std::thread::sleep(Duration::from_millis(moment));
-        child.kill().expect("killed");
-        child.wait().expect("an end");
-        assert_eq!(hash(here, "resume long.film"), whole, "after {moment} ms");
+        let line = format!("{longer} --checkpoint 2ms --quiet");
+        stopped("-KILL", Duration::from_millis(moment), &here, &line, "long.film");
+        assert_eq!(here.hash("resume long.film"), whole, "after {moment} ms");
     }
     for (line, code) in [
         ("scene.ron --adaptive --spp 32 --shard 0/2", 2),
         ("resume long.film --spp 128", 2),
         ("merge long.film", 1),
     ] {
-        assert!(failure(here, code, line).contains("adaptive"), "{line}");
+        here.fails(code, line, &["adaptive"]);
     }
 }
 
@@ -487,45 +390,36 @@ fn adaptive_samples_are_identical_in_all_ways() {
 #[cfg(unix)]
 #[test]
 fn default_checkpoint_is_removed_when_the_image_is_done() {
-    let folder = folder();
-    let here = folder.path();
+    let here = checkered();
     let line = "scene.ron --size 160x120 --spp 64 -o a.png --checkpoint 2ms --threads 1 --quiet";
     let checkpoint = here.join("a.checkpoint.film");
-    let mut child = begun(here, line, "a.checkpoint.film");
-    child.kill().expect("killed");
-    child.wait().expect("an end");
-    assert!(!here.join("a.png").exists());
+    stopped("-KILL", Duration::ZERO, &here, line, "a.checkpoint.film");
+    assert!(!here.has("a.png"));
     // Another rendering with the same output does not touch it.
     let before = std::fs::read(&checkpoint).expect("a film");
-    let other = run(here, "scene.ron --spp 2 -o a.png --checkpoint 1ms");
-    assert!(String::from_utf8_lossy(&other.stderr).contains("this rendering is saved to a.checkpoint-"));
+    let other = here.run("scene.ron --spp 2 -o a.png --checkpoint 1ms");
+    other.ends(0, &["this rendering is saved to a.checkpoint-"]);
     assert!(std::fs::read(&checkpoint).expect("a film") == before);
     // Interrupted, that one has a checkpoint of its own, which the same command continues.
     let interrupted = "scene.ron --size 160x120 --spp 4096 -o a.png --threads 1";
-    let mut child = Command::new(env!("CARGO_BIN_EXE_rayfront"))
-        .args(interrupted.split_whitespace())
-        .current_dir(here)
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("a process");
-    std::thread::sleep(std::time::Duration::from_millis(700));
-    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
-    let mut text = String::new();
-    std::io::Read::read_to_string(child.stderr.as_mut().expect("messages"), &mut text).expect("text");
-    assert_eq!(child.wait().expect("an end").code(), Some(143));
+    let child = here.command(interrupted).stderr(Stdio::piped()).spawn().expect("the program runs");
+    std::thread::sleep(Duration::from_millis(700));
+    kill(child.id(), "-TERM");
+    let output = child.wait_with_output().expect("an end");
+    let text = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(143));
     assert!(text.contains("to go on: rayfront resume a.checkpoint-"), "{text}");
-    let goes_on = run(here, &format!("{interrupted} --max-time 1ms"));
-    assert!(String::from_utf8_lossy(&goes_on.stderr).contains("going on with"));
+    here.run(&format!("{interrupted} --max-time 1ms")).ends(0, &["going on with"]);
     std::fs::remove_file(here.join("a.png")).expect("an image");
     // Stopped before its end, it keeps its checkpoint.
-    json(here, "resume a.checkpoint.film --max-time 1ms");
-    assert!(checkpoint.exists() && here.join("a.png").exists());
-    let whole = hash(here, "scene.ron --size 160x120 --spp 64 -o b.png");
+    here.json("resume a.checkpoint.film --max-time 1ms");
+    assert!(checkpoint.exists() && here.has("a.png"));
+    let whole = here.hash("scene.ron --size 160x120 --spp 64 -o b.png");
     // The same command continues it, too.
-    let again = run(here, &line.replace("--quiet", "--json"));
-    let found: Value = serde_json::from_slice(&again.stdout).expect("JSON");
+    let again = here.run(&line.replace("--quiet", "--json"));
+    let found: Value = serde_json::from_str(&again.out).expect("JSON");
     assert_eq!(found["film_hash"], whole[..]);
-    assert!(String::from_utf8_lossy(&again.stderr).contains("going on with"));
+    again.ends(0, &["going on with"]);
     assert!(!checkpoint.exists());
 }
 
@@ -555,39 +449,23 @@ fn moving() -> String {
             {{"buffer": 0, "byteOffset": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 12}},
             {{"buffer": 0, "byteOffset": 60, "byteLength": 8}}, {{"buffer": 0, "byteOffset": 68, "byteLength": 24}}],
         "buffers": [{{"byteLength": 92, "uri": "data:application/octet-stream;base64,{}"}}]}}"#,
-        base64_of(&bytes)
+        BASE64_STANDARD.encode(bytes)
     )
-}
-
-fn base64_of(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::new();
-    for three in bytes.chunks(3) {
-        let word =
-            three.iter().enumerate().fold(0u32, |word, (i, byte)| word | u32::from(*byte) << (16 - 8 * i));
-        for i in 0..4 {
-            let letter = LETTERS[(word >> (18 - 6 * i) & 63) as usize] as char;
-            out.push(if i <= three.len() { letter } else { '=' });
-        }
-    }
-    out
 }
 
 #[test]
 fn motion_blur_follows_the_time_of_coverage() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let here = folder.path();
-    std::fs::write(here.join("moving.gltf"), moving()).expect("a model");
+    let here = empty_folder();
+    here.write("moving.gltf", moving());
     let scene = r#"(settings: (transport: Path), entities: [(gltf: "moving.gltf")])"#;
-    std::fs::write(here.join("scene.ron"), scene).expect("a scene");
+    here.write("scene.ron", scene);
     let scene = r#"(settings: (transport: Path), entities: [
         (camera: Orthographic(height_m: 4), transform: (translate: (0, 0, 5))),
         (shape: Plane(corners: ((-0.5, -0.5, 0), (-0.5, 0.5, 0), (0.5, 0.5, 0), (0.5, -0.5, 0))),
          material: Principled(base_color: 0, emission: 2), transform: (translate: Keys([(0, (-1, 0, 0)), (1, (1, 0, 0))])))])"#;
-    std::fs::write(here.join("keys.ron"), scene).expect("a scene");
+    here.write("keys.ron", scene);
     let red = |name: &str| {
-        let (width, _, pixels) =
-            rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name);
+        let (width, _, pixels) = here.image(name);
         let row = pixels[8 * width as usize..9 * width as usize].to_vec();
         row.iter().map(|pixel| pixel.r / 2.0).collect::<Vec<f32>>()
     };
@@ -595,14 +473,13 @@ fn motion_blur_follows_the_time_of_coverage() {
         // Pixels are a quarter of a metre wide. At half a second the square is at the centre.
         let options = "--size 16x16 --spp 32";
         let name = file.replace('.', "-");
-        let frames = run(here, &format!("{file} {options} --fps 4 --frames 0-4x2 -o {name}.##.exr --quiet"));
-        assert_eq!(frames.status.code(), Some(0), "{}", String::from_utf8_lossy(&frames.stderr));
+        here.out(&format!("{file} {options} --fps 4 --frames 0-4x2 -o {name}.##.exr --quiet"));
         let (first, middle) = (red(&format!("{name}.00.exr")), red(&format!("{name}.02.exr")));
         assert!(first[4] > 0.99 && first[9] < 0.01, "{first:?}");
         assert!(middle[8] > 0.99 && middle[3] < 0.01, "{middle:?}");
         // With the shutter open for the whole second, each place inside is covered for half of it.
         let blur = format!("{file} {options} --time 0 --fps 1 --shutter 1");
-        let whole = hash(here, &format!("{blur} -o {name}.exr -o {name}.film"));
+        let whole = here.hash(&format!("{blur} -o {name}.exr -o {name}.film"));
         let blurred = red(&format!("{name}.exr"));
         let is_blurred = |blurred: &[f32], margin: f32| {
             for (x, expected) in [(7, 0.5), (8, 0.5), (5, 0.4375), (10, 0.4375), (0, 0.0), (15, 0.0)] {
@@ -613,32 +490,29 @@ fn motion_blur_follows_the_time_of_coverage() {
         // A quarter of the samples also covers the whole time; fewer cause a warning.
         for (range, few) in [("0..32", false), ("0..16", true)] {
             let line = format!("{blur} --spp 128 --samples {range} -o early.exr --quiet");
-            let output = run(here, &line.replace("--spp 32 ", ""));
-            let text = String::from_utf8_lossy(&output.stderr);
+            let text = here.messages(&line.replace("--spp 32 ", ""));
             assert_eq!(text.contains("motion is blurred by 8 of 16 moments"), few, "{text}");
             is_blurred(&red("early.exr"), if few { 0.25 } else { 0.2 });
         }
-        let error = failure(here, 2, &format!("resume {name}.film --spp 64"));
-        assert!(error.contains("render it anew with --spp 64"), "{error}");
+        here.fails(2, &format!("resume {name}.film --spp 64"), &["render it anew with --spp 64"]);
         // In parts, and repeated.
         for index in 0..3 {
-            json(here, &format!("{blur} --shard {index}/3 -o {name}-{index}.film --overwrite"));
+            here.json(&format!("{blur} --shard {index}/3 -o {name}-{index}.film --overwrite"));
         }
         let parts = (0..3).map(|i| format!("{name}-{i}.film")).collect::<Vec<_>>().join(" ");
-        assert_eq!(hash(here, &format!("merge {parts} --audit 100%")), whole);
-        assert_eq!(json(here, &format!("reproduce {name}.exr"))["identical"], true);
-        assert_eq!(hash(here, &format!("resume {name}.film")), whole);
+        assert_eq!(here.hash(&format!("merge {parts} --audit 100%")), whole);
+        assert_eq!(here.json(&format!("reproduce {name}.exr"))["identical"], true);
+        assert_eq!(here.hash(&format!("resume {name}.film")), whole);
     }
     // All frames as a video: each shows the same as its image.
-    let video = run(here, "keys.ron --size 16x16 --spp 32 --fps 4 --frames 0-4x2 -o - -o again.#.png");
+    let mut video = here.command("keys.ron --size 16x16 --spp 32 --fps 4 --frames 0-4x2 -o - -o again.#.png");
+    let video = video.output().expect("a video");
     let header = b"YUV4MPEG2 W16 H16 F4:1 Ip A1:1 C444 XCOLORRANGE=LIMITED\n";
     let stream = video.stdout.strip_prefix(header).expect("a video");
     let frames: Vec<&[u8]> = stream.chunks(6 + 3 * 256).collect();
     assert_eq!((frames.len(), stream.len()), (3, 3 * (6 + 3 * 256)));
     for (frame, number) in frames.iter().zip([0, 2, 4]) {
-        let (_, _, pixels) =
-            rayfront::internals::formats::picture::load_linear(&here.join(format!("again.{number}.png")))
-                .expect("an image");
+        let pixels = here.pixels(&format!("again.{number}.png"));
         let luma = frame.strip_prefix(b"FRAME\n").expect("a frame");
         for (luma, pixel) in luma.iter().zip(&pixels) {
             let shown = rayfront::internals::film::tonemap::srgb_encode(pixel.r);
@@ -646,74 +520,61 @@ fn motion_blur_follows_the_time_of_coverage() {
         }
     }
     // Existing frames are kept.
-    let before =
-        std::fs::metadata(here.join("moving-gltf.02.exr")).expect("a frame").modified().expect("a time");
-    let output = run(here, "moving.gltf --size 16x16 --spp 32 --fps 4 --frames 2 -o moving-gltf.##.exr");
-    assert!(String::from_utf8_lossy(&output.stderr).contains("frame 2 is there"));
-    let after =
-        std::fs::metadata(here.join("moving-gltf.02.exr")).expect("a frame").modified().expect("a time");
-    assert_eq!(before, after);
-    let error = failure(here, 2, "moving.gltf --frames 1-2 -o a.png");
-    assert!(error.contains("####"), "{error}");
+    let modified =
+        || here.join("moving-gltf.02.exr").metadata().expect("a frame").modified().expect("a time");
+    let before = modified();
+    let again = here.run("moving.gltf --size 16x16 --spp 32 --fps 4 --frames 2 -o moving-gltf.##.exr");
+    again.ends(0, &["frame 2 is there"]);
+    assert_eq!(before, modified());
+    here.fails(2, "moving.gltf --frames 1-2 -o a.png", &["####"]);
 }
 
 /// Sample counts chosen by a pilot can be rendered anywhere, in parts and in any order.
 #[cfg(unix)]
 #[test]
 fn unbiased_adaptive_renderings_can_be_split_into_parts() {
-    let folder = folder();
-    let here = folder.path();
+    let here = checkered();
     let options = "scene.ron --adaptive=unbiased --size 72x56 --seed 5";
     let line = format!("{options} --spp 64");
-    let expected = hash(here, &format!("{line} -o whole.png -o whole.film"));
+    let expected = here.hash(&format!("{line} -o whole.png -o whole.film"));
     for way in ["--schedule recursive --threads 1", "--wave 7 --simd portable --threads 3"] {
-        assert_eq!(hash(here, &format!("{line} {way} -o b.exr")), expected, "{way}");
+        assert_eq!(here.hash(&format!("{line} {way} -o b.exr")), expected, "{way}");
     }
-    assert_ne!(hash(here, "scene.ron --spp 64 --size 72x56 --seed 5 -o b.exr"), expected);
-    assert_eq!(json(here, "reproduce whole.png")["identical"], true);
+    assert_ne!(here.hash("scene.ron --spp 64 --size 72x56 --seed 5 -o b.exr"), expected);
+    assert_eq!(here.json("reproduce whole.png")["identical"], true);
     // With a saved pilot, or each part with its own.
-    assert_eq!(run(here, &format!("{line} --pilot pilot.film --pilot-only")).status.code(), Some(0));
-    let of_pilot = json(here, &format!("{line} --pilot pilot.film -o b.exr"));
+    here.out(&format!("{line} --pilot pilot.film --pilot-only"));
+    let of_pilot = here.json(&format!("{line} --pilot pilot.film -o b.exr"));
     assert_eq!(of_pilot["film_hash"], expected);
     for (index, pilot) in [(2, "--pilot pilot.film"), (0, ""), (1, "--pilot pilot.film")] {
-        json(here, &format!("{line} {pilot} --shard {index}/3 -o part-{index}.film"));
+        here.json(&format!("{line} {pilot} --shard {index}/3 -o part-{index}.film"));
     }
-    assert_eq!(hash(here, "merge part-1.film part-2.film part-0.film --audit 100%"), expected);
-    let error = failure(here, 1, "merge part-0.film part-2.film");
-    assert!(error.contains("are missing") && error.contains("--shard 1/3"), "{error}");
+    assert_eq!(here.hash("merge part-1.film part-2.film part-0.film --audit 100%"), expected);
+    here.fails(1, "merge part-0.film part-2.film", &["are missing", "--shard 1/3"]);
     // A crop uses the choice for the whole image.
-    json(here, &format!("{line} --pilot pilot.film -o whole.exr"));
-    json(here, &format!("{line} --pilot pilot.film --crop 21,9,60,50 -o crop.exr"));
-    let pixels =
-        |name: &str| rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name).2;
-    let (whole, crop) = (pixels("whole.exr"), pixels("crop.exr"));
+    here.json(&format!("{line} --pilot pilot.film -o whole.exr"));
+    here.json(&format!("{line} --pilot pilot.film --crop 21,9,60,50 -o crop.exr"));
+    let (whole, crop) = (here.pixels("whole.exr"), here.pixels("crop.exr"));
     let rows = (9..50).flat_map(|y| whole[y * 72 + 21..y * 72 + 60].iter().copied());
     assert!(rows.eq(crop), "the crop shows other pixels");
     // Killed midway and continued.
     let long = format!("{options} --spp 512");
-    let mut child = begun(here, &format!("{long} -o long.film --checkpoint 2ms --quiet"), "long.film");
-    std::thread::sleep(Duration::from_millis(30));
-    child.kill().expect("killed");
-    child.wait().expect("an end");
-    assert_eq!(hash(here, "resume long.film"), hash(here, &format!("{long} -o other.film")));
+    let line = format!("{long} -o long.film --checkpoint 2ms --quiet");
+    stopped("-KILL", Duration::from_millis(30), &here, &line, "long.film");
+    assert_eq!(here.hash("resume long.film"), here.hash(&format!("{long} -o other.film")));
     // A pilot of another rendering is refused.
-    let error = failure(
-        here,
-        1,
-        "scene.ron --adaptive=unbiased --spp 64 --size 72x56 --seed 6 --pilot pilot.film -o b.png",
-    );
-    assert!(error.contains("pilot.film") && error.contains("seed is 5, not 6"), "{error}");
-    let error = failure(here, 2, "scene.ron --pilot pilot.film -o b.png");
-    assert!(error.contains("--adaptive=unbiased"), "{error}");
-    let plan = "plan scene.ron --shards 2 --for commands -o p.png -- --adaptive=unbiased --spp 64 --size 72x56 --seed 5";
-    assert_eq!(run(here, plan).status.code(), Some(0));
+    let other = line.replace("--seed 5", "--seed 6");
+    here.fails(1, &format!("{other} --pilot pilot.film -o b.png"), &["pilot.film", "seed is 5, not 6"]);
+    here.fails(2, "scene.ron --pilot pilot.film -o b.png", &["--adaptive=unbiased"]);
+    let options = line.strip_prefix("scene.ron").expect("options");
+    here.out(&format!("plan scene.ron --shards 2 --for commands -o p.png -- {options}"));
     let jobs = here.join("scene.jobs");
-    let parts = std::fs::read_to_string(jobs.join("parts.txt")).expect("commands");
-    let pilot = std::fs::read_to_string(jobs.join("pilot.sh")).expect("a pilot");
+    let parts = jobs.text("parts.txt");
+    let pilot = jobs.text("pilot.sh");
     for line in std::iter::once(pilot.lines().last().expect("a command")).chain(parts.lines()) {
-        assert!(Command::new("sh").args(["-c", line]).current_dir("/").status().expect("a shell").success());
+        Path::new("/").shell(line).ends(0, &[]);
     }
-    assert_eq!(hash(here, "merge scene.jobs/part-0.film scene.jobs/part-1.film"), expected);
+    assert_eq!(here.hash("merge scene.jobs/part-0.film scene.jobs/part-1.film"), expected);
 }
 
 /// After any number of tiles of a pass or round, continuing gives the same result.
@@ -726,8 +587,7 @@ fn renderings_can_be_interrupted_after_any_tile() {
     use rayfront::world::Adaptive;
 
     for adaptive in [Adaptive::Off, Adaptive::On, Adaptive::Unbiased] {
-        let folder = folder();
-        let mut world = rayfront::internals::formats::load(folder.path().join("scene.ron")).expect("a scene");
+        let mut world = rayfront::internals::formats::load(checkered().join("scene.ron")).expect("a scene");
         world.settings.size = [40, 30];
         (world.settings.samples, world.settings.adaptive) = (64, adaptive);
         let scene = rayfront::compile::compile(&world, None).expect("a scene");

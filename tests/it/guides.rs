@@ -167,23 +167,8 @@ fn the_program_understands_what_the_guides_type() {
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
 }
 
-/// Words of a shell's line up to a comment, a redirection or another command.
+/// Words of a shell's line up to a redirection or another command.
 fn words(line: &str) -> Vec<String> {
-    let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
-    for c in line.chars() {
-        match (quote, c) {
-            (Some(end), c) if c == end => quote = None,
-            (Some(_), c) => word.get_or_insert_default().push(c),
-            (None, '\'' | '"') => {
-                quote = Some(c);
-                word.get_or_insert_default();
-            }
-            (None, '>' | '|' | ';' | '&') => break,
-            (None, '#') if word.is_none() => break,
-            (None, c) if c.is_whitespace() => words.extend(word.take()),
-            (None, c) => word.get_or_insert_default().push(c),
-        }
-    }
-    words.extend(word);
-    words
+    let words = shlex::split(line).unwrap_or_default();
+    words.into_iter().take_while(|word| !word.starts_with(['>', '|', ';', '&'])).collect()
 }

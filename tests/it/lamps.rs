@@ -65,8 +65,7 @@ fn film_of(world: &World, samples: u32, sampled: bool) -> Film {
 }
 
 fn mean(film: &Film) -> f64 {
-    let pixels = film.radiance();
-    pixels.iter().map(|p| f64::from(p.r + p.g + p.b) / 3.0).sum::<f64>() / pixels.len() as f64
+    crate::support::mean(&film.radiance())
 }
 
 /// Three instances: rotated, mirrored and scaled.

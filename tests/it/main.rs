@@ -29,6 +29,7 @@ mod pictures;
 mod plans;
 #[cfg(unix)]
 mod printed;
+mod program;
 mod references;
 mod scenes;
 mod sharing;

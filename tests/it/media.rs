@@ -1,8 +1,6 @@
 //! Scattering within bodies.
 
-use rayfront::math::Rgb;
-
-use crate::support::picture;
+use crate::support::{mean_rgb, picture};
 
 /// The radiance of a ball of 1 m with a non-refracting boundary in white surroundings, viewed from the front by `size`
 /// × `size` pixels that cover `height` metres.
@@ -20,9 +18,7 @@ fn ball(volume: &str, size: u32, samples: u32, height: f32) -> [f64; 3] {
 }
 
 fn mean(text: &str) -> [f64; 3] {
-    let pixels = picture(text).pixels;
-    let sum = |channel: fn(&Rgb) -> f32| pixels.iter().map(|pixel| f64::from(channel(pixel))).sum::<f64>();
-    [sum(|p| p.r), sum(|p| p.g), sum(|p| p.b)].map(|sum| sum / pixels.len() as f64)
+    mean_rgb(&picture(text))
 }
 
 /// A medium that scatters all light is invisible in white surroundings, whatever its colours and phase function.

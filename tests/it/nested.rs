@@ -2,14 +2,7 @@
 
 use std::f64::consts::PI;
 
-use rayfront::math::Rgb;
-
-use crate::support::{Picture, picture};
-
-fn mean(picture: &Picture) -> [f64; 3] {
-    let sum = |channel: fn(&Rgb) -> f32| picture.pixels.iter().map(|p| f64::from(channel(p))).sum::<f64>();
-    [sum(|p| p.r), sum(|p| p.g), sum(|p| p.b)].map(|sum| sum / picture.pixels.len() as f64)
-}
+use crate::support::{Picture, mean_rgb, picture};
 
 /// A slab of some index across the view, between two points of the axis.
 fn slab(ior: f64, from: f64, to: f64, priority: i32) -> String {
@@ -40,7 +33,7 @@ fn transmittance(transport: &str, slabs: &str, degrees: f64) -> f64 {
         9.0 * sin,
         9.0 * cos
     );
-    mean(&picture(&text))[1]
+    mean_rgb(&picture(&text))[1]
 }
 
 /// The reflectance of a boundary for unpolarised light, for a ray whose angle in air has this sine.
@@ -168,7 +161,7 @@ fn bodies_in_water_look_like_a_smaller_index_in_air() {
             let samples = "transport: Path, samples: 128, max_depth: 8";
             let under = in_water(samples, Some(""), &of(ior));
             let over = in_water(samples, None, &of(ior / 1.25));
-            let [under, over] = [mean(&under), mean(&over)];
+            let [under, over] = [mean_rgb(&under), mean_rgb(&over)];
             for (under, over) in under.iter().zip(over) {
                 assert!((under / over - 1.01).abs() < 0.02, "{case}, {ior}: {under}, not {over}");
             }
@@ -209,7 +202,7 @@ fn clear_nested_bodies_are_invisible_in_uniform_light() {
                   ])"
             );
             // Some light is reflected for longer than paths are traced.
-            let found = mean(&picture(&text))[1];
+            let found = mean_rgb(&picture(&text))[1];
             assert!((found - 1.0).abs() < 0.02, "{transport}: {found}");
         }
     }
@@ -227,7 +220,7 @@ fn camera_within_bodies_sees_radiance_scaled_by_their_index() {
                   {DRINK}
               ])"
         );
-        mean(&picture(&text))[1]
+        mean_rgb(&picture(&text))[1]
     };
     let places = [
         ("(3, 0, 0)", 1.0),
@@ -281,9 +274,9 @@ fn light_is_absorbed_by_the_body_that_fills_a_place() {
         ),
     ];
     for (what, bodies, expected) in cases {
-        let found = mean(&picture_of(&bodies, far))[1];
+        let found = mean_rgb(&picture_of(&bodies, far))[1];
         assert!((found / expected - 1.0).abs() < 1e-3, "{what}: {found}, not {expected}");
-        let found = mean(&picture_of(&bodies, lit))[1] * PI / 0.5;
+        let found = mean_rgb(&picture_of(&bodies, lit))[1] * PI / 0.5;
         assert!((found / (expected * expected) - 1.0).abs() < 1e-3, "{what}, lit: {found}");
     }
 }
@@ -305,7 +298,7 @@ fn fog_within_glass_is_lit_through_the_glass() {
                    multiscatter_color: 0.9))),
               ])"
         );
-        mean(&picture(&text))[1]
+        mean_rgb(&picture(&text))[1]
     };
     // With an index that differs from that of air, no light is sampled from within.
     let (found, by_chance) = (scene(1.0), scene(1.0001));

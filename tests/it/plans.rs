@@ -2,10 +2,11 @@
 //! process.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Command;
 
 use serde_json::Value;
-use tempfile::TempDir;
+
+use super::program::{Folder, Place, empty_folder, ended};
 
 /// A light that becomes a hundred times brighter: frames with automatic exposure of their own would flicker.
 const FADE: &str = r#"(
@@ -19,37 +20,11 @@ const FADE: &str = r#"(
 
 const ENGINES: [&str; 5] = ["slurm", "openjd", "hyperqueue", "kubernetes", "commands"];
 
-fn folder() -> TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("fade.ron"), FADE).expect("a scene");
-    folder
-}
-
-fn run(folder: &Path, line: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command
-        .current_dir(folder)
-        .args(line.split_whitespace())
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program runs")
-}
-
-#[track_caller]
-fn printed(folder: &Path, line: &str) -> [String; 2] {
-    let output = run(folder, line);
-    let [out, error] =
-        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    assert_eq!(output.status.code(), Some(0), "{line}: {error}");
-    [out, error]
-}
-
-#[track_caller]
-fn refused(folder: &Path, code: i32, line: &str) -> String {
-    let output = run(folder, line);
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{line}: {error}");
-    error
+/// A folder with `fade.ron`.
+fn fade() -> Folder {
+    let here = empty_folder();
+    here.write("fade.ron", FADE);
+    here
 }
 
 /// Returns the job files written by a plan, concatenated.
@@ -60,8 +35,7 @@ fn files(folder: &Path) -> String {
 }
 
 fn template(folder: &Path) -> Value {
-    let text = std::fs::read_to_string(folder.join("template.json")).expect("a template");
-    serde_json::from_str(&text).expect("JSON")
+    serde_json::from_str(&folder.text("template.json")).expect("JSON")
 }
 
 /// Returns the words of a task, with values for the parameters.
@@ -80,23 +54,16 @@ fn task(template: &Value, step: &str, values: &[(&str, &str)]) -> Vec<String> {
 #[cfg(unix)]
 #[test]
 fn planned_frames_equal_those_of_one_process() {
-    let folder = folder();
-    let here = folder.path();
-    printed(here, &format!("{}/fade.ron --frames 0-2 --fps 1 -o one.#.png", here.display()));
-    let expected =
-        [0, 1, 2].map(|frame| std::fs::read(here.join(format!("one.{frame}.png"))).expect("an image"));
-    let check = |name: &str| {
-        for (frame, expected) in expected.iter().enumerate() {
-            let found = std::fs::read(here.join(format!("{name}.{frame}.png"))).expect("an image");
-            assert!(found == *expected, "{name}: frame {frame} is another file");
-        }
-    };
-    printed(here, "plan fade.ron --for commands --folder c -o c.#.png -- --frames 0-2 --fps 1");
-    for line in std::fs::read_to_string(here.join("c/parts.txt")).expect("commands").lines() {
-        assert!(Command::new("sh").args(["-c", line]).status().expect("a shell").success(), "{line}");
+    let here = fade();
+    here.out(&format!("{}/fade.ron --frames 0-2 --fps 1 -o one.#.png", here.display()));
+    let frames = |name: &str| [0, 1, 2].map(|frame| here.bytes(&format!("{name}.{frame}.png")));
+    let check = |name: &str| assert!(frames(name) == frames("one"), "{name}: a frame is another file");
+    here.out("plan fade.ron --for commands --folder c -o c.#.png -- --frames 0-2 --fps 1");
+    for line in here.text("c/parts.txt").lines() {
+        Path::new("/").shell(line).ends(0, &[]);
     }
     check("c");
-    printed(here, "plan fade.ron --for openjd --folder o -o o.#.png -- --frames 0-2 --fps 1");
+    here.out("plan fade.ron --for openjd --folder o -o o.#.png -- --frames 0-2 --fps 1");
     let (template, program) = (template(&here.join("o")), env!("CARGO_BIN_EXE_rayfront"));
     let [scene, image] = ["fade.ron", "o.#.png"].map(|name| here.join(name).to_string_lossy().into_owned());
     for frame in ["0", "1", "2"] {
@@ -107,30 +74,27 @@ fn planned_frames_equal_those_of_one_process() {
             ("Task.Param.Frame", frame),
         ];
         let words = task(&template, "Render", &values);
-        let output = Command::new(&words[0]).args(&words[1..]).output().expect("a run");
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success() && told.contains("openjd_progress: 100\n"), "{words:?}: {told}");
+        ended(Command::new(&words[0]).args(&words[1..])).ends(0, &["openjd_progress: 100\n"]);
     }
     check("o");
     // Each task of an array gets the whole list.
     for engine in ["slurm", "hyperqueue", "kubernetes"] {
-        printed(here, &format!("plan fade.ron --for {engine} --folder {engine} -o a.#.png -- --frames 0-2"));
+        here.out(&format!("plan fade.ron --for {engine} --folder {engine} -o a.#.png -- --frames 0-2"));
         assert!(files(&here.join(engine)).contains("auto/0-2"), "{engine}");
     }
 }
 
 #[test]
 fn tasks_report_progress_and_findings() {
-    let folder = folder();
-    let here = folder.path();
+    let here = fade();
     for engine in ENGINES {
         let form = if engine == "openjd" { "openjd" } else { "lines" };
-        printed(here, &format!("plan fade.ron --shards 2 --for {engine} --folder {engine}"));
+        here.out(&format!("plan fade.ron --shards 2 --for {engine} --folder {engine}"));
         let text = files(&here.join(engine)).replace(['"', ',', '\n', ' '], "");
         assert!(text.contains(&format!("--progress{form}")) && !text.contains("--quiet"), "{engine}: {text}");
         // The user's own options replace it.
         for wanted in ["--quiet", "-q", "--progress json"] {
-            printed(here, &format!("plan fade.ron --shards 2 --for {engine} --folder {engine} -- {wanted}"));
+            here.out(&format!("plan fade.ron --shards 2 --for {engine} --folder {engine} -- {wanted}"));
             let text = files(&here.join(engine)).replace(['"', ',', '\n', ' '], "");
             let wanted = wanted.replace(' ', "");
             assert!(
@@ -139,7 +103,7 @@ fn tasks_report_progress_and_findings() {
             );
         }
     }
-    let told = |line: &str| printed(here, line)[1].clone();
+    let told = |line: &str| here.messages(line);
     let lines = told("fade.ron --frames 0-1 -o f.#.png --progress lines --size 8x8");
     let percent: Vec<&str> = lines.lines().filter_map(|line| line.strip_prefix("Progress: ")).collect();
     let percent: Vec<&str> = percent.iter().filter_map(|line| line.split('%').next()).collect();
@@ -149,43 +113,37 @@ fn tasks_report_progress_and_findings() {
     let objects: Vec<Value> = objects.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
     assert_eq!(objects.last().map(|object| &object["percent"]), Some(&Value::from(100)));
     // The same image is the same file, whatever was reported.
-    let bytes = std::fs::read(here.join("f.png")).expect("an image");
+    let bytes = here.bytes("f.png");
     told("fade.ron -o f.png --size 8x8");
-    assert!(bytes == std::fs::read(here.join("f.png")).expect("an image"));
-    refused(here, 2, "fade.ron --progress lines --quiet");
+    assert!(bytes == here.bytes("f.png"));
+    here.fails(2, "fade.ron --progress lines --quiet", &[]);
     // Findings are reported by the plan and by each task.
     let scene = FADE.replace("power_w: Keys([(0, 20), (4, 2000)])", "power_w: 0");
-    std::fs::write(here.join("fade.ron"), scene).expect("a scene");
+    here.write("fade.ron", scene);
     assert!(told("plan fade.ron --shards 2 --for commands").contains("warning: "));
 }
 
 #[test]
 fn plans_refuse_jobs_that_would_fail_at_the_end() {
-    let folder = folder();
-    let here = folder.path();
+    let here = fade();
     let missing = |line: &str, what: &str| {
-        let error = refused(here, 3, line);
-        assert!(error.contains(what), "{line}: {error}");
-        assert!(!here.join("fade.jobs").exists(), "{line}: nothing is written");
+        here.fails(3, line, &[what]);
+        assert!(!here.has("fade.jobs"), "{line}: nothing is written");
     };
     missing("plan fade.ron --shards 2 --for slurm -o nowhere/out.png", "nowhere/out.png");
     missing("plan fade.ron --shards 2 --for slurm -o out.png -o nowhere/out.film", "nowhere/out.film");
     missing("plan fade.ron --for slurm -o nowhere/f.##.png -- --frames 1-3", "nowhere/f.01.png");
     missing("plan fade.ron --shards 2 --for slurm -o out.jpg", "out.jpg");
-    let error = refused(here, 2, "plan fade.ron --shards 2 --for kubernetes -o ../out.png");
-    assert!(error.contains("image must lie in"), "{error}");
-    let error = refused(here, 2, "plan fade.ron --shards 2 --for slurm -- --camera ear");
-    assert!(error.contains("ear") && error.contains("eye"), "{error}");
-    let error = refused(here, 2, "plan fade.ron --shards 2 --for commands --time-limit 2h");
-    assert!(error.contains("--max-time"), "{error}");
+    here.fails(2, "plan fade.ron --shards 2 --for kubernetes -o ../out.png", &["image must lie in"]);
+    here.fails(2, "plan fade.ron --shards 2 --for slurm -- --camera ear", &["ear", "eye"]);
+    here.fails(2, "plan fade.ron --shards 2 --for commands --time-limit 2h", &["--max-time"]);
 }
 
 #[test]
 fn tasks_request_cores_memory_and_time() {
-    let folder = folder();
-    let here = folder.path();
+    let here = fade();
     let planned = |engine: &str, options: &str| {
-        printed(here, &format!("plan fade.ron --shards 2 --for {engine} --folder {engine} {options}"));
+        here.out(&format!("plan fade.ron --shards 2 --for {engine} --folder {engine} {options}"));
         files(&here.join(engine))
     };
     let given = "--cores 3 --time-limit 90m -- --memory 512M";
@@ -229,10 +187,8 @@ fn tasks_request_cores_memory_and_time() {
 
 #[test]
 fn openjd_templates_declare_every_path() {
-    let folder = folder();
-    let here = folder.path();
-    let [what_to_do, _] =
-        printed(here, "plan fade.ron --shards 2 --for openjd --folder jobs -o a.png -o b.exr");
+    let here = fade();
+    let what_to_do = here.out("plan fade.ron --shards 2 --for openjd --folder jobs -o a.png -o b.exr");
     let jobs = template(&here.join("jobs"));
     let definitions = jobs["parameterDefinitions"].as_array().expect("parameters");
     let kind = |name: &str| {
@@ -251,23 +207,18 @@ fn openjd_templates_declare_every_path() {
     assert!(!steps.contains(&*here.to_string_lossy()), "{steps}");
     // The path of an environment image is absolute.
     image::GrayImage::new(8, 4).save(here.join("sky.png")).expect("a picture");
-    printed(here, "plan fade.ron --shards 2 --for commands --folder c -- --env sky.png");
+    here.out("plan fade.ron --shards 2 --for commands --folder c -- --env sky.png");
     let sky = here.join("sky.png");
     assert_eq!(files(&here.join("c")).matches(&format!("--env {}", sky.display())).count(), 2);
     // And it is found by the merge, which reads the scene again.
-    let run = |script: &str| {
-        let done = std::process::Command::new("bash").arg("-c").arg(script).current_dir(here).output();
-        let done = done.expect("a shell");
-        assert!(done.status.success(), "{script}: {}", String::from_utf8_lossy(&done.stderr));
-    };
-    run("sh c/parts.txt && sh c/merge.sh");
+    here.shell("sh c/parts.txt && sh c/merge.sh").ends(0, &[]);
 }
 
 #[test]
 fn kubernetes_job_uses_the_containerfiles_image() {
-    let folder = folder();
-    printed(folder.path(), "plan fade.ron --shards 2 --for kubernetes --folder k");
-    let text = files(&folder.path().join("k"));
+    let here = fade();
+    here.out("plan fade.ron --shards 2 --for kubernetes --folder k");
+    let text = files(&here.join("k"));
     let (_, image) = text.split_once("image: \"").expect(&text);
     let image = image.split('"').next().expect("an end");
     let built = include_str!("../../Containerfile");

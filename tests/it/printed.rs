@@ -1,11 +1,10 @@
 //! What the program prints to be typed, typed: it must be about the same rendering, whatever the options were.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
-use rayfront::internals::formats::picture::load_linear;
 use serde_json::Value;
-use tempfile::TempDir;
+
+use super::program::{Place, folder};
 
 /// A spark in glass, which single samples find: each rendering prints a command that explains one of them.
 const SPARK: &str = r#"(
@@ -25,39 +24,13 @@ const SPARK: &str = r#"(
     ],
 )"#;
 
-fn folder(scene: &str) -> TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.ron"), scene).expect("a scene");
-    folder
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().expect("the program runs")
-}
-
-/// What a run prints on standard output and on standard error.
-#[track_caller]
-fn printed(folder: &Path, arguments: &[&str]) -> [String; 2] {
-    let output = run(folder, arguments);
-    let [out, error] =
-        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {error}");
-    [out, error]
-}
-
 /// Types a printed command, with more words behind it.
 #[track_caller]
 pub fn typed(folder: &Path, line: &str, more: &str) -> String {
-    let words = line.trim().strip_prefix("rayfront ").unwrap_or_else(|| panic!("no command: {line}"));
+    assert!(line.trim().starts_with("rayfront "), "no command: {line}");
     // The note behind a command is none of it.
-    let words = words.split("  #").next().unwrap_or_default();
-    let line = format!("'{}' {words} {more}", env!("CARGO_BIN_EXE_rayfront"));
-    let output = Command::new("sh").args(["-c", &line]).current_dir(folder).stdin(Stdio::null()).output();
-    let output = output.expect("a shell");
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{line}: {error}");
-    String::from_utf8_lossy(&output.stdout).into_owned()
+    let command = line.split("  #").next().unwrap_or_default();
+    folder.shell(&format!("{command} {more}")).printed()
 }
 
 /// The commands that stand in a text between two others.
@@ -124,7 +97,7 @@ fn samples_of_the_noise_line_halve_the_noise() {
         ])",
     );
     let noise = |spp: &str| {
-        let [report, _] = printed(here.path(), &["scene.ron", "--spp", spp]);
+        let report = here.out(&["scene.ron", "--spp", spp]);
         let line = report.lines().find(|line| line.starts_with("noise")).expect("a noise line").to_owned();
         let percent = line.split_whitespace().nth(1).and_then(|word| word.parse::<f64>().ok());
         let needed = between(&line, "(--spp ", ")").first().expect("an option").to_string();
@@ -138,20 +111,18 @@ fn samples_of_the_noise_line_halve_the_noise() {
 
 #[test]
 fn a_printed_explanation_is_of_the_sample_that_was_rendered() {
-    let folder = folder(SPARK);
-    let here = folder.path();
+    let here = folder(SPARK);
     let mut count = 0;
     for options in combinations() {
         let words = |more: &[&'static str]| [&["scene.ron"], &options[..], more].concat();
-        let [_, told] = printed(here, &words(&["-o", "a.png"]));
+        let told = here.messages(&words(&["-o", "a.png"]));
         for command in between(&told, "(rayfront explain", " shows its path)").into_iter().take(2) {
-            let explained = typed(here, &format!("rayfront explain{command}"), "--json");
+            let explained = typed(&here, &format!("rayfront explain{command}"), "--json");
             let explained: Value = serde_json::from_str(&explained).expect("JSON");
             let sample = explained["samples"][0]["sample"].as_u64().expect("a sample");
             let part = format!("{sample}..{}", sample + 1);
-            let arguments = words(&["-o", "one.exr", "-q"]);
-            printed(here, &[&arguments[..], &["--samples", &part]].concat());
-            let (width, _, pixels) = load_linear(&here.join("one.exr")).expect("a picture");
+            here.out(&[&words(&["-o", "one.exr", "-q"])[..], &["--samples", &part]].concat());
+            let (width, _, pixels) = here.image("one.exr");
             let [x, y] = [0, 1].map(|axis| explained["pixel"][axis].as_u64().expect("a place") as u32);
             let [x, y] = if options.contains(&"--crop") { [x - 4, y - 4] } else { [x, y] };
             let rendered = pixels[(y * width + x) as usize].to_array();
@@ -174,7 +145,7 @@ fn a_printed_explanation_is_of_the_sample_that_was_rendered() {
 #[test]
 fn the_sample_of_a_printed_explanation_is_one_of_those_that_were_rendered() {
     let folder = folder(SPARK);
-    let [_, told] = printed(folder.path(), &["scene.ron", "--samples", "9..16", "-o", "a.png"]);
+    let told = folder.messages("scene.ron --samples 9..16 -o a.png");
     let commands = between(&told, "(rayfront explain", " shows its path)");
     for command in &commands {
         let sample = between(command, "--sample ", " ").first().map_or("", |sample| *sample);
@@ -185,45 +156,35 @@ fn the_sample_of_a_printed_explanation_is_one_of_those_that_were_rendered() {
 
 #[test]
 fn what_gives_the_same_image_again_does_also_for_frames_and_longer_films() {
-    let folder = folder(&SPARK.replace("max_depth: 6", "max_depth: 6, exposure: Auto"));
-    let here = folder.path();
+    let here = folder(&SPARK.replace("max_depth: 6", "max_depth: 6, exposure: Auto"));
     let again =
         |report: &str| between(report, "the same image: ", "\n").first().map(|line| (*line).to_owned());
     // Of several frames the one that it is about, as bright as all of them.
-    let until = ["--spp", "256", "--until", "noise=90%", "--json"];
-    let words = [&["scene.ron", "--frames", "2-3", "--fps", "1", "-o", "f.#.png"], &until[..4]].concat();
-    let [report, _] = printed(here, &words);
+    let report = here.out("scene.ron --frames 2-3 --fps 1 -o f.#.png --spp 256 --until noise=90%");
     for (line, frame) in report.lines().filter_map(|line| again(&format!("{line}\n"))).zip([2, 3]) {
-        typed(here, &line, "-o same.png");
+        typed(&here, &line, "-o same.png");
         let [one, same] =
             [format!("f.{frame}.png"), "same.png".into()].map(|name| image::open(here.join(name)));
         assert!(one.expect("a picture") == same.expect("a picture"), "{line}");
     }
     // A film that was given more samples than its own command says.
-    printed(here, &["scene.ron", "--spp", "8", "-o", "a b.film"]);
-    let [report, _] = printed(here, &["resume", "a b.film", "--spp", "512", "--until", "noise=80%"]);
+    here.out("scene.ron --spp 8 -o 'a b.film'");
+    let report = here.out("resume 'a b.film' --spp 512 --until noise=80%");
     let line = again(&report).expect(&report);
-    let whole = hash(&printed(here, &["merge", "a b.film", "--partial", "--json"])[0]);
-    assert_eq!(hash(&typed(here, &line, "-o same.png --json")), whole, "{line}");
+    let whole = here.hash("merge 'a b.film' --partial");
+    assert_eq!(hash(&typed(&here, &line, "-o same.png --json")), whole, "{line}");
 }
 
 #[test]
 fn what_is_missing_is_rendered_by_what_is_printed() {
-    let folder = folder(SPARK);
-    let here = folder.path();
+    let here = folder(SPARK);
     // A name that a shell would take apart, and one of several frames.
-    let part = |index: &str| {
-        let words =
-            ["scene.ron", "--frames", "1-2", "--fps", "1", "--shard", index, "-o", "it's {shard}.#.film"];
-        printed(here, &words);
-    };
-    part("0/3");
-    part("2/3");
-    let output = run(here, &["merge", "it's 0.2.film", "it's 2.2.film"]);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    for index in [0, 2] {
+        here.out(&format!("scene.ron --frames 1-2 --fps 1 --shard {index}/3 -o \"it's {{shard}}.#.film\""));
+    }
+    let told = here.run("merge \"it's 0.2.film\" \"it's 2.2.film\"").err;
     let line = told.lines().find(|line| line.contains("--shard 1/3")).expect(&told);
-    typed(here, line, "-q");
-    let merged = printed(here, &["merge", "it's 0.2.film", "it's 1.2.film", "it's 2.2.film", "--json"]);
-    let whole = printed(here, &["scene.ron", "--time", "2", "-o", "w.png", "--json"]);
-    assert_eq!(hash(&merged[0]), hash(&whole[0]), "{line}");
+    typed(&here, line, "-q");
+    let merged = here.hash(&["merge", "it's 0.2.film", "it's 1.2.film", "it's 2.2.film"]);
+    assert_eq!(merged, here.hash("scene.ron --time 2 -o w.png"), "{line}");
 }

@@ -7,15 +7,7 @@ use rayfront::world::{
     ScalarInput, Shape, Sharing, Transform, Transport, World,
 };
 
-use crate::support::{self, Picture};
-
-fn at(x: f32, y: f32, z: f32) -> Transform {
-    Transform::Trs {
-        translation: Vec3::new(x, y, z),
-        rotation: rayfront::math::Quat::IDENTITY,
-        scale: Vec3::ONE,
-    }
-}
+use crate::support::{self, Picture, at, mean_rgb};
 
 fn matte(color: [f32; 3]) -> Material {
     Material::BlinnPhong(BlinnPhong { diffuse: ColorInput::Constant(color.into()), ..BlinnPhong::default() })
@@ -66,11 +58,7 @@ fn mean(world: &mut World, sharing: Sharing, seeds: u64) -> [(f64, f64); 3] {
     let mut all = Vec::new();
     for seed in 0..seeds {
         world.settings.seed = seed + if sharing == Sharing::Off { 1000 } else { 0 };
-        let picture = Picture::of(world);
-        let sum = |channel: fn(&Rgb) -> f32| {
-            picture.pixels.iter().map(|p| f64::from(channel(p))).sum::<f64>() / picture.pixels.len() as f64
-        };
-        all.push([sum(|p| p.r), sum(|p| p.g), sum(|p| p.b)]);
+        all.push(mean_rgb(&Picture::of(world)));
     }
     let count = seeds as f64;
     [0, 1, 2].map(|channel| {

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -11,6 +11,7 @@ use rayfront::internals::integrator::Stop;
 use rayfront::render::{Options, Schedule, Session};
 use rayfront::world::{Sharing, World};
 
+use super::program::{Place, folder, kill};
 use super::support::world;
 
 /// Stopping takes seconds; the probes before it take half a second in an optimised build.
@@ -94,9 +95,8 @@ fn stopped_tiles_are_dropped_completely() {
     }
 }
 
-fn start(folder: &Path, words: &[&str]) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command.current_dir(folder).args(words).stdin(Stdio::null());
+fn start(folder: &Path, line: &str) -> Child {
+    let mut command = folder.command(line);
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program runs")
 }
 
@@ -110,8 +110,7 @@ fn end(mut child: Child, cue: &str) -> (Option<i32>, String) {
     if !cue.is_empty() {
         // By then it has started to render, or is about to.
         std::thread::sleep(Duration::from_secs(1));
-        let id = child.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &id]).status().expect("kill").success());
+        assert!(kill(child.id(), "-TERM"));
     }
     while child.try_wait().expect("its state").is_none() {
         if start.elapsed() > PATIENCE {
@@ -127,28 +126,25 @@ fn end(mut child: Child, cue: &str) -> (Option<i32>, String) {
 #[test]
 #[cfg(unix)]
 fn endless_forks_are_reported_and_end_at_limits_and_signals() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let here = folder.path();
-    std::fs::write(here.join("scene.ron"), shells("size: (4, 4), samples: 1")).expect("a file");
+    let here = folder(&shells("size: (4, 4), samples: 1"));
     for schedule in ["wavefront", "recursive"] {
-        for more in [&["--max-time", "100ms"][..], &["--max-time", "100ms", "-q"], &[]] {
-            let words = ["scene.ron", "-t", "1", "--schedule", schedule, "-o", "a.png"];
+        for more in ["--max-time 100ms", "--max-time 100ms -q", ""] {
+            let line = format!("scene.ron -t 1 --schedule {schedule} -o a.png {more}");
             let cue = if more.is_empty() { "each sample takes more than" } else { "" };
-            let (code, said) = end(start(here, &[&words, more].concat()), cue);
-            assert_eq!(code, Some(if more.is_empty() { 143 } else { 0 }), "{schedule} {more:?}: {said}");
+            let (code, said) = end(start(&here, &line), cue);
+            assert_eq!(code, Some(if more.is_empty() { 143 } else { 0 }), "{schedule} {more}: {said}");
             let announced = said.find("glass splits paths in two");
-            assert_eq!(announced.is_some(), !more.contains(&"-q"), "{said}");
+            assert_eq!(announced.is_some(), !more.contains("-q"), "{said}");
             let slow = said.find("each sample takes more than");
-            assert!(more.contains(&"-q") || announced < slow, "{said}");
+            assert!(more.contains("-q") || announced < slow, "{said}");
             assert_eq!(said.contains("pixels that have none are black"), !more.is_empty(), "{said}");
-            assert!(here.join("a.png").exists());
+            assert!(here.has("a.png"));
         }
     }
     // Frames choose their exposure before they are rendered.
     let text = shells("size: (4, 4), samples: 1, exposure: Auto");
-    std::fs::write(here.join("scene.ron"), text).expect("a file");
-    let words = ["scene.ron", "-t", "1", "--frames", "1-2", "--max-time", "100ms", "-o", "a.#.png"];
-    let (code, said) = end(start(here, &words), "");
+    here.write("scene.ron", text);
+    let (code, said) = end(start(&here, "scene.ron -t 1 --frames 1-2 --max-time 100ms -o a.#.png"), "");
     assert!(code == Some(2) && said.contains("--exposure 0") && said.contains("glass splits"), "{said}");
 }
 
@@ -156,19 +152,16 @@ fn endless_forks_are_reported_and_end_at_limits_and_signals() {
 #[test]
 #[cfg(unix)]
 fn study_stops_in_the_middle_of_a_job() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let here = folder.path();
-    std::fs::write(here.join("scene.ron"), shells("size: (4, 4), samples: 1")).expect("a file");
+    let here = folder(&shells("size: (4, 4), samples: 1"));
     let study = r#"(title: "t", experiments: [
         (name: "endless", scenes: [File("scene.ron")], x: Samples([1]), series: [(label: "a")], plots: [(y: RenderSeconds)]),
     ])"#;
-    std::fs::write(here.join("study.ron"), study).expect("a file");
-    let mut child = start(here, &["study", "study.ron"]);
+    here.write("study.ron", study);
+    let mut child = start(&here, "study study.ron");
     std::thread::sleep(Duration::from_secs(5));
     let ended = child.try_wait().expect("its state");
     assert!(ended.is_none(), "{ended:?}");
-    let id = child.id().to_string();
-    assert!(Command::new("kill").args(["-TERM", &id]).status().expect("kill").success());
+    assert!(kill(child.id(), "-TERM"));
     let (code, said) = end(child, "");
     assert_eq!(code, Some(143), "{said}");
     let results = std::fs::read_to_string(here.join("out/study/results.csv")).unwrap_or_default();

@@ -2,10 +2,9 @@
 
 use std::f64::consts::PI;
 
-use rayfront::math::Rgb;
 use rayfront::world::Sharing;
 
-use crate::support::{Picture, picture, world};
+use crate::support::{Picture, mean_rgb, picture, world};
 
 /// The radiance of the floor at the origin, viewed at a low angle, with further `entities`.
 fn floor(settings: &str, entities: &str) -> [f64; 3] {
@@ -17,12 +16,7 @@ fn floor(settings: &str, entities: &str) -> [f64; 3] {
               {entities}
           ])"
     );
-    mean(&picture(&text))
-}
-
-fn mean(picture: &Picture) -> [f64; 3] {
-    let sum = |channel: fn(&Rgb) -> f32| picture.pixels.iter().map(|p| f64::from(channel(p))).sum::<f64>();
-    [sum(|p| p.r), sum(|p| p.g), sum(|p| p.b)].map(|sum| sum / picture.pixels.len() as f64)
+    mean_rgb(&picture(&text))
 }
 
 fn assert_near(found: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) {
@@ -242,7 +236,7 @@ fn fog_scatters_light_by_its_phase_function() {
                      scatter_anisotropy: {anisotropy}"
                 ))
             );
-            let found = mean(&picture(&text))[1];
+            let found = mean_rgb(&picture(&text))[1];
             let once: f64 = (0..1000)
                 .map(|i| (f64::from(i) + 0.5) / 1000.0)
                 .map(|depth| {
@@ -273,10 +267,10 @@ fn light_sampling_and_random_hits_agree_in_fog() {
               ])"
         )
     };
-    let sampled = mean(&picture(&scene(false, 1.0)));
+    let sampled = mean_rgb(&picture(&scene(false, 1.0)));
     // With an index that hardly bends light, rays to lights do not enter: only paths find the emitter.
-    let by_chance = mean(&picture(&scene(true, 1.00001)));
-    let both = mean(&picture(&scene(true, 1.0)));
+    let by_chance = mean_rgb(&picture(&scene(true, 1.00001)));
+    let both = mean_rgb(&picture(&scene(true, 1.0)));
     assert_near(both, sampled, 0.01, "both ways");
     assert_near(by_chance, sampled, 0.02, "by chance");
 }
@@ -333,7 +327,7 @@ fn clamp_applies_after_the_transmittance_of_panes() {
                    material: Principled(metallic: 0, roughness: 0, transmission: 1, specular: 0, base_color: 0.01)),
               ])"
         );
-        mean(&picture(&text))[0]
+        mean_rgb(&picture(&text))[0]
     };
     // The sampled ray passes the mirror and the pane once each, and the ray to the sun passes the pane once.
     let whole = 0.01 * 0.01 * 1000.0 * (9.0 / 90.0f64.sqrt()) * 0.5 / PI;
@@ -370,7 +364,7 @@ fn orthographic_rays_do_not_all_start_in_the_cameras_body() {
           ])",
         fog("attenuation_color: 0.1, attenuation_distance_m: 0.1")
     );
-    assert!(mean(&picture(&text))[0] > 0.98);
+    assert!(mean_rgb(&picture(&text))[0] > 0.98);
 }
 
 /// The body around a wide lens is the body around its centre.
@@ -409,7 +403,7 @@ fn path_reuse_is_unbiased_within_bodies() {
               ])",
             fog("attenuation_color: (0.5, 0.1, 0.01), attenuation_distance_m: 1")
         );
-        mean(&picture(&text))
+        mean_rgb(&picture(&text))
     });
     assert_near(together, alone, 0.02, "shared");
 }
@@ -426,7 +420,7 @@ fn path_reuse_is_unbiased_with_windows() {
     let mut means = [Sharing::Off, Sharing::Groups(16)].map(|sharing| {
         world.settings.sharing = sharing;
         assert_eq!(setup(&world).sharing.is_some(), sharing != Sharing::Off);
-        mean(&Picture::of(&world))
+        mean_rgb(&Picture::of(&world))
     });
     let [alone, together] = &mut means;
     assert_near(*together, *alone, 0.02, "shared");

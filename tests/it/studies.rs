@@ -1,7 +1,6 @@
 //! `rayfront verify`, `explain`, `profile` and `study` as run by scripts.
 
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use super::program::{Place, folder};
 
 const SCENE: &str = r#"(
     settings: (size: (16, 12), samples: 4, max_depth: 3),
@@ -16,50 +15,25 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a file");
-    folder
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command.current_dir(folder).args(arguments).stdin(Stdio::null());
-    command.output().expect("the program runs")
-}
-
-#[track_caller]
-fn stdout(folder: &Path, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {error}");
-    String::from_utf8(output.stdout).expect("UTF-8")
-}
-
-#[track_caller]
-fn json(folder: &Path, arguments: &[&str]) -> serde_json::Value {
-    serde_json::from_str(&stdout(folder, &[arguments, &["--json"]].concat())).expect("JSON")
-}
-
 #[test]
 fn verify_finds_the_rendered_film_in_all_ways() {
-    let folder = folder();
-    let arguments = ["verify", "scene.ron", "--size", "12x9", "--spp", "2"];
-    let found = json(folder.path(), &arguments);
+    let folder = folder(SCENE);
+    let line = "verify scene.ron --size 12x9 --spp 2";
+    let found = folder.json(line);
     assert_eq!(found["mismatches"], 0);
     assert!(found["difference"].is_null());
     let films = found["films"].as_array().expect("films");
-    let rendered = json(folder.path(), &["scene.ron", "--size", "12x9", "--spp", "2"]);
+    let rendered = folder.json("scene.ron --size 12x9 --spp 2");
     assert!(films.len() >= 10 && films.iter().all(|film| film["film_hash"] == rendered["film_hash"]));
-    let table = stdout(folder.path(), &arguments);
+    let table = folder.out(line);
     assert!(table.contains("all equal") && table.contains("wave 4096"), "{table}");
     assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
 }
 
 #[test]
 fn explain_names_entities_materials_and_lights() {
-    let folder = folder();
-    let told = json(folder.path(), &["explain", "scene.ron", "8,6"]);
+    let folder = folder(SCENE);
+    let told = folder.json("explain scene.ron 8,6");
     let samples = told["samples"].as_array().expect("samples");
     assert_eq!(samples.len(), 4);
     let first = &samples[0]["paths"][0]["steps"][0];
@@ -67,15 +41,13 @@ fn explain_names_entities_materials_and_lights() {
     assert_eq!(first["vertex"]["material"], "glass");
     assert!(samples[0]["paths"].as_array().map(Vec::len) > Some(1), "glass forks");
     // The mean equals that of the rendered image.
-    stdout(folder.path(), &["scene.ron", "-q", "-o", "image.exr"]);
-    let image = rayfront::internals::formats::picture::load_linear(&folder.path().join("image.exr"))
-        .expect("an image");
-    let pixel = image.2[6 * 16 + 8].to_array();
+    folder.out("scene.ron -q -o image.exr");
+    let pixel = folder.pixels("image.exr")[6 * 16 + 8].to_array();
     for (channel, value) in pixel.into_iter().enumerate() {
         assert!((told["mean"][channel].as_f64().expect("a number") - f64::from(value)).abs() < 1e-6);
     }
 
-    let egg = stdout(folder.path(), &["explain", "scene.ron", "12,6", "--sample", "1"]);
+    let egg = folder.out("explain scene.ron 12,6 --sample 1");
     assert!(egg.contains("light       \"lamp\" sample 1"), "{egg}");
     assert!(egg.contains("\"egg\" of \"paper\"") && egg.contains("instance 0"), "{egg}");
     assert!(egg.contains("neither mirrors nor lets light through") && egg.starts_with("sample 1"), "{egg}");
@@ -84,7 +56,7 @@ fn explain_names_entities_materials_and_lights() {
 /// The radiance of a sample's own path and the radiance given by others sum to the film's.
 #[test]
 fn explain_splits_radiance_under_path_reuse() {
-    let folder = folder();
+    let folder = folder(SCENE);
     let scene = "(
         settings: (size: (20, 16), samples: 4, max_depth: 3, transport: Path, sharing: 32),
         entities: [
@@ -94,9 +66,9 @@ fn explain_splits_radiance_under_path_reuse() {
             (light: Point(power_w: 100), transform: (translate: (1, 2, 1))),
         ],
     )";
-    std::fs::write(folder.path().join("corner.ron"), scene).expect("a scene");
-    let arguments = ["explain", "corner.ron", "10,11"];
-    let told = json(folder.path(), &arguments);
+    folder.write("corner.ron", scene);
+    let line = "explain corner.ron 10,11";
+    let told = folder.json(line);
     let samples = told["samples"].as_array().expect("samples");
     let mut mean = [0.0; 3];
     for sample in samples {
@@ -112,16 +84,16 @@ fn explain_splits_radiance_under_path_reuse() {
     for (channel, sum) in mean.into_iter().enumerate() {
         assert!((told["mean"][channel].as_f64().expect("a number") - sum).abs() < 1e-6, "{told}");
     }
-    let text = stdout(folder.path(), &arguments);
+    let text = folder.out(line);
     assert!(text.contains("second vertices of its group") && text.contains("is shared"), "{text}");
 }
 
 /// The path transport records its normals, lobes, lights and the ends of paths.
 #[test]
 fn explain_names_lobes_and_ends_of_paths() {
-    let folder = folder();
-    let arguments = ["explain", "scene.ron", "8,10", "--transport", "path", "--diffuse-depth", "0"];
-    let told = json(folder.path(), &arguments);
+    let folder = folder(SCENE);
+    let line = "explain scene.ron 8,10 --transport path --diffuse-depth 0";
+    let told = folder.json(line);
     let paths: Vec<_> =
         told["samples"].as_array().expect("samples").iter().map(|sample| &sample["paths"][0]).collect();
     assert_eq!(paths.len(), 4);
@@ -137,7 +109,7 @@ fn explain_names_lobes_and_ends_of_paths() {
         );
         assert!(["escaped", "diffuse limit"].iter().any(|end| path["end"] == *end), "{path}");
     }
-    let text = stdout(folder.path(), &arguments);
+    let text = folder.out(line);
     assert!(
         text.contains("draws       from a diffuse lobe") && text.contains("normal      (0.00000, 1.0"),
         "{text}"
@@ -148,19 +120,18 @@ fn explain_names_lobes_and_ends_of_paths() {
 
 #[test]
 fn missing_pixels_samples_and_scenes_are_refused() {
-    let folder = folder();
-    for (arguments, code, wanted) in [
-        (&["explain", "scene.ron", "16,3"][..], 2, "columns end at 15, rows at 11"),
-        (&["explain", "scene.ron", "3,3", "--sample", "4"], 2, "the last one is 3"),
-        (&["explain", "scene.ron", "3"], 2, "a column and a row"),
-        (&["explain", "none.ron", "3,3"], 1, "none.ron"),
-        (&["verify", "scene.ron", "--size", "0x3"], 2, "width x height"),
-        (&["verify", "none.ron"], 1, "none.ron"),
+    let folder = folder(SCENE);
+    for (code, line, wanted) in [
+        (2, "explain scene.ron 16,3", "columns end at 15, rows at 11"),
+        (2, "explain scene.ron 3,3 --sample 4", "the last one is 3"),
+        (2, "explain scene.ron 3", "a column and a row"),
+        (1, "explain none.ron 3,3", "none.ron"),
+        (2, "verify scene.ron --size 0x3", "width x height"),
+        (1, "verify none.ron", "none.ron"),
     ] {
-        let output = run(folder.path(), arguments);
-        let error = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
-        assert!(error.contains(wanted) && output.stdout.is_empty(), "{error}");
+        let run = folder.run(line);
+        assert_eq!(run.out, "", "{line}");
+        run.ends(code, &[wanted]);
     }
 }
 
@@ -197,7 +168,7 @@ fn adds_up(profile: &serde_json::Value) {
 /// Under the path transport, with opaque and with half-transparent surfaces.
 #[test]
 fn profile_of_the_path_transport_is_consistent() {
-    let folder = folder();
+    let folder = folder(SCENE);
     for alpha in ["", ", alpha: 0.5, alpha_mode: Blend"] {
         let scene = format!(
             "(
@@ -210,16 +181,16 @@ fn profile_of_the_path_transport_is_consistent() {
                 ],
             )"
         );
-        std::fs::write(folder.path().join("path.ron"), scene).expect("a scene");
-        let arguments = ["profile", "path.ron", "--size", "24x18", "--spp", "4", "--runs", "1"];
-        let profile = json(folder.path(), &arguments);
+        folder.write("path.ron", scene);
+        let line = "profile path.ron --size 24x18 --spp 4 --runs 1";
+        let profile = folder.json(line);
         adds_up(&profile);
         let rays = &profile["recursive"]["rays"];
         assert_eq!(rays, &profile["wavefront"]["rays"]);
         assert!(rays["scatter"].as_u64() > Some(100) && rays["shadow"].as_u64() > Some(100), "{rays}");
         let blocked = profile["bounces"][0]["blocked"].as_u64().expect("a number");
         assert!(blocked > 0, "the ball throws a shadow, if half of one");
-        let table = stdout(folder.path(), &arguments);
+        let table = folder.out(line);
         assert!(table.contains("scattered rays") && !table.contains("reflect"), "{table}");
         let mut lines = table.lines().filter(|line| !line.starts_with("counters"));
         assert!(lines.all(|line| line.chars().count() <= 100), "{table}");
@@ -229,11 +200,11 @@ fn profile_of_the_path_transport_is_consistent() {
 /// Photons are a stage of their own, which counts all their rays once, for any number of tiles.
 #[test]
 fn profile_has_a_stage_for_photons() {
-    let folder = folder();
-    let arguments = ["profile", "scene.ron", "--size", "96x72", "--spp", "2", "--runs", "1"];
+    let folder = folder(SCENE);
+    let line = "profile scene.ron --size 96x72 --spp 2 --runs 1";
     for transport in ["path", "whitted"] {
-        let more = ["--transport", transport, "--caustics", "1"];
-        let profile = json(folder.path(), &[&arguments[..], &more].concat());
+        let photons = format!("{line} --transport {transport} --caustics 1");
+        let profile = folder.json(&photons);
         let stage = &profile["stages"]["photons"];
         let rays = &profile["wavefront"]["rays"]["photon"];
         assert!(rays.as_u64() > Some(10_000) && rays == &profile["recursive"]["rays"]["photon"], "{profile}");
@@ -241,12 +212,12 @@ fn profile_has_a_stage_for_photons() {
         assert!(stage["out"].as_u64() > Some(100) && stage["out"].as_u64() < rays.as_u64(), "{stage}");
         assert!(stage["seconds"].as_f64() > Some(0.0) && stage["calls"].as_u64() > Some(0), "{stage}");
         assert_eq!(profile["photons"]["a_sample"], 96 * 72);
-        let table = stdout(folder.path(), &[&arguments[..], &more].concat());
-        for line in ["rays of photons", "photons             6912 a sample", "\nphotons  "] {
-            assert!(table.contains(line), "{line}: {table}");
+        let table = folder.out(&photons);
+        for part in ["rays of photons", "photons             6912 a sample", "\nphotons  "] {
+            assert!(table.contains(part), "{part}: {table}");
         }
     }
-    let table = stdout(folder.path(), &[&arguments[..], &["--transport", "whitted"]].concat());
+    let table = folder.out(&format!("{line} --transport whitted"));
     assert!(
         table.contains("photons             none: under Whitted's transport")
             && !table.contains("rays of photons")
@@ -259,36 +230,30 @@ fn profile_has_a_stage_for_photons() {
 /// `info` reports the most memory that photons take, and why there are none.
 #[test]
 fn info_reports_the_memory_of_photons() {
-    let folder = folder();
-    let path = std::fs::read_to_string(folder.path().join("scene.ron")).expect("the scene");
-    std::fs::write(
-        folder.path().join("path.ron"),
-        path.replace("samples: 4,", "samples: 4, transport: Path,"),
-    )
-    .expect("a file");
-    let facts = json(folder.path(), &["info", "path.ron"]);
+    let folder = folder(SCENE);
+    folder.write("path.ron", SCENE.replace("samples: 4,", "samples: 4, transport: Path,"));
+    let facts = folder.json("info path.ron");
     let photons = &facts["photons"];
     assert_eq!((&photons["a_sample"], &photons["none"]), (&(4 * 16 * 12).into(), &serde_json::Value::Null));
     assert!(
         photons["ended_bytes"].as_u64() > Some(0) && photons["sorted_bytes"].as_u64() > Some(0),
         "{photons}"
     );
-    let text = stdout(folder.path(), &["info", "path.ron"]);
+    let text = folder.out("info path.ron");
     assert!(
         text.contains("\nphotons    at most 768 a sample, if they turn out to be of use; in memory about "),
         "{text}"
     );
-    let text = stdout(folder.path(), &["info", "scene.ron"]);
+    let text = folder.out("info scene.ron");
     assert!(text.contains("\nphotons    none: under Whitted's transport"), "{text}");
 }
 
 #[test]
 fn profile_counts_the_same_rays_as_rendering() {
-    let folder = folder();
-    let arguments =
-        ["profile", "scene.ron", "--size", "24x18", "--spp", "2", "--runs", "2", "--trace", "trace.json"];
-    let profile = json(folder.path(), &arguments);
-    let rendered = json(folder.path(), &["scene.ron", "--size", "24x18", "--spp", "2"]);
+    let folder = folder(SCENE);
+    let line = "profile scene.ron --size 24x18 --spp 2 --runs 2";
+    let profile = folder.json(&format!("{line} --trace trace.json"));
+    let rendered = folder.json("scene.ron --size 24x18 --spp 2");
     let bounces = profile["bounces"].as_array().expect("bounces");
     let sum = |name: &str| bounces.iter().filter_map(|bounce| bounce[name].as_u64()).sum::<u64>();
     for schedule in ["wavefront", "recursive"] {
@@ -312,7 +277,7 @@ fn profile_counts_the_same_rays_as_rendering() {
     assert!(groups >= sum("hits") / 16);
     assert!(profile["counters"].is_object());
 
-    let trace = std::fs::read_to_string(folder.path().join("trace.json")).expect("a trace");
+    let trace = folder.text("trace.json");
     let trace: serde_json::Value = serde_json::from_str(&trace).expect("JSON");
     let events = trace["traceEvents"].as_array().expect("events");
     assert!(
@@ -320,7 +285,7 @@ fn profile_counts_the_same_rays_as_rendering() {
             && events.iter().any(|event| event["name"] == "tile")
     );
 
-    let table = stdout(folder.path(), &arguments[..8]);
+    let table = folder.out(line);
     assert!(table.contains("wavefront") && table.contains("bounce"), "{table}");
     for line in table.lines().filter(|line| !line.starts_with("counters")) {
         assert!(line.chars().count() <= 100, "{line}");
@@ -345,14 +310,14 @@ const STUDY: &str = r#"(
 
 #[test]
 fn study_resumes_and_writes_a_self_contained_page() {
-    let folder = folder();
-    std::fs::write(folder.path().join("small.ron"), STUDY).expect("a file");
-    let out = stdout(folder.path(), &["study", "small.ron"]);
+    let folder = folder(SCENE);
+    folder.write("small.ron", STUDY);
+    let out = folder.out("study small.ron");
     assert!(out.contains("index.html"), "{out}");
-    let results = folder.path().join("out/small/results.csv");
-    let text = std::fs::read_to_string(&results).expect("results");
+    let results = "out/small/results.csv";
+    let text = folder.text(results);
     assert_eq!(text.lines().count(), 1 + 3 * 2 * 3 + 2 * (2 + 1), "{text}");
-    let page = std::fs::read_to_string(folder.path().join("out/small/index.html")).expect("a page");
+    let page = folder.text("out/small/index.html");
     for wanted in
         ["A &lt;small&gt; study", "<p>Second.</p>", "uniform: order -", "data:image/png;base64,", "bytes"]
     {
@@ -360,14 +325,14 @@ fn study_resumes_and_writes_a_self_contained_page() {
     }
     assert!(!page.contains("http://") || !page.contains("src=\"http"), "the page needs nothing else");
     for plot in ["light_mse.svg", "light_mse.png", "tree_treebytes.svg"] {
-        assert!(folder.path().join("out/small/plots").join(plot).is_file(), "{plot}");
+        assert!(folder.join("out/small/plots").has(plot), "{plot}");
     }
 
     // Interrupted after a few jobs: the others run, and existing results are kept.
     let kept: String = text.split_inclusive('\n').take(6).collect();
-    std::fs::write(&results, &kept).expect("a file");
-    stdout(folder.path(), &["study", "small.ron", "--quiet"]);
-    let again = std::fs::read_to_string(&results).expect("results");
+    folder.write(results, &kept);
+    folder.out("study small.ron --quiet");
+    let again = folder.text(results);
     assert!(again.starts_with(&kept) && again.lines().count() == text.lines().count());
     let errors = |text: &str| -> Vec<String> {
         let lines = text.lines().filter(|line| line.contains(",light,"));
@@ -381,16 +346,16 @@ fn study_resumes_and_writes_a_self_contained_page() {
 
 #[test]
 fn series_can_edit_the_scene() {
-    let folder = folder();
+    let folder = folder(SCENE);
     // Twice the light is twice the error, against a reference of its own.
     let study = r#"(title: "t", experiments: [
         (name: "light", scenes: [File("scene.ron")], with: (size: (12, 9), max_depth: 0, set: ["settings.background = 0"]),
          x: Samples([1, 4]), series: [(label: "dim"), (label: "bright", with: (set: ["Light.power_w *= 2"]))],
          seeds: 2, reference: (samples: 100), plots: [(y: Mse)]),
     ])"#;
-    std::fs::write(folder.path().join("small.ron"), study).expect("a file");
-    stdout(folder.path(), &["study", "small.ron"]);
-    let text = std::fs::read_to_string(folder.path().join("out/small/results.csv")).expect("results");
+    folder.write("small.ron", study);
+    folder.out("study small.ron");
+    let text = folder.text("out/small/results.csv");
     let [dim, bright] = ["dim", "bright"].map(|label| column(&text, "mse", label));
     assert_eq!((dim.len(), bright.len()), (4, 4), "{text}");
     for (dim, bright) in dim.iter().zip(bright) {
@@ -409,9 +374,9 @@ fn column(results: &str, name: &str, text: &str) -> Vec<f64> {
 /// images this small, noise is a tenth of it.
 #[test]
 fn halving_the_radius_of_photons_quarters_their_bias() {
-    let folder = folder();
+    let folder = folder(SCENE);
     let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/studies/photons_scene.ron");
-    std::fs::copy(shipped, folder.path().join("photons_scene.ron")).expect("a scene");
+    std::fs::copy(shipped, folder.join("photons_scene.ron")).expect("a scene");
     let study = r#"(title: "t", experiments: [
         (name: "radius", scenes: [File("photons_scene.ron")], with: (size: (64, 48), samples: 4, photons: 4),
          x: PhotonRadius([3, 6]), series: [(label: "gathered")], seeds: 2,
@@ -419,9 +384,9 @@ fn halving_the_radius_of_photons_quarters_their_bias() {
                      set: ["\"camera\".transform = LookAt(from: (0, 3.5, -1.8), to: (0, 2.5, -1))"]),
          plots: [(y: SquaredBias), (y: Variance)]),
     ])"#;
-    std::fs::write(folder.path().join("small.ron"), study).expect("a file");
-    stdout(folder.path(), &["study", "small.ron"]);
-    let results = std::fs::read_to_string(folder.path().join("out/small/results.csv")).expect("results");
+    folder.write("small.ron", study);
+    folder.out("study small.ron");
+    let results = folder.text("out/small/results.csv");
     let mean = |name: &str, radius: u32| {
         let values = column(&results, name, &format!("photons_scene,gathered,{radius},"));
         assert_eq!(values.len(), 2, "{results}");
@@ -439,16 +404,14 @@ fn halving_the_radius_of_photons_quarters_their_bias() {
 
 #[test]
 fn errors_in_studies_are_reported() {
-    let folder = folder();
+    let folder = folder(SCENE);
     for (from, to, wanted) in [
         ("scene.ron", "none.ron", "none.ron: cannot read"),
         ("seeds: 3", "seed: 3", "small.ron:10:"),
         ("reference: (light_samples: 400), ", "", "no reference"),
     ] {
-        std::fs::write(folder.path().join("small.ron"), STUDY.replace(from, to)).expect("a file");
-        let output = run(folder.path(), &["study", "small.ron"]);
-        let error = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{error}");
-        assert!(error.contains(wanted) && error.lines().count() == 1, "{error}");
+        folder.write("small.ron", STUDY.replace(from, to));
+        let error = folder.fails(1, "study small.ron", &[wanted]);
+        assert_eq!(error.lines().count(), 1, "{error}");
     }
 }

@@ -8,9 +8,9 @@ use rayfront::error::{Diagnostic, LoadError};
 use rayfront::internals::film::Film;
 use rayfront::internals::formats::gltf::GltfModel;
 use rayfront::internals::formats::{AssetFiles, ron};
-use rayfront::math::{Rgb, Vec2, Vec3};
+use rayfront::math::{Quat, Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
-use rayfront::world::{Assets, Image, Mesh, Texels, World};
+use rayfront::world::{Assets, Falloff, Image, Light, Mesh, Texels, Transform, World};
 
 /// Synthetic meshes and images, by name.
 pub struct MadeUp;
@@ -67,11 +67,38 @@ pub fn world(text: &str) -> World {
 }
 
 /// Renders all samples of a world's image.
-pub fn film(world: &World, options: Options) -> Film {
+pub fn session(world: &World, options: Options) -> Session {
     let scene = compile(world, None).unwrap_or_else(|error| panic!("{error}"));
     let mut session = Session::new(scene, &world.settings, options);
     session.advance(u32::MAX);
-    session.film().clone()
+    session
+}
+
+/// Returns the film of all samples.
+pub fn film(world: &World, options: Options) -> Film {
+    session(world, options).film().clone()
+}
+
+/// A translation.
+pub fn at(x: f32, y: f32, z: f32) -> Transform {
+    Transform::Trs { translation: Vec3::new(x, y, z), rotation: Quat::IDENTITY, scale: Vec3::ONE }
+}
+
+/// A grey light without an area.
+pub fn point_light(power_w: f32) -> Light {
+    Light::Point { power_w: Rgb::splat(power_w), falloff: Falloff::InverseSquare }
+}
+
+/// The mean of an image's pixels, by channel.
+pub fn mean_rgb(pixels: &(impl AsRef<[Rgb]> + ?Sized)) -> [f64; 3] {
+    let pixels = pixels.as_ref();
+    let sum = |channel: usize| pixels.iter().map(|pixel| f64::from(pixel.to_array()[channel])).sum::<f64>();
+    [0, 1, 2].map(|channel| sum(channel) / pixels.len() as f64)
+}
+
+/// The mean of an image's pixels and channels.
+pub fn mean(pixels: &(impl AsRef<[Rgb]> + ?Sized)) -> f64 {
+    mean_rgb(pixels).iter().sum::<f64>() / 3.0
 }
 
 /// An image, row by row.
@@ -79,6 +106,12 @@ pub struct Picture {
     pub width: usize,
     pub height: usize,
     pub pixels: Vec<Rgb>,
+}
+
+impl AsRef<[Rgb]> for Picture {
+    fn as_ref(&self) -> &[Rgb] {
+        &self.pixels
+    }
 }
 
 impl Picture {

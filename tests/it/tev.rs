@@ -3,10 +3,10 @@
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 
-use rayfront::internals::formats::picture;
+use super::program::{Place, folder};
 
 const SCENE: &str = r#"(
     settings: (size: (100, 80), samples: 20, transport: Path),
@@ -17,30 +17,6 @@ const SCENE: &str = r#"(
         (light: Area(power_w: 300, size_m: 1), transform: LookAt(from: (1, 4, 2), to: (0, 0, 0))),
     ],
 )"#;
-
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
-    folder
-}
-
-fn command(folder: &Path, line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command.current_dir(folder).args(line.split_whitespace()).stdin(Stdio::null());
-    command
-}
-
-fn run(folder: &Path, line: &str) -> Output {
-    command(folder, line).output().expect("the program runs")
-}
-
-#[track_caller]
-fn succeeds(folder: &Path, line: &str) -> String {
-    let output = run(folder, line);
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{line}: {error}");
-    error
-}
 
 /// A listener, and its address.
 fn listener() -> (TcpListener, String) {
@@ -123,40 +99,38 @@ impl Image {
     }
 }
 
-fn floats(file: &Path) -> Vec<[u32; 3]> {
-    let (_, _, pixels) = picture::load_linear(file).expect("a picture");
-    pixels.iter().map(|pixel| pixel.to_array().map(f32::to_bits)).collect()
+fn floats(folder: &Path, file: &str) -> Vec<[u32; 3]> {
+    folder.pixels(file).iter().map(|pixel| pixel.to_array().map(f32::to_bits)).collect()
 }
 
 #[test]
 fn viewer_receives_the_exact_floats_of_the_image() {
-    let folder = folder();
-    let here = folder.path();
-    succeeds(here, "scene.ron -q -o alone.exr");
+    let here = folder(SCENE);
+    here.messages("scene.ron -q -o alone.exr");
     let (listener, address) = listener();
     let viewer = std::thread::spawn(move || [(); 4].map(|()| Image::last(&listener)));
-    succeeds(here, &format!("scene.ron -q -o shown.exr --tev {address}"));
-    succeeds(here, &format!("scene.ron -q --crop 10,5,90,75 -o crop.exr --tev {address}"));
-    succeeds(here, &format!("scene.ron -q --spp 4 -o part.film --tev {address}"));
-    succeeds(here, &format!("resume part.film -q --spp 20 -o more.exr --tev {address}"));
+    here.messages(&format!("scene.ron -q -o shown.exr --tev {address}"));
+    here.messages(&format!("scene.ron -q --crop 10,5,90,75 -o crop.exr --tev {address}"));
+    here.messages(&format!("scene.ron -q --spp 4 -o part.film --tev {address}"));
+    here.messages(&format!("resume part.film -q --spp 20 -o more.exr --tev {address}"));
     let [whole, crop, _, resumed] = viewer.join().expect("a viewer");
     assert_eq!((&whole.name[..], whole.size), ("scene.ron", [100, 80]));
-    assert!(whole.pixels == floats(&here.join("shown.exr")));
+    assert!(whole.pixels == floats(&here, "shown.exr"));
     assert_eq!(crop.size, [80, 70]);
-    assert!(crop.pixels == floats(&here.join("crop.exr")));
-    assert!(resumed.pixels == floats(&here.join("more.exr")));
+    assert!(crop.pixels == floats(&here, "crop.exr"));
+    assert!(resumed.pixels == floats(&here, "more.exr"));
     // Viewers do not affect the file.
-    let bytes = |name: &str| std::fs::read(here.join(name)).expect("a file");
-    assert!(bytes("alone.exr") == bytes("shown.exr"));
+    assert!(here.bytes("alone.exr") == here.bytes("shown.exr"));
 }
 
 #[test]
 fn view_command_sends_the_image_to_the_viewer() {
-    let folder = folder();
-    succeeds(folder.path(), "scene.ron -q -o alone.exr");
-    let expected = floats(&folder.path().join("alone.exr"));
+    let folder = folder(SCENE);
+    folder.messages("scene.ron -q -o alone.exr");
+    let expected = floats(&folder, "alone.exr");
     let (listener, address) = listener();
-    let mut program = command(folder.path(), &format!("view scene.ron --no-open --tev {address}"))
+    let mut program = folder
+        .command(&format!("view scene.ron --no-open --tev {address}"))
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -174,26 +148,23 @@ fn view_command_sends_the_image_to_the_viewer() {
 
 #[test]
 fn lost_viewers_are_warnings_and_missing_ones_errors() {
-    let folder = folder();
-    let here = folder.path();
+    let here = folder(SCENE);
     let (listener, address) = listener();
     let gone = std::thread::spawn(move || drop(listener.accept()));
     // Several packets have to be sent before the lost connection is detected.
-    let error = succeeds(here, &format!("scene.ron --size 600x480 -o gone.exr --tev {address}"));
+    let error = here.messages(&format!("scene.ron --size 600x480 -o gone.exr --tev {address}"));
     gone.join().expect("a viewer");
     assert_eq!(error.matches("warning: the viewer has gone away").count(), 1, "{error}");
     // The listener is closed.
-    let output = run(here, &format!("scene.ron -o none.exr --tev {address}"));
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(3), "{error}");
-    assert!(error.starts_with("error: cannot reach a viewer") && error.contains("start tev"), "{error}");
-    assert!(!here.join("none.exr").exists());
+    let line = format!("scene.ron -o none.exr --tev {address}");
+    here.fails(3, &line, &["error: cannot reach a viewer", "start tev"]);
+    assert!(!here.has("none.exr"));
 }
 
 #[test]
 fn preview_without_a_terminal_is_reported() {
-    let folder = folder();
-    let error = succeeds(folder.path(), "scene.ron --spp 1 --preview");
+    let folder = folder(SCENE);
+    let error = folder.messages("scene.ron --spp 1 --preview");
     assert!(error.contains("--preview shows nothing: standard error is not a terminal"), "{error}");
     assert!(!error.contains('\x1b'), "{error}");
 }

@@ -1,10 +1,10 @@
 //! `rayfront trace` as a whole program, with rays whose hits are known analytically.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
-use tempfile::TempDir;
+
+use super::program::{Folder, Place, empty_folder};
 
 /// A triangle at z = 0, a square at z = −1 and a pentagon at z = −2, side by side and each two units wide: six
 /// triangles.
@@ -79,45 +79,27 @@ fn read_hits(path: &Path) -> Vec<(f32, f32, f32, u32)> {
 }
 
 /// A folder with `mesh.ply` and `rays.f32`.
-fn folder() -> TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("mesh.ply"), MESH).expect("a file");
-    write_rays(&folder.path().join("rays.f32"), rays().into_iter().map(|(ray, _)| ray));
+fn traced() -> Folder {
+    let folder = empty_folder();
+    folder.write("mesh.ply", MESH);
+    write_rays(&folder.join("rays.f32"), rays().into_iter().map(|(ray, _)| ray));
     folder
 }
 
-fn run(folder: &TempDir, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    let command = command.current_dir(folder.path()).arg("trace").args(arguments).stdin(Stdio::null());
-    command.output().expect("the program runs")
-}
-
+/// Returns the standard output of a successful run without messages.
 #[track_caller]
-fn stdout(folder: &TempDir, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {error}");
-    assert!(error.is_empty(), "{error}");
-    String::from_utf8(output.stdout).expect("UTF-8")
-}
-
-/// Returns the single line of a run's error message.
-#[track_caller]
-fn failure(folder: &TempDir, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    let error = String::from_utf8(output.stderr).expect("UTF-8");
-    let code = if arguments.contains(&"--out") { 3 } else { 1 };
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
-    assert!(output.stdout.is_empty() && error.starts_with("error: "), "{error}");
-    assert_eq!(error.lines().count(), 1, "{error}");
-    error
+fn stdout(folder: &Folder, line: &str) -> String {
+    let mut run = folder.run(&format!("trace {line}"));
+    let out = std::mem::take(&mut run.out);
+    assert_eq!(run.ends(0, &[]), "");
+    out
 }
 
 #[test]
 fn closest_and_any_hits_match_the_expected_ones() {
-    let folder = folder();
-    stdout(&folder, &["mesh.ply", "--rays", "rays.f32", "--out", "hits.bin"]);
-    let hits = read_hits(&folder.path().join("hits.bin"));
+    let folder = traced();
+    stdout(&folder, "mesh.ply --rays rays.f32 --out hits.bin");
+    let hits = read_hits(&folder.join("hits.bin"));
     assert_eq!(hits.len(), rays().len());
     for (i, (hit, (_, expected))) in hits.iter().zip(rays()).enumerate() {
         match expected {
@@ -131,8 +113,8 @@ fn closest_and_any_hits_match_the_expected_ones() {
     // Barycentric coordinates of the second and third corner.
     assert!((hits[0].1 - 0.125).abs() < 1e-6 && (hits[0].2 - 0.25).abs() < 1e-6, "{:?}", hits[0]);
 
-    stdout(&folder, &["mesh.ply", "--rays", "rays.f32", "--out", "any.bin", "--any"]);
-    for (any, closest) in read_hits(&folder.path().join("any.bin")).iter().zip(&hits) {
+    stdout(&folder, "mesh.ply --rays rays.f32 --out any.bin --any");
+    for (any, closest) in read_hits(&folder.join("any.bin")).iter().zip(&hits) {
         assert_eq!(*any, if *closest == MISS { MISS } else { (0.0, 0.0, 0.0, 0) });
     }
 }
@@ -140,20 +122,17 @@ fn closest_and_any_hits_match_the_expected_ones() {
 /// Triangles are indexed in the order of the file's faces.
 #[test]
 fn triangles_are_indexed_in_file_order() {
-    let folder = folder();
-    let mesh = rayfront::internals::formats::ply::load(&folder.path().join("mesh.ply")).expect("the mesh");
+    let folder = traced();
+    let mesh = rayfront::internals::formats::ply::load(&folder.join("mesh.ply")).expect("the mesh");
     assert_eq!(mesh.triangles.len(), 6);
     let middle = |t: &[u32; 3]| {
         t.iter()
             .map(|v| mesh.positions[*v as usize] / 3.0)
             .fold(Default::default(), |a: rayfront::math::Vec3, b| a + b)
     };
-    write_rays(
-        &folder.path().join("middles.f32"),
-        mesh.triangles.iter().map(|t| down(middle(t).x, middle(t).y)),
-    );
-    stdout(&folder, &["mesh.ply", "--rays", "middles.f32", "--out", "hits.bin"]);
-    let numbers: Vec<u32> = read_hits(&folder.path().join("hits.bin")).iter().map(|hit| hit.3).collect();
+    write_rays(&folder.join("middles.f32"), mesh.triangles.iter().map(|t| down(middle(t).x, middle(t).y)));
+    stdout(&folder, "mesh.ply --rays middles.f32 --out hits.bin");
+    let numbers: Vec<u32> = read_hits(&folder.join("hits.bin")).iter().map(|hit| hit.3).collect();
     assert_eq!(numbers, [0, 1, 2, 3, 4, 5]);
     let face = |triangle: u32| [0, 1, 1, 2, 2, 2][triangle as usize];
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
@@ -165,7 +144,7 @@ fn triangles_are_indexed_in_file_order() {
 
 #[test]
 fn hits_do_not_depend_on_threads_lanes_or_repeats() {
-    let folder = folder();
+    let folder = traced();
     // A little more than three chunks of rays in all directions, from a small generator of our own.
     let mut state = 1u32;
     let mut number = |size: f32| {
@@ -178,40 +157,39 @@ fn hits_do_not_depend_on_threads_lanes_or_repeats() {
             [x, y, 5.0, number(0.4) - 0.2, number(0.4) - 0.2, -1.0, 0.0, 1e30]
         })
         .collect();
-    write_rays(&folder.path().join("many.f32"), many);
-    for any in [&[][..], &["--any"]] {
-        let trace = |more: &[&str]| {
-            let arguments = [&["mesh.ply", "--rays", "many.f32", "--out", "out.bin"], any, more].concat();
-            stdout(&folder, &arguments);
-            std::fs::read(folder.path().join("out.bin")).expect("hits")
+    write_rays(&folder.join("many.f32"), many);
+    for any in ["", "--any"] {
+        let trace = |more: &str| {
+            stdout(&folder, &format!("mesh.ply --rays many.f32 --out out.bin {any} {more}"));
+            folder.bytes("out.bin")
         };
-        let first = trace(&["--threads", "1"]);
+        let first = trace("--threads 1");
         let found = first.chunks(16).filter(|hit| hit[12..] != [0xff; 4]).count();
         assert!(found > 2_000 && found < 48_000, "{found}");
         for more in [
-            &["--threads", "3"][..],
-            &["--repeat", "3"],
-            &["--simd", "portable"],
-            &["--coherence", "coherent"],
-            &["--coherence", "scattered", "--threads", "2"],
+            "--threads 3",
+            "--repeat 3",
+            "--simd portable",
+            "--coherence coherent",
+            "--coherence scattered --threads 2",
         ] {
-            assert!(trace(more) == first, "{any:?} {more:?}");
+            assert!(trace(more) == first, "{any} {more}");
         }
         for isa in rayfront::internals::simd::Isa::available() {
-            assert!(trace(&["--simd", isa.name()]) == first, "{any:?} {isa:?}");
+            assert!(trace(&format!("--simd {}", isa.name())) == first, "{any} {isa:?}");
         }
     }
 }
 
 #[test]
 fn measurements_are_reported_as_json_and_text() {
-    let folder = folder();
-    let json = |more: &[&str]| -> Value {
-        let out = stdout(&folder, &[&["mesh.ply", "--rays", "rays.f32", "--json"], more].concat());
+    let folder = traced();
+    let json = |more: &str| -> Value {
+        let out = stdout(&folder, &format!("mesh.ply --rays rays.f32 --json {more}"));
         assert_eq!(out.lines().count(), 1);
         serde_json::from_str(&out).expect("JSON")
     };
-    let facts = json(&["--threads", "2", "--repeat", "4", "--quality", "high", "--out", "hits.bin"]);
+    let facts = json("--threads 2 --repeat 4 --quality high --out hits.bin");
     let hits = rays().iter().filter(|(_, hit)| hit.is_some()).count();
     for (key, value) in [
         ("scene", Value::from("mesh.ply")),
@@ -229,16 +207,8 @@ fn measurements_are_reported_as_json_and_text() {
     ] {
         assert_eq!(facts[key], value, "{key}");
     }
-    for key in [
-        "mrays_per_s",
-        "wall_s",
-        "load_s",
-        "compile_s",
-        "build_s",
-        "bvh_bytes",
-        "bytes_per_triangle",
-        "geometry_bytes",
-    ] {
+    let numbers = "mrays_per_s wall_s load_s compile_s build_s bvh_bytes bytes_per_triangle geometry_bytes";
+    for key in numbers.split(' ') {
         assert!(facts[key].as_f64() > Some(0.0), "{key}: {}", facts[key]);
     }
     assert!(facts["build_peak_bytes"].is_u64());
@@ -248,19 +218,19 @@ fn measurements_are_reported_as_json_and_text() {
         }
     }
     assert!(facts.get("mismatches").is_none());
-    assert_eq!(json(&["--any"])["query"], "any");
-    assert_eq!(json(&["--any"])["hits"], hits);
+    assert_eq!(json("--any")["query"], "any");
+    assert_eq!(json("--any")["hits"], hits);
 
-    assert_eq!(json(&["--reference", "hits.bin"])["mismatches"], 0);
+    assert_eq!(json("--reference hits.bin")["mismatches"], 0);
     // One hit moved and one lost: any-hit queries only detect the second change.
-    let mut reference = std::fs::read(folder.path().join("hits.bin")).expect("hits");
+    let mut reference = folder.bytes("hits.bin");
     reference[..4].copy_from_slice(&3.001f32.to_le_bytes());
     reference.copy_within(16..32, 2 * 16);
-    std::fs::write(folder.path().join("other.bin"), reference).expect("a file");
-    assert_eq!(json(&["--reference", "other.bin"])["mismatches"], 2);
-    assert_eq!(json(&["--reference", "other.bin", "--any"])["mismatches"], 1);
+    folder.write("other.bin", reference);
+    assert_eq!(json("--reference other.bin")["mismatches"], 2);
+    assert_eq!(json("--reference other.bin --any")["mismatches"], 1);
 
-    let text = stdout(&folder, &["mesh.ply", "--rays", "rays.f32", "--reference", "other.bin"]);
+    let text = stdout(&folder, "mesh.ply --rays rays.f32 --reference other.bin");
     for word in ["6 triangles", "13, 5 hits", "CPU second", "2 mismatches", "bytes a triangle"] {
         assert!(text.contains(word), "{word}: {text}");
     }
@@ -269,62 +239,61 @@ fn measurements_are_reported_as_json_and_text() {
 /// A scene needs no camera to be traced; the high bit distinguishes spheres from triangles.
 #[test]
 fn scenes_with_instances_and_spheres_are_traced() {
-    let folder = folder();
+    let folder = traced();
     let scene = r#"(settings: (copied_triangles: 0), entities: [
         (shape: Mesh("mesh.ply")),
         (shape: Mesh("mesh.ply"), transform: (translate: (0, 10, 0))),
         (shape: Sphere(radius_m: 1), transform: (translate: (-5, 0, 0))),
     ])"#;
-    std::fs::write(folder.path().join("scene.ron"), scene).expect("a file");
+    folder.write("scene.ron", scene);
     let places = [(0.25, 0.5), (0.25, 10.5), (-5.0, 0.0), (-5.0, 5.0)];
-    write_rays(&folder.path().join("rays.f32"), places.map(|(x, y)| down(x, y)));
-    let out = stdout(&folder, &["scene.ron", "--rays", "rays.f32", "--out", "hits.bin", "--json"]);
-    let facts: Value = serde_json::from_str(&out).expect("JSON");
+    write_rays(&folder.join("rays.f32"), places.map(|(x, y)| down(x, y)));
+    let facts = folder.json("trace scene.ron --rays rays.f32 --out hits.bin");
     assert_eq!(
         (&facts["instances"], &facts["spheres"], &facts["triangles"]),
         (&2.into(), &1.into(), &6.into())
     );
-    let hits = read_hits(&folder.path().join("hits.bin"));
+    let hits = read_hits(&folder.join("hits.bin"));
     assert_eq!(hits.iter().map(|hit| hit.3).collect::<Vec<_>>(), [0, 0, 1 << 31, u32::MAX]);
     assert!((hits[2].0 - 2.0).abs() < 1e-6);
 
-    write_rays(&folder.path().join("none.f32"), []);
-    let facts: Value =
-        serde_json::from_str(&stdout(&folder, &["scene.ron", "--rays", "none.f32", "--json"])).expect("JSON");
+    write_rays(&folder.join("none.f32"), []);
+    let facts = folder.json("trace scene.ron --rays none.f32");
     assert_eq!((&facts["rays"], &facts["hits"]), (&0.into(), &0.into()));
 }
 
 #[test]
 fn errors_name_the_file_and_the_position() {
-    let folder = folder();
-    let mut cut = std::fs::read(folder.path().join("rays.f32")).expect("rays");
+    let folder = traced();
+    let mut cut = folder.bytes("rays.f32");
     cut.truncate(2 * 32 + 7);
-    std::fs::write(folder.path().join("cut.f32"), cut).expect("a file");
-    std::fs::write(folder.path().join("short.bin"), [0; 32]).expect("a file");
-    std::fs::write(folder.path().join("odd.bin"), [0; 33]).expect("a file");
-    std::fs::write(folder.path().join("broken.ply"), "ply\nformat ascii 1.0\n").expect("a file");
-    let rays = ["mesh.ply", "--rays", "rays.f32"];
-    for (arguments, words) in [
-        (&["mesh.ply", "--rays", "cut.f32"][..], &["cut.f32: ", "ray 2", "byte 64", "7 of 32 bytes"][..]),
-        (&["mesh.ply", "--rays", "nowhere.f32"], &["nowhere.f32: cannot read"]),
-        (&["mesh.ply", "--rays", "."], &[".: cannot read"]),
-        (&["nowhere.ply", "--rays", "rays.f32"], &["nowhere.ply: cannot read"]),
-        (&["broken.ply", "--rays", "rays.f32"], &["broken.ply:"]),
-        (&[&rays[..], &["--reference", "short.bin"]].concat(), &["short.bin: has 2 hits", "13 rays"]),
-        (&[&rays[..], &["--reference", "odd.bin"]].concat(), &["odd.bin: hit 2", "byte 32", "1 of 16"]),
-        (&[&rays[..], &["--out", "missing/hits.bin"]].concat(), &["missing/hits.bin", "cannot write"]),
+    folder.write("cut.f32", cut);
+    folder.write("short.bin", [0; 32]);
+    folder.write("odd.bin", [0; 33]);
+    folder.write("broken.ply", "ply\nformat ascii 1.0\n");
+    for (code, line, words) in [
+        (1, "mesh.ply --rays cut.f32", &["cut.f32: ", "ray 2", "byte 64", "7 of 32 bytes"][..]),
+        (1, "mesh.ply --rays nowhere.f32", &["nowhere.f32: cannot read"]),
+        (1, "mesh.ply --rays .", &[".: cannot read"]),
+        (1, "nowhere.ply --rays rays.f32", &["nowhere.ply: cannot read"]),
+        (1, "broken.ply --rays rays.f32", &["broken.ply:"]),
+        (1, "mesh.ply --rays rays.f32 --reference short.bin", &["short.bin: has 2 hits", "13 rays"]),
+        (1, "mesh.ply --rays rays.f32 --reference odd.bin", &["odd.bin: hit 2", "byte 32", "1 of 16"]),
+        (3, "mesh.ply --rays rays.f32 --out missing/hits.bin", &["missing/hits.bin", "cannot write"]),
     ] {
-        let error = failure(&folder, arguments);
-        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+        let run = folder.run(&format!("trace {line}"));
+        assert_eq!(run.out, "", "{line}");
+        let error = run.ends(code, words);
+        assert!(error.starts_with("error: ") && error.lines().count() == 1, "{error}");
     }
-    for arguments in [
-        &["mesh.ply"][..],
-        &["--rays", "rays.f32"],
-        &[&rays[..], &["--repeat", "0"]].concat(),
-        &[&rays[..], &["--quality", "best"]].concat(),
-        &[&rays[..], &["--coherence", "some"]].concat(),
-        &[&rays[..], &["--simd", "mmx"]].concat(),
+    for line in [
+        "mesh.ply",
+        "--rays rays.f32",
+        "mesh.ply --rays rays.f32 --repeat 0",
+        "mesh.ply --rays rays.f32 --quality best",
+        "mesh.ply --rays rays.f32 --coherence some",
+        "mesh.ply --rays rays.f32 --simd mmx",
     ] {
-        assert_eq!(run(&folder, arguments).status.code(), Some(2), "{arguments:?}");
+        folder.fails(2, &format!("trace {line}"), &[]);
     }
 }

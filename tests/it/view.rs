@@ -2,10 +2,12 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
+
+use super::program::{Folder, Place, folder};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -25,7 +27,7 @@ const SCENE: &str = r#"(
 /// The running program.
 pub struct Shown {
     program: Child,
-    folder: tempfile::TempDir,
+    folder: Folder,
     /// `http://127.0.0.1:PORT`.
     base: String,
     token: String,
@@ -44,12 +46,10 @@ impl Shown {
     }
 
     pub fn with(scene: &str, options: &[&str]) -> Shown {
-        let folder = tempfile::tempdir().expect("a folder");
-        std::fs::write(folder.path().join("scene.ron"), scene).expect("a scene");
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rayfront"))
-            .args(["view", "scene.ron", "--no-open", "--threads", "2"])
+        let folder = folder(scene);
+        let mut program = folder
+            .command("view scene.ron --no-open --threads 2")
             .args(options)
-            .current_dir(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -65,7 +65,7 @@ impl Shown {
     }
 
     pub fn scene(&self) -> PathBuf {
-        self.folder.path().join("scene.ron")
+        self.folder.join("scene.ron")
     }
 
     fn get(&self, path: &str) -> (u16, Vec<u8>) {
@@ -131,13 +131,9 @@ fn get(address: &str, host: Option<&str>) -> (u16, Vec<u8>) {
 
 /// The pixels of the scene rendered without the page.
 fn rendered(scene: &Path) -> Vec<u8> {
-    let image = scene.with_extension("png");
-    let status = Command::new(env!("CARGO_BIN_EXE_rayfront"))
-        .args([scene, Path::new("--quiet"), Path::new("-o"), &image])
-        .status()
-        .expect("rayfront");
-    assert!(status.success());
-    image::open(image).expect("a picture").into_rgb8().into_raw()
+    let folder = scene.parent().expect("a folder");
+    folder.out("scene.ron --quiet -o scene.png");
+    image::open(folder.join("scene.png")).expect("a picture").into_rgb8().into_raw()
 }
 
 #[test]
@@ -288,7 +284,7 @@ fn printed_command_explains_the_sample_of_the_page() {
         shown.when("the image", |status| status["is_done"] == true);
         let explained = shown.json("/explain?x=38&y=23&sample=2");
         let command = explained["command"].as_str().expect("a command").to_owned();
-        let typed = crate::printed::typed(shown.folder.path(), &command, "--json");
+        let typed = crate::printed::typed(&shown.folder, &command, "--json");
         let typed: Value = serde_json::from_str(&typed).expect("JSON");
         let is_same = typed["samples"][0]["radiance"] == explained["radiance"];
         (command, is_same && explained["radiance"][0].as_f64() > Some(0.0))

@@ -4,44 +4,73 @@ use super::*;
 
 /// The arrangement of the rays of a queue.
 #[derive(Clone, Copy, Debug)]
-enum Bundle {
+enum Arrangement {
+    /// Of all kinds that break careless code.
+    Mixed,
     FromOnePoint,
     ToOnePoint,
     Parallel,
     /// Between two small squares, as from a lens or to a light.
     BetweenSquares,
+    /// In bundles from neighbouring points to one point each, some of them wide, and a few rays behind the last.
+    Bundles,
+    /// In all directions, behind some that are coherent.
+    Scattered,
 }
 
-const BUNDLES: [Bundle; 4] =
-    [Bundle::FromOnePoint, Bundle::ToOnePoint, Bundle::Parallel, Bundle::BetweenSquares];
+const ARRANGEMENTS: [Arrangement; 7] = [
+    Arrangement::Mixed,
+    Arrangement::FromOnePoint,
+    Arrangement::ToOnePoint,
+    Arrangement::Parallel,
+    Arrangement::BetweenSquares,
+    Arrangement::Bundles,
+    Arrangement::Scattered,
+];
 
 fn point(random: &mut Stream, size: f32) -> Vec3 {
     Vec3::from_array(std::array::from_fn(|_| random.random_range(-size..size)))
 }
 
-/// A queue of coherent rays, with a few among them that are incoherent or invalid.
-fn bundle(random: &mut Stream, kind: Bundle, count: usize, odd: bool) -> Vec<Ray<f32>> {
+/// A queue of rays, a few of which are `odd`: incoherent or invalid; and the ends of its bundles.
+fn queue(
+    random: &mut Stream,
+    soup: &Soup,
+    kind: Arrangement,
+    count: usize,
+    odd: bool,
+) -> (Vec<Ray<f32>>, Vec<u32>) {
     let (from, to) = (point(random, 7.0), point(random, 3.0));
-    let end: f32 = random.random_range(2.0..20.0);
-    let bounded: bool = random.random();
-    let mut rays = Vec::new();
+    let end = if random.random() { random.random_range(2.0..20.0) } else { f32::INFINITY };
+    let (mut rays, mut bundles) = (Vec::new(), Vec::new());
+    if let Arrangement::Bundles = kind {
+        while rays.len() < count {
+            let (from, to) = (point(random, 5.0), point(random, 5.0));
+            let wide = [0.0, 0.05, 0.5, 4.0][random.random_range(0..4)];
+            for _ in 0..random.random_range(0..70) {
+                let origin = if wide > 0.0 { from + point(random, wide) } else { from };
+                let way = to - origin;
+                rays.push(ray(origin, way.normalize_or(Vec3::Y), 0.0, way.length() * 0.999));
+            }
+            bundles.push(rays.len() as u32);
+        }
+        rays.extend((0..5).map(|_| towards(point(random, 6.0), point(random, 6.0))));
+        return (rays, bundles);
+    }
     for i in 0..count {
         let (a, b) = (point(random, 0.4), point(random, 0.4));
-        let mut ray = match kind {
-            Bundle::FromOnePoint => towards(from, to + a),
-            Bundle::ToOnePoint => towards(from + a, to),
-            Bundle::Parallel => towards(from + a, to + a),
-            Bundle::BetweenSquares => towards(from + a, to + b),
+        let ray = match kind {
+            Arrangement::Mixed => random_ray(random, soup, i % KINDS),
+            Arrangement::FromOnePoint => towards(from, to + a),
+            Arrangement::ToOnePoint => towards(from + a, to),
+            Arrangement::Scattered if i > count / 4 => towards(point(random, 6.0), point(random, 4.0)),
+            Arrangement::Parallel | Arrangement::Scattered => towards(from + a, to + a),
+            Arrangement::BetweenSquares | Arrangement::Bundles => towards(from + a, to + b),
         };
-        if bounded {
-            ray.t_max = end;
-        }
-        if odd && i % 17 == 3 {
-            ray = random_odd(random, ray, i / 17);
-        }
-        rays.push(ray);
+        let ray = Ray { t_max: ray.t_max.min(end), ..ray };
+        rays.push(if odd && i % 17 == 3 { random_odd(random, ray, i / 17) } else { ray });
     }
-    rays
+    (rays, bundles)
 }
 
 fn random_odd(random: &mut Stream, ray: Ray<f32>, kind: usize) -> Ray<f32> {
@@ -57,87 +86,28 @@ fn random_odd(random: &mut Stream, ray: Ray<f32>, kind: usize) -> Ray<f32> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(160))]
 
+    /// Every arrangement of rays, with every kernel.
     #[test]
-    fn hits_of_coherent_rays_match_the_oracle(
+    fn hits_match_the_oracles_in_every_kernel(
         seed: u64,
         counts in [1usize..400, 0usize..12, 0usize..20, 0usize..10],
-        placed in 0usize..3,
-        kind in 0usize..4,
+        placed in 0usize..4,
+        few: bool,
+        kind in prop::sample::select(ARRANGEMENTS.to_vec()),
         length in 1usize..300,
         coarse: bool,
         odd: bool,
     ) {
         let mut random = Stream::new(seed);
-        let soup = random_soup(&mut random, counts, placed, coarse);
-        agree(&soup, &bundle(&mut random, BUNDLES[kind], length, odd));
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
-
-    /// Trees of a few leaves, which are not traversed.
-    #[test]
-    fn hits_in_trees_of_a_few_leaves_match_the_oracle(
-        seed: u64, count in 1usize..60, spheres in 0usize..20, kind in 0usize..4, length in 1usize..80,
-        coarse: bool, odd: bool,
-    ) {
-        let mut random = Stream::new(seed);
-        let soup = random_soup(&mut random, [count, spheres, 0, 0], 0, coarse);
-        let mut rays = bundle(&mut random, BUNDLES[kind], length, odd);
-        rays.extend((0..length).map(|_| towards(point(&mut random, 6.0), point(&mut random, 6.0))));
-        agree(&soup, &rays);
-    }
-}
-
-/// Bundles of rays from neighbouring points to one point each, some of them wide, and a few rays behind the last.
-fn bundles(random: &mut Stream, sizes: &[usize], wide: f32) -> (Vec<Ray<f32>>, Vec<u32>) {
-    let (mut rays, mut ends) = (Vec::new(), Vec::new());
-    for size in sizes {
-        let (from, to) = (point(random, 5.0), point(random, 5.0));
-        for _ in 0..*size {
-            let origin = if wide > 0.0 { from + point(random, wide) } else { from };
-            rays.push(ray(origin, (to - origin).normalize_or(Vec3::Y), 0.0, (to - origin).length() * 0.999));
-        }
-        ends.push(rays.len() as u32);
-    }
-    rays.extend((0..5).map(|_| towards(point(random, 6.0), point(random, 6.0))));
-    (rays, ends)
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
-
-    #[test]
-    fn occlusion_of_ray_bundles_matches_the_oracle(
-        seed: u64,
-        counts in [1usize..400, 0usize..12, 0usize..20, 0usize..10],
-        placed in 0usize..3,
-        sizes in prop::collection::vec(0usize..70, 1..8),
-        wide in prop::sample::select(vec![0.0f32, 0.05, 0.5, 4.0]),
-        coarse: bool,
-        few: bool,
-    ) {
-        let mut random = Stream::new(seed);
-        // Trees of a few leaves have their own kernel for bundles.
+        // Trees of a few leaves are not traversed, and have their own kernel for bundles.
         let (counts, placed) = if few { ([counts[0] % 60, counts[1], 0, 0], 0) } else { (counts, placed) };
         let soup = random_soup(&mut random, counts, placed, coarse);
-        let (rays, ends) = bundles(&mut random, &sizes, wide);
-        let mut bvh = soup.build();
-        for asked in [false, true] {
-            if asked {
-                let of = |id: u32| [Sidedness::Filtered, Sidedness::Always, Sidedness::Always][id as usize % 3];
-                bvh.set_sidedness(of, &vec![None; soup.placed.len()]);
-            }
-            let expected: Vec<u32> =
-                rays.iter().enumerate().map(|(i, ray)| u32::from(!oracle(&bvh, ray, i).is_miss())).collect();
-            for isa in Isa::available() {
-                let (mut stack, mut occluded) = (Stack::new(&bvh), vec![7; rays.len()]);
-                in_columns(&rays, |view, _| any_in_bundles(isa, &bvh, view, &ends, &mut stack, &mut occluded));
-                prop_assert_eq!(&occluded, &expected, "{:?}", isa);
-            }
+        let (rays, bundles) = queue(&mut random, &soup, kind, length, odd);
+        agree_in_bundles(&soup, &rays, &bundles);
+        if !odd {
+            within_bracket(&soup, &rays);
         }
     }
 }
@@ -174,11 +144,7 @@ proptest! {
     ) {
         let mut random = Stream::new(seed);
         let soup = random_soup(&mut random, counts, placed, coarse);
-        let mut rays = Vec::with_capacity(length);
-        for i in 0..length {
-            let ray = towards(point(&mut random, 6.0), point(&mut random, 4.0));
-            rays.push(if odd && i % 17 == 3 { random_odd(&mut random, ray, i / 17) } else { ray });
-        }
+        let (rays, _) = queue(&mut random, &soup, Arrangement::Scattered, length, odd);
         agree(&soup, &rays);
     }
 }
@@ -209,28 +175,6 @@ fn packets_inside_a_closed_surface_always_hit_it() {
             let out = hits.iter().filter(|hit| hit.is_miss() || !hit.t.is_finite()).count();
             let unblocked = occluded.iter().filter(|o| **o == 0).count();
             assert_eq!((out, unblocked), (0, 0), "{isa:?}, {way:?}, scale {scale}, at {offset}");
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
-
-    /// The binary tree that the wide one is collapsed from gives the same hits.
-    #[test]
-    fn hits_in_the_binary_tree_match_the_wide_tree(seed: u64, count in 1usize..600, coarse: bool, odd: bool) {
-        let mut random = Stream::new(seed);
-        let soup = random_soup(&mut random, [count, 0, 0, 0], 0, coarse).all_in_the_world();
-        let bvh = soup.build();
-        let geometry = PrimitiveArrays { positions: &soup.positions, triangles: &soup.triangles, spheres: &[] };
-        let binary = super::super::baseline::binary_traversal::BinaryBvh::new(&geometry, BuildQuality::Default);
-        let mut rays = bundle(&mut random, BUNDLES[seed as usize % 4], 100, odd);
-        rays.extend((0..100).map(|_| towards(point(&mut random, 6.0), point(&mut random, 6.0))));
-        for isa in Isa::available() {
-            let found = in_columns(&rays, |rays, hits| binary.closest(isa, rays, hits));
-            for (ray, (found, expected)) in found.iter().zip(&trace(isa, &bvh, &rays).0).enumerate() {
-                prop_assert_eq!(bits(found), bits(expected), "{:?}, ray {}", isa, ray);
-            }
         }
     }
 }

@@ -2,7 +2,15 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use base64::engine::general_purpose::{GeneralPurpose, NO_PAD};
+use base64::{DecodeError, Engine, alphabet};
+use percent_encoding::percent_decode_str;
+
 use crate::files;
+
+/// Base64 whose unused last bits may have any value.
+const BASE64: GeneralPurpose =
+    GeneralPurpose::new(&alphabet::STANDARD, NO_PAD.with_decode_allow_trailing_bits(true));
 
 /// The target of a URI.
 #[derive(Debug, PartialEq)]
@@ -24,42 +32,14 @@ pub(super) fn resolve(uri: &str, folder: &Path) -> Result<Resource, String> {
 fn data(rest: &str) -> Result<Vec<u8>, String> {
     let (kind, data) = rest.split_once(',').ok_or("the data URI has no comma before its data")?;
     if kind.split(';').next_back().is_some_and(|last| last.eq_ignore_ascii_case("base64")) {
-        base64(data.as_bytes())
-            .map_err(|at| format!("the data URI is not base64 at character {at} of its data"))
+        let digits = data.trim_end_matches('=');
+        BASE64.decode(digits).map_err(|error| {
+            let at = if let DecodeError::InvalidByte(at, _) = error { at + 1 } else { digits.len() };
+            format!("the data URI is not base64 at character {at} of its data")
+        })
     } else {
-        Ok(percent_decode(data))
+        Ok(percent_decode_str(data).collect())
     }
-}
-
-/// Decodes base64 (RFC 4648); the padding may be missing. The error is the position of the fault.
-fn base64(text: &[u8]) -> Result<Vec<u8>, usize> {
-    let padding = text.iter().rev().take(2).take_while(|c| **c == b'=').count();
-    let digits = &text[..text.len() - padding];
-    if digits.len() % 4 == 1 {
-        return Err(digits.len());
-    }
-    let mut bytes = Vec::with_capacity(digits.len() / 4 * 3 + 2);
-    for (index, group) in digits.chunks(4).enumerate() {
-        let mut bits = 0;
-        for (place, digit) in group.iter().enumerate() {
-            let value = digit_value(*digit).ok_or(index * 4 + place + 1)?;
-            bits |= u32::from(value) << (18 - 6 * place);
-        }
-        let [_, a, b, c] = bits.to_be_bytes();
-        bytes.extend_from_slice(&[a, b, c][..group.len() - 1]);
-    }
-    Ok(bytes)
-}
-
-fn digit_value(digit: u8) -> Option<u8> {
-    Some(match digit {
-        b'A'..=b'Z' => digit - b'A',
-        b'a'..=b'z' => digit - b'a' + 26,
-        b'0'..=b'9' => digit - b'0' + 52,
-        b'+' => 62,
-        b'/' => 63,
-        _ => return None,
-    })
 }
 
 /// Resolves a path relative to `folder`, which must stay below it unless that is allowed.
@@ -69,7 +49,8 @@ fn file(uri: &str, folder: &Path) -> Result<PathBuf, String> {
     if first.contains(':') {
         return Err(format!("\"{}\" does not refer to a file beside this one", shown()));
     }
-    let decoded = String::from_utf8(percent_decode(uri))
+    let decoded = percent_decode_str(uri)
+        .decode_utf8()
         .map_err(|_| format!("\"{}\" is not UTF-8 once its % signs are decoded", shown()))?;
     // Some exporters on Windows write backslashes.
     let decoded = decoded.replace('\\', "/");
@@ -98,27 +79,6 @@ fn file(uri: &str, folder: &Path) -> Result<PathBuf, String> {
         return Err(format!("\"{}\" names no file", shown()));
     }
     Ok(folder.join(below))
-}
-
-/// Decodes `%20` and the like to bytes; a stray % stays as it is.
-fn percent_decode(text: &str) -> Vec<u8> {
-    let mut decoded = Vec::with_capacity(text.len());
-    let mut rest = text.as_bytes();
-    while let Some((first, after)) = rest.split_first() {
-        let hex = |digit: u8| char::from(digit).to_digit(16).map(|value| value as u8);
-        let pair = after.first_chunk::<2>().filter(|_| *first == b'%');
-        match pair.and_then(|[high, low]| Some(hex(*high)? * 16 + hex(*low)?)) {
-            Some(byte) => {
-                decoded.push(byte);
-                rest = &after[2..];
-            }
-            None => {
-                decoded.push(*first);
-                rest = after;
-            }
-        }
-    }
-    decoded
 }
 
 #[cfg(test)]

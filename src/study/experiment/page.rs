@@ -1,5 +1,7 @@
 //! One self-contained HTML page: images, plots, tables, and the machine.
 
+use base64::prelude::*;
+
 use super::equal_time::EqualTime;
 use super::machine;
 use super::plot::{Figure, legend};
@@ -125,7 +127,7 @@ fn number(value: f64) -> String {
 }
 
 fn images(pictures: &Pictures) -> String {
-    let data = |png: &[u8]| format!("data:image/png;base64,{}", base64(png));
+    let data = |png: &[u8]| format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png));
     let options: String = pictures
         .shown
         .iter()
@@ -147,33 +149,4 @@ fn paragraphs(text: &str) -> String {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// Base64 (RFC 4648).
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for digit in 0..4 {
-            let value = bits >> (18 - 6 * digit) & 63;
-            out.push(if digit <= chunk.len() { DIGITS[value as usize] as char } else { '=' });
-        }
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn base64_matches_the_test_vectors_of_rfc_4648() {
-        for (plain, wanted) in
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
-        {
-            assert_eq!(base64(plain.as_bytes()), wanted);
-        }
-    }
 }

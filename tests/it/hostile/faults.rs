@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
-use super::{ball, folder};
+use super::ball;
+use crate::program::{Place, ended, folder};
 
 /// The library that makes calls fail; none without a compiler.
 static SHIM: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
@@ -39,11 +40,10 @@ const UNCHECKED: i32 = 128 + SIGSEGV;
 fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcomes: &mut Outcomes) {
     let name = name_of_call;
     let Some(shim) = &*SHIM else { return };
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     let render = |fault: Option<usize>| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-        command.current_dir(here).args(line).env("LD_PRELOAD", shim);
+        let mut command = here.command(line);
+        command.env("LD_PRELOAD", shim);
         if let Some(nth) = fault {
             command.env("RAYFRONT_FAULT", format!("{name}:{nth}:{errno}"));
         }
@@ -61,7 +61,7 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
         false => read(file),
     };
     let right: Vec<_> = outputs.iter().map(|file| hash(file).expect("an output")).collect();
-    let calls = calls(here, name, line, shim);
+    let calls = calls(&here, name, line, shim);
     assert!(calls > 0, "{name} is never called");
     for nth in (0..calls).step_by(step) {
         outputs.iter().for_each(|file| drop(std::fs::remove_file(here.join(file))));
@@ -91,7 +91,7 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
             }
         }
         assert!(code != 0 || missing == 0, "{what}: {missing} outputs are missing, and nobody says so");
-        let left = std::fs::read_dir(here).expect("a folder").flatten().map(|file| file.path());
+        let left = std::fs::read_dir(&here).expect("a folder").flatten().map(|file| file.path());
         for path in left {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if name.ends_with(".part") {
@@ -111,11 +111,8 @@ fn all_calls(name_of_call: &str, errno: i32, step: usize, line: &[&str], outcome
 /// Returns the number of calls.
 fn calls(here: &Path, name: &str, line: &[&str], shim: &Path) -> usize {
     const MANY: usize = 1_000_000;
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command.current_dir(here).args(line).env("LD_PRELOAD", shim);
-    let output =
-        command.env("RAYFRONT_FAULT", format!("{name}:{MANY}:0")).output().expect("the program runs");
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let mut command = here.command(line);
+    let text = ended(command.env("LD_PRELOAD", shim).env("RAYFRONT_FAULT", format!("{name}:{MANY}:0"))).err;
     let left = text.lines().find_map(|line| line.strip_prefix("shim: ")?.parse::<usize>().ok());
     MANY - left.unwrap_or_else(|| panic!("no count: {text}"))
 }
@@ -126,7 +123,7 @@ fn output_folder_is_listed_once() {
     let Some(shim) = &*SHIM else { return };
     let folder = folder(&ball(""));
     for line in [&LINE[..], &["scene.ron", "-q", "-o", "a.png", "--denoise", "-o", "b.exr"]] {
-        assert_eq!(calls(folder.path(), "opendir", line, shim), 1, "{line:?}");
+        assert_eq!(calls(&folder, "opendir", line, shim), 1, "{line:?}");
     }
 }
 

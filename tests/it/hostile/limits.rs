@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{ball, expect, folder, run, scene, shell};
+use super::{ball, scene};
+use crate::program::{Place, folder};
 
 /// A sheet of about this many triangles.
 fn sheet(path: &Path, triangles: usize) {
@@ -41,16 +42,10 @@ fn flat(path: &Path, side: u32, color: png::ColorType, depth: png::BitDepth) {
     writer.write_image_data(&vec![0; row * side as usize]).expect("rows");
 }
 
-fn json(output: &std::process::Output) -> serde_json::Value {
-    expect(output, 0, &[]);
-    serde_json::from_slice(&output.stdout).expect("JSON")
-}
-
 #[test]
 #[cfg(target_os = "linux")]
 fn info_forecasts_the_peak() {
-    let folder = folder("");
-    let here = folder.path();
+    let here = folder("");
     for triangles in [1_000, 30_000, 1_000_000] {
         sheet(&here.join(format!("{triangles}.ply")), triangles);
     }
@@ -60,12 +55,11 @@ fn info_forecasts_the_peak() {
     }
     let balls = (0..pictures)
         .map(|i| format!("(shape: Sphere(radius_m: 1), material: (diffuse: Image(\"{i}.png\"))),"));
-    std::fs::write(here.join("pictures.ron"), scene("", &balls.collect::<String>())).expect("a file");
-    std::fs::write(here.join("film.ron"), ball("").replace("size: (16, 12)", "size: (2000, 1500)"))
-        .expect("a file");
+    here.write("pictures.ron", scene("", &balls.collect::<String>()));
+    here.write("film.ron", ball("").replace("size: (16, 12)", "size: (2000, 1500)"));
     for file in ["1000.ply", "30000.ply", "1000000.ply", "pictures.ron", "film.ron"] {
-        let forecast = json(&run(here, &["info", file, "--json"]));
-        let rendered = json(&run(here, &[file, "-s", "1", "-q", "--json", "-o", "a.png"]));
+        let forecast = here.json(&["info", file]);
+        let rendered = here.json(&format!("{file} -s 1 -q -o a.png"));
         let [forecast, peak] =
             [forecast, rendered].map(|it| it["memory_bytes"]["peak"].as_f64().expect("bytes"));
         println!("{file}: {:.1} MB forecast, {:.1} MB at the peak", forecast / 1e6, peak / 1e6);
@@ -80,8 +74,7 @@ fn info_forecasts_the_peak() {
 #[test]
 #[cfg(target_os = "linux")]
 fn what_is_too_large_is_a_line() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     sheet(&here.join("sheet.ply"), 300_000);
     flat(&here.join("large.png"), 6_000, png::ColorType::Rgb, png::BitDepth::Eight);
     flat(&here.join("bomb.png"), 20_000, png::ColorType::Grayscale, png::BitDepth::One);
@@ -95,7 +88,7 @@ fn what_is_too_large_is_a_line() {
         ("bomb.ron", ball(r#"diffuse: Image("bomb.png")"#)),
         ("many.ron", pictures),
     ] {
-        std::fs::write(here.join(name), text).expect("a file");
+        here.write(name, text);
     }
     for (line, code, words) in [
         ("scene.ron --memory 200M --size 6000x6000", 4, &["an image of 6000x6000", "--crop", "--memory"][..]),
@@ -111,16 +104,14 @@ fn what_is_too_large_is_a_line() {
         ("scene.ron --memory 10", 2, &["--memory"]),
         ("scene.ron --threads 100000", 4, &["100000", "no use"]),
     ] {
-        let output = run(here, &[&line.split(' ').collect::<Vec<_>>()[..], &["-q", "-o", "a.png"]].concat());
-        let error = expect(&output, code, words);
+        let error = here.run(&format!("{line} -q -o a.png")).ends(code, words);
         assert!(code == 2 || error.lines().count() == 1, "{line}: {error}");
     }
     // They render with as much memory as estimated.
     for file in ["sheet.ply", "large.ron", "many.ron"] {
-        let forecast = json(&run(here, &["info", file, "--json"]));
+        let forecast = here.json(&["info", file]);
         let bytes = forecast["memory_bytes"]["peak"].as_f64().expect("bytes") * 1.6 + 60e6;
-        let memory = format!("{}M", (bytes / 1e6).ceil());
-        expect(&run(here, &[file, "--memory", &memory, "-s", "1", "-q", "-o", "a.png"]), 0, &[]);
+        here.out(&format!("{file} --memory {}M -s 1 -q -o a.png", (bytes / 1e6).ceil()));
     }
 }
 
@@ -128,30 +119,18 @@ fn what_is_too_large_is_a_line() {
 #[test]
 #[cfg(target_os = "linux")]
 fn limits_of_the_system_are_no_abort() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     sheet(&here.join("sheet.ply"), 1_000_000);
-    expect(
-        &shell(here, "ulimit -v 1500000; rayfront scene.ron --size 6000x6000"),
-        4,
-        &["an image of 6000x6000", "ulimit -v"],
-    );
-    expect(
-        &shell(here, "RAYON_NUM_THREADS=100000 rayfront scene.ron -q -o a.png"),
-        4,
-        &["100000", "RAYON_NUM_THREADS"],
-    );
-    expect(&shell(here, "ulimit -s 64; rayfront scene.ron -s 1 -q -o a.png"), 0, &[]);
+    here.shell("ulimit -v 1500000; rayfront scene.ron --size 6000x6000")
+        .ends(4, &["an image of 6000x6000", "ulimit -v"]);
+    here.shell("export RAYON_NUM_THREADS=100000; rayfront scene.ron -q -o a.png")
+        .ends(4, &["100000", "RAYON_NUM_THREADS"]);
+    here.shell("ulimit -s 64; rayfront scene.ron -s 1 -q -o a.png").ends(0, &[]);
     for kilobytes in [60_000, 100_000, 200_000, 250_000, 300_000] {
-        let output = shell(here, &format!("ulimit -v {kilobytes}; rayfront sheet.ply -t 2 -s 1 -q -o a.png"));
-        let error = String::from_utf8_lossy(&output.stderr);
+        let run = here.shell(&format!("ulimit -v {kilobytes}; rayfront sheet.ply -t 2 -s 1 -q -o a.png"));
         // The scene, its threads, or the program itself may not fit.
-        assert!(
-            matches!(output.status.code(), Some(0 | 4 | 127)),
-            "{kilobytes}: {:?} {error}",
-            output.status
-        );
-        assert!(!error.contains("panicked"), "{kilobytes}: {error}");
+        let is_clean = matches!(run.code, Some(0 | 4 | 127)) && !run.err.contains("panicked");
+        assert!(is_clean, "{kilobytes}: {:?} {}", run.code, run.err);
     }
 }
 
@@ -159,11 +138,9 @@ fn limits_of_the_system_are_no_abort() {
 #[test]
 #[cfg(target_os = "linux")]
 fn checkpoints_take_no_memory() {
-    let folder = folder(&ball("").replace("size: (16, 12), samples: 2", "size: (1200, 900), samples: 1"));
-    let here = folder.path();
+    let here = folder(&ball("").replace("size: (16, 12), samples: 2", "size: (1200, 900), samples: 1"));
     let peak = |line: &str| {
-        let line = format!("scene.ron -q --json -t 1 {line}");
-        let found = json(&run(here, &line.split(' ').collect::<Vec<_>>()));
+        let found = here.json(&format!("scene.ron -q -t 1 {line}"));
         found["memory_bytes"]["peak"].as_f64().expect("bytes")
     };
     // The film has 60 MB.
@@ -176,8 +153,8 @@ fn checkpoints_take_no_memory() {
     // A resumed rendering also has a single film.
     std::fs::remove_file(here.join("a.film")).expect("a film");
     let line = "scene.ron -q --spp 3 --samples 0..2 --sampler independent --transport path -t 1 -o a.film";
-    expect(&run(here, &line.split(' ').collect::<Vec<_>>()), 0, &[]);
-    let found = json(&run(here, &["resume", "a.film", "-q", "--json", "-t", "1", "-o", "b.png"]));
+    here.out(line);
+    let found = here.json("resume a.film -q -t 1 -o b.png");
     let resumed = found["memory_bytes"]["peak"].as_f64().expect("bytes");
     assert!(resumed < without + 12e6, "{resumed}, {without} from the beginning");
 }
@@ -186,16 +163,15 @@ fn checkpoints_take_no_memory() {
 #[test]
 #[cfg(target_os = "linux")]
 fn what_fits_is_not_refused() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     let line = "scene.ron -q -o a.png --size 64x36 --threads 64 --memory 150M";
-    expect(&run(here, &line.split(' ').collect::<Vec<_>>()), 0, &[]);
+    here.out(line);
     for threads in [1, 2, 16] {
         let mut fits = false;
         for megabytes in [96, 128, 160, 192, 224, 256, 320, 400, 512] {
             let limit = megabytes * 1024;
             let line = format!("ulimit -v {limit}; rayfront scene.ron -q -o a.png -s 1 --threads {threads}");
-            let code = shell(here, &line).status.code();
+            let code = here.shell(&line).code;
             assert!(code == Some(0) || !fits, "{threads} threads: {megabytes} MB do not do, and less did");
             fits |= code == Some(0);
         }
@@ -208,8 +184,7 @@ fn what_fits_is_not_refused() {
 #[cfg(target_os = "linux")]
 fn frames_take_no_more_memory_than_one() {
     const SIDE: u32 = 90;
-    let folder = folder("");
-    let here = folder.path();
+    let here = folder("");
     let grid = || (0..SIDE * SIDE).map(|i| ((i % SIDE) as f32, (i / SIDE) as f32));
     let positions: Vec<f32> = grid().flat_map(|(x, y)| [x, y, 0.0]).collect();
     let moved: Vec<f32> = grid().flat_map(|(x, y)| [0.0, 0.0, (x * 7.0 + y * 3.0) % 5.0]).collect();
@@ -221,7 +196,7 @@ fn frames_take_no_more_memory_than_one() {
     let floats = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
     let of_indices: Vec<u8> = indices.iter().flat_map(|n| n.to_le_bytes()).collect();
     let bytes = [floats(&positions), floats(&moved), of_indices, floats(&times)].concat();
-    std::fs::write(here.join("morph.bin"), &bytes).expect("a file");
+    here.write("morph.bin", &bytes);
     let (vertices, corners, last) = (SIDE * SIDE, indices.len(), SIDE - 1);
     let (of_vertices, of_corners) = (vertices * 12, corners as u32 * 4);
     let (third, fourth) = (2 * of_vertices, 2 * of_vertices + of_corners);
@@ -245,13 +220,11 @@ fn frames_take_no_more_memory_than_one() {
         fourth + 8,
         bytes.len()
     );
-    std::fs::write(here.join("morph.gltf"), model).expect("a file");
+    here.write("morph.gltf", model);
     let peak = |frames: &str| {
         let line =
             format!("morph.gltf -q --json -t 1 --size 16x9 -s 1 --frames {frames} --overwrite -o f.#.png");
-        let output = run(here, &line.split(' ').collect::<Vec<_>>());
-        expect(&output, 0, &[]);
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let text = here.out(&line);
         let last = text.lines().last().expect("a frame");
         let found: serde_json::Value = serde_json::from_str(last).expect("JSON");
         found["memory_bytes"]["peak"].as_f64().expect("bytes")
@@ -266,8 +239,7 @@ fn frames_take_no_more_memory_than_one() {
 #[cfg(target_os = "linux")]
 fn notes_in_pictures_take_no_memory() {
     const LARGE: usize = 256 << 20;
-    let folder = folder(&ball(r#"diffuse: Image("t.png")"#));
-    let here = folder.path();
+    let here = folder(&ball(r#"diffuse: Image("t.png")"#));
     let mut info = png::Info::with_size(8, 8);
     info.color_type = png::ColorType::Rgb;
     info.icc_profile = Some(vec![b'a'; LARGE].into());
@@ -276,8 +248,8 @@ fn notes_in_pictures_take_no_memory() {
         png::Encoder::with_info(&mut bytes, info).expect("a header").write_header().expect("a header");
     writer.write_image_data(&[200; 8 * 8 * 3]).expect("rows");
     writer.finish().expect("an end");
-    std::fs::write(here.join("t.png"), &bytes).expect("a file");
-    let found = json(&run(here, &["scene.ron", "--json", "-q", "-o", "a.png"]));
+    here.write("t.png", &bytes);
+    let found = here.json("scene.ron -q -o a.png");
     let peak = found["memory_bytes"]["peak"].as_u64().expect("a number");
     assert!(bytes.len() < 2_000_000 && peak < LARGE as u64 / 2, "{peak} for {}", bytes.len());
     // The same text as a record.
@@ -291,30 +263,26 @@ fn notes_in_pictures_take_no_memory() {
     writer.write_text_chunk(&text).expect("a text");
     writer.write_image_data(&[200; 8 * 8 * 3]).expect("rows");
     writer.finish().expect("an end");
-    std::fs::write(here.join("r.png"), &bytes).expect("a file");
-    expect(&run(here, &["reproduce", "r.png"]), 1, &["r.png"]);
+    here.write("r.png", &bytes);
+    here.run("reproduce r.png").ends(1, &["r.png"]);
 }
 
 /// Comparing images takes many times their own memory.
 #[test]
 fn comparisons_stay_within_memory() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     for name in ["a.png", "b.png"] {
         flat(&here.join(name), 1_000, png::ColorType::Rgb, png::BitDepth::Eight);
     }
-    let with = |memory: &str| run(here, &["compare", "a.png", "b.png", "--memory", memory]);
-    expect(&with("200M"), 4, &["comparing images of 1000x1000", "--memory"]);
-    expect(&with("400M"), 0, &[]);
+    let with = |memory: &str| here.run(&["compare", "a.png", "b.png", "--memory", memory]);
+    with("200M").ends(4, &["comparing images of 1000x1000", "--memory"]);
+    with("400M").ends(0, &[]);
 }
 
 #[test]
 fn endless_work_is_announced() {
     let glass = "(shape: Sphere(radius_m: 1), material: (kt: 0.9, kr: 0.9, ior: 1.5)),";
-    let said = |settings: &str| {
-        let folder = folder(&scene(settings, glass));
-        String::from_utf8_lossy(&run(folder.path(), &["info", "scene.ron"]).stdout).into_owned()
-    };
+    let said = |settings: &str| folder(&scene(settings, glass)).out("info scene.ron");
     assert!(said("max_depth: 40, min_throughput: 0").contains("up to 2^40 of them"));
     assert!(!said("max_depth: 40").contains("2^40"));
     assert!(!said("max_depth: 8, min_throughput: 0").contains("2^8"));
@@ -328,65 +296,52 @@ fn what_is_cut_is_told() {
                   material: (diffuse: 0, emission: 1e9)), \
                  (shape: Sphere(radius_m: 0.8), transform: (translate: (1.6, 0, 0)), material: (diffuse: 0.5)),";
     let folder = folder(&scene("background: 0.1", spark));
-    let output = run(folder.path(), &["scene.ron", "-o", "a.png"]);
-    expect(&output, 0, &["samples are brighter than", "times): the first is"]);
+    let output = folder.run("scene.ron -o a.png");
+    output.ends(0, &["samples are brighter than", "times): the first is"]);
 }
 
 /// A full disk affects no other output, and the rendered samples are kept.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_loses_nothing() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     for name in ["full", "home"] {
         std::fs::create_dir(here.join(name)).expect("a folder");
     }
     let full = |line: &str| {
         let mount = "mount -t tmpfs -o size=64k none full && dd if=/dev/zero of=full/filler bs=1k count=60 2>/dev/null";
-        shell(here, &format!("unshare -rm bash -c '{mount}; {} {line}'", env!("CARGO_BIN_EXE_rayfront")))
+        here.shell(&format!("unshare -rm bash -c '{mount}; {} {line}'", env!("CARGO_BIN_EXE_rayfront")))
     };
-    if !full("--version").status.success() {
+    if full("--version").code != Some(0) {
         println!("skipped: not everybody may mount something");
         return;
     }
     let size = "--size 160x120 -q";
-    let error = expect(
-        &full(&format!("scene.ron {size} -o full/a.exr -o good.png -o good.exr")),
-        3,
-        &["full/a.exr: cannot write", "what was rendered is in", "rayfront merge"],
-    );
-    let load = |name: &str| rayfront::internals::formats::picture::load_linear(&here.join(name)).expect(name);
-    let (good, _) = (load("good.exr"), load("good.png"));
+    let error = full(&format!("scene.ron {size} -o full/a.exr -o good.png -o good.exr"))
+        .ends(3, &["full/a.exr: cannot write", "what was rendered is in", "rayfront merge"]);
+    let (good, _) = (here.image("good.exr"), here.image("good.png"));
     // The command from the message.
     let command = error.split("rayfront merge ").nth(1).expect("a command");
     let film = command.split(' ').next().expect("a film");
-    expect(&run(here, &["merge", film, "-q", "-o", "again.exr"]), 0, &[]);
-    assert_eq!(load("again.exr"), good);
+    here.run(&["merge", film, "-q", "-o", "again.exr"]).ends(0, &[]);
+    assert_eq!(here.image("again.exr"), good);
     std::fs::remove_file(film).expect("it is there");
     // A requested film is saved elsewhere, too; an existing one is named.
-    let error = expect(
-        &full(&format!("scene.ron {size} -o full/a.film -o b.png")),
-        3,
-        &["full/a.film: cannot write"],
-    );
-    assert!(error.contains("what was rendered is in") && here.join("b.png").is_file(), "{error}");
-    expect(&full(&format!("scene.ron {size} -o good.film -o full/a.exr")), 3, &["is in good.film"]);
+    let parts = ["full/a.film: cannot write", "what was rendered is in"];
+    full(&format!("scene.ron {size} -o full/a.film -o b.png")).ends(3, &parts);
+    assert!(here.has("b.png"));
+    full(&format!("scene.ron {size} -o good.film -o full/a.exr")).ends(3, &["is in good.film"]);
     // A file that may not grow is like a full disk.
-    let error = expect(
-        &shell(here, "ulimit -f 4; rayfront scene.ron -q --size 160x120 -o big.exr"),
-        3,
-        &["big.exr: cannot write"],
-    );
-    assert!(error.contains("nowhere was room"), "{error}");
-    let left = std::fs::read_dir(here).expect("a folder").flatten();
+    let run = here.shell("ulimit -f 4; rayfront scene.ron -q --size 160x120 -o big.exr");
+    run.ends(3, &["big.exr: cannot write", "nowhere was room"]);
+    let left = std::fs::read_dir(&here).expect("a folder").flatten();
     assert!(left.map(|file| file.file_name()).all(|name| !name.to_string_lossy().ends_with(".part")));
 }
 
 /// Invalid output names are detected before an hour of rendering.
 #[test]
 fn bad_names_are_found_at_once() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     let long = "a".repeat(250);
     for output in [
         format!("{long}aaaaa.png"),
@@ -394,11 +349,9 @@ fn bad_names_are_found_at_once() {
         "/dev/null/a.png".into(),
         "scene.ron/a.png".into(),
     ] {
-        let arguments = ["scene.ron", "--size", "4096x4096", "-s", "4096", "-q", "-o", &output];
-        expect(&run(here, &arguments), 3, &["cannot write"]);
+        here.fails(3, &format!("scene.ron --size 4096x4096 -s 4096 -q -o {output}"), &["cannot write"]);
     }
     // The name of the denoised image is longer.
     let output = format!("{}.png", "a".repeat(248));
-    let arguments = ["scene.ron", "--size", "4096x4096", "-s", "4096", "-q", "--denoise", "-o", &output];
-    expect(&run(here, &arguments), 3, &["cannot write"]);
+    here.fails(3, &format!("scene.ron --size 4096x4096 -s 4096 -q --denoise -o {output}"), &["cannot write"]);
 }

@@ -2,51 +2,48 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::process::{Child, Command, Stdio};
+use std::path::Path;
+use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use super::{ball, folder};
+use super::ball;
+use crate::program::{Place, folder};
 
-fn start(here: &std::path::Path, arguments: &[&str]) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayfront"));
-    command.current_dir(here).args(arguments).stdin(Stdio::null());
+fn start(here: &Path, line: &str) -> Child {
+    let mut command = here.command(line);
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program runs")
 }
 
 #[test]
 fn sixty_four_simultaneous_runs_all_get_their_image() {
     let folder = folder(&ball("kr: 0.2"));
-    let names: Vec<String> = (0..64).map(|i| format!("{i}.png")).collect();
-    let children: Vec<Child> =
-        names.iter().map(|name| start(folder.path(), &["scene.ron", "-t", "2", "-q", "-o", name])).collect();
+    let start = |i| start(&folder, &format!("scene.ron -t 2 -q -o {i}.png"));
+    let children: Vec<Child> = (0..64).map(start).collect();
     for child in children {
         let output = child.wait_with_output().expect("its end");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
-    let images: Vec<Vec<u8>> =
-        names.iter().map(|name| std::fs::read(folder.path().join(name)).expect("an image")).collect();
-    assert!(images.iter().all(|image| *image == images[0]));
+    let first = folder.bytes("0.png");
+    assert!((1..64).all(|i| folder.bytes(&format!("{i}.png")) == first));
 }
 
 /// The last writer wins, and files are replaced atomically.
 #[test]
 fn concurrent_renderings_to_one_output_leave_one_complete_image() {
-    let folder = folder(&ball("kr: 0.2"));
-    let here = folder.path();
-    let seeds = ["1", "2"];
-    let alone = seeds.map(|seed| {
-        let output = start(here, &["scene.ron", "-q", "--seed", seed, "-o", "a.exr"]).wait_with_output();
-        assert!(output.expect("its end").status.success());
-        std::fs::read(here.join("a.exr")).expect("an image")
+    let here = folder(&ball("kr: 0.2"));
+    let lines = ["scene.ron -q -o a.exr --seed 1", "scene.ron -q -o a.exr --seed 2"];
+    let alone = lines.map(|line| {
+        here.out(line);
+        here.bytes("a.exr")
     });
     assert_ne!(alone[0], alone[1]);
     for _ in 0..10 {
-        for child in seeds.map(|seed| start(here, &["scene.ron", "-q", "--seed", seed, "-o", "a.exr"])) {
+        for child in lines.map(|line| start(&here, line)) {
             assert!(child.wait_with_output().expect("its end").status.success());
         }
-        assert!(alone.contains(&std::fs::read(here.join("a.exr")).expect("an image")));
+        assert!(alone.contains(&here.bytes("a.exr")));
     }
-    assert_eq!(std::fs::read_dir(here).expect("a folder").count(), 2, "nothing else is left");
+    assert_eq!(std::fs::read_dir(&here).expect("a folder").count(), 2, "nothing else is left");
 }
 
 /// Malicious requests, each different.
@@ -75,7 +72,7 @@ fn bad_request(number: usize, token: &str) -> Vec<u8> {
 #[test]
 fn page_survives_a_thousand_bad_requests() {
     let folder = folder(&ball(""));
-    let mut child = start(folder.path(), &["view", "scene.ron", "--no-open", "-t", "1"]);
+    let mut child = start(&folder, "view scene.ron --no-open -t 1");
     let mut line = String::new();
     BufReader::new(child.stdout.take().expect("its output")).read_line(&mut line).expect("an address");
     let (base, token) = line.trim().split_once("/?token=").expect("a token");

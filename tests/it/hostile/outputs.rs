@@ -1,19 +1,12 @@
 //! Outputs never destroy a user's files.
 
-use std::path::Path;
-
-use super::{ball, expect, folder, run, shell};
-
-fn words(line: &str) -> Vec<String> {
-    line.split(' ').map(str::to_owned).collect()
-}
+use super::{PICTURE, ball};
+use crate::program::{Place, empty_folder, folder};
 
 /// `merge`, `resume` and default checkpoints.
 #[test]
 fn films_never_replace_other_films() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
-    let read = |name: &str| std::fs::read(here.join(name)).expect("a file");
+    let here = folder(&ball(""));
     for line in [
         "scene.ron -q --spp 8 --shard 0/2 -o p0.film",
         "scene.ron -q --spp 8 --shard 1/2 -o p1.film",
@@ -22,41 +15,36 @@ fn films_never_replace_other_films() {
         // Repeated with the same result.
         "merge p1.film p0.film -o whole.film -q",
     ] {
-        expect(&run(here, &words(line)), 0, &[]);
+        here.out(line);
     }
-    let (other, part) = (read("other.film"), read("p0.film"));
+    let (other, part) = (here.bytes("other.film"), here.bytes("p0.film"));
     for (line, what) in [
         ("merge p0.film p1.film -o other.film -q", "--overwrite replaces it"),
         ("merge p0.film p1.film -o p0.film -q", "is one of the films to merge"),
         ("resume p1.film -o other.film -q", "--overwrite replaces it"),
     ] {
-        expect(&run(here, &words(line)), 3, &[what]);
+        here.run(line).ends(3, &[what]);
     }
-    assert_eq!((read("other.film"), read("p0.film")), (other, part));
-    expect(&run(here, &words("resume p1.film -o other.film -q --overwrite")), 0, &[]);
+    assert_eq!((here.bytes("other.film"), here.bytes("p0.film")), (other, part));
+    here.out("resume p1.film -o other.film -q --overwrite");
 
-    std::fs::write(here.join("y.checkpoint.film"), "my notes").expect("a file");
-    expect(
-        &run(here, &words("scene.ron --spp 64 --checkpoint 1ms -o y.png")),
-        0,
-        &["y.checkpoint.film is something else"],
-    );
-    assert_eq!(read("y.checkpoint.film"), b"my notes");
+    here.write("y.checkpoint.film", "my notes");
+    here.run("scene.ron --spp 64 --checkpoint 1ms -o y.png")
+        .ends(0, &["y.checkpoint.film is something else"]);
+    assert_eq!(here.bytes("y.checkpoint.film"), b"my notes");
 }
 
 #[test]
 fn outputs_never_replace_inputs_or_each_other() {
-    let folder = folder(&ball(r#"diffuse: Image("scene.png")"#));
-    let here = folder.path();
-    let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/checker.png");
+    let here = folder(&ball(r#"diffuse: Image("scene.png")"#));
     for name in ["scene.png", "env.png", "i.png", "x.a.png"] {
-        std::fs::copy(&picture, here.join(name)).expect("a picture");
+        here.write(name, PICTURE);
     }
-    std::fs::write(here.join("x.ron"), ball(r#"diffuse: Image("x.a.png")"#)).expect("a file");
-    std::fs::write(here.join("ball.ron"), ball("")).expect("a file");
-    std::fs::write(here.join("r.rays"), [0; 32]).expect("a file");
+    here.write("x.ron", ball(r#"diffuse: Image("x.a.png")"#));
+    here.write("ball.ron", ball(""));
+    here.write("r.rays", [0; 32]);
     let files = ["scene.png", "env.png", "i.png", "ball.ron", "r.rays", "x.a.png"];
-    let read = || files.map(|name| std::fs::read(here.join(name)).expect("a file"));
+    let read = || files.map(|name| here.bytes(name));
     let before = read();
     for (line, what) in [
         ("scene.ron -q", "scene.png is read for this scene"),
@@ -68,33 +56,31 @@ fn outputs_never_replace_inputs_or_each_other() {
         ("ball.ron -q -o a.png -o ./a.png", "a.png would be written twice"),
         ("ball.ron -q --denoise -o a.png -o a.denoised.png", "a.denoised.png would be written twice"),
     ] {
-        expect(&run(here, &words(line)), 2, &[what]);
+        here.run(line).ends(2, &[what]);
     }
     assert_eq!(read(), before);
     // A link that came with the scene may lead anywhere.
     std::os::unix::fs::symlink("env.png", here.join("ball.png")).expect("a link");
-    expect(&run(here, &words("ball.ron -q")), 3, &["ball.png: cannot write: this is a link"]);
+    here.run("ball.ron -q").ends(3, &["ball.png: cannot write: this is a link"]);
     assert_eq!(read(), before);
-    expect(&run(here, &words("ball.ron -q -o ball.png")), 0, &[]);
+    here.out("ball.ron -q -o ball.png");
 }
 
 /// Links in a downloaded folder, with the names of default outputs, would redirect what is written.
 #[test]
 fn links_that_came_with_a_scene_lead_nowhere() {
     use std::os::unix::fs::symlink;
-    let folder = folder(&ball(""));
-    let (here, home) = (folder.path(), tempfile::tempdir().expect("a folder"));
-    let letter = home.path().join("letter.txt");
-    std::fs::write(&letter, "my letter").expect("a file");
+    let (here, home) = (folder(&ball("")), empty_folder());
+    home.write("letter.txt", "my letter");
     std::fs::create_dir_all(here.join("jobs")).expect("a folder");
     std::fs::create_dir_all(here.join("out/s/plots")).expect("a folder");
     let study = r#"(title: "t", experiments: [(name: "e", scenes: [Ball], x: Triangles([20]), series: [(label: "a")],
                    plots: [(y: CpuSeconds)])])"#;
-    std::fs::write(here.join("s.ron"), study).expect("a file");
-    std::fs::write(here.join("y.checkpoint.film"), "junk").expect("a file");
+    here.write("s.ron", study);
+    here.write("y.checkpoint.film", "junk");
     // The author of the scene can know the second name of a checkpoint.
     let slow = "scene.ron --spp 100000 --max-time 200ms --checkpoint 1ms";
-    let said = expect(&run(here, &words(&format!("{slow} -o y.png"))), 0, &["saved to"]);
+    let said = here.run(&format!("{slow} -o y.png")).ends(0, &["saved to"]);
     let (_, second) = said.split_once("saved to ").expect("a name");
     let second = second.split_whitespace().next().expect("a name").to_owned();
     let slow_y = format!("{slow} -o y.png");
@@ -120,39 +106,38 @@ fn links_that_came_with_a_scene_lead_nowhere() {
     ] {
         let place = here.join(link);
         std::fs::create_dir_all(place.parent().expect("a folder")).expect("a folder");
-        for target in [&letter, &home.path().join("new")] {
+        for target in ["letter.txt", "new"] {
             let _ = std::fs::remove_file(&place);
-            symlink(target, &place).expect("a link");
+            symlink(home.join(target), &place).expect("a link");
             println!("{link}: {line}");
-            expect(&run(here, &words(line)), 3, &["this is a link", link]);
-            assert_eq!(std::fs::read(&letter).expect("a file"), b"my letter", "{line}");
-            assert_eq!(std::fs::read_dir(home.path()).expect("a folder").count(), 1, "{line}");
+            here.run(line).ends(3, &["this is a link", link]);
+            assert_eq!(home.text("letter.txt"), "my letter", "{line}");
+            assert_eq!(std::fs::read_dir(&home).expect("a folder").count(), 1, "{line}");
         }
         std::fs::remove_file(place).expect("the link is there");
     }
     // An output named explicitly may be a link.
-    symlink(home.path().join("new.png"), here.join("mine.png")).expect("a link");
-    expect(&run(here, &words("scene.ron -q -o mine.png")), 0, &[]);
-    assert!(here.join("mine.png").is_symlink() && home.path().join("new.png").is_file());
+    symlink(home.join("new.png"), here.join("mine.png")).expect("a link");
+    here.out("scene.ron -q -o mine.png");
+    assert!(here.join("mine.png").is_symlink() && home.has("new.png"));
 }
 
 /// Write-protected files, pilots, and man pages on a full disk.
 #[test]
 fn protected_files_and_pilots_are_not_overwritten() {
     use std::os::unix::fs::PermissionsExt;
-    let folder = folder(&ball(""));
-    let here = folder.path();
-    std::fs::write(here.join("kept.png"), "mine").expect("a file");
+    let here = folder(&ball(""));
+    here.write("kept.png", "mine");
     std::fs::set_permissions(here.join("kept.png"), PermissionsExt::from_mode(0o444)).expect("a mode");
-    expect(&run(here, &words("scene.ron -q -o kept.png")), 3, &["kept.png", "write-protected"]);
-    assert_eq!(std::fs::read(here.join("kept.png")).expect("a file"), b"mine");
+    here.run("scene.ron -q -o kept.png").ends(3, &["kept.png", "write-protected"]);
+    assert_eq!(here.bytes("kept.png"), b"mine");
     let unbiased = "scene.ron -q --spp 64 --adaptive=unbiased --pilot p.film";
     for output in ["p.film", "./p.film"] {
-        expect(&run(here, &words(&format!("{unbiased} -o {output}"))), 2, &["p.film is the pilot"]);
+        here.run(&format!("{unbiased} -o {output}")).ends(2, &["p.film is the pilot"]);
     }
-    assert!(!here.join("p.film").exists());
+    assert!(!here.has("p.film"));
     // A limit on file sizes simulates a full disk.
-    expect(&shell(here, "trap '' XFSZ; ulimit -f 4; rayfront man pages"), 3, &["pages"]);
+    here.shell("trap '' XFSZ; ulimit -f 4; rayfront man pages").ends(3, &["pages"]);
     for page in std::fs::read_dir(here.join("pages")).expect("a folder").flatten() {
         let text = std::fs::read_to_string(page.path()).expect("a page");
         assert!(text.len() < 4096 && text.contains(".SH NAME"), "{}", page.path().display());
@@ -162,12 +147,11 @@ fn protected_files_and_pilots_are_not_overwritten() {
 /// The records in films and images name files; their authors may be hostile.
 #[test]
 fn a_record_names_no_file_elsewhere() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     std::fs::create_dir(here.join("upload")).expect("a folder");
     std::fs::copy(here.join("scene.ron"), here.join("upload/scene.ron")).expect("a file");
     let line = "scene.ron -q --spp 4 --samples 0..2 -o part.film";
-    expect(&run(&here.join("upload"), &words(line)), 0, &[]);
+    here.join("upload").out(line);
     let film = here.join("upload/part.film");
     let forged = |change: &dyn Fn(&mut rayfront::internals::formats::film_file::FilmHeader)| {
         use rayfront::internals::formats::film_file::{load, save};
@@ -178,94 +162,91 @@ fn a_record_names_no_file_elsewhere() {
     // Output files.
     for image in ["new.png", "upload/../new.png", "../new.png"] {
         forged(&|header| header.note.outputs = vec![image.into()]);
-        let said = run(here, &words("resume upload/forged.film -q --scene-file upload/scene.ron"));
-        expect(&said, 3, &["new.png", "not in the film's folder", "-o"]);
+        let resumed = here.run("resume upload/forged.film -q --scene-file upload/scene.ron");
+        resumed.ends(3, &["new.png", "not in the film's folder", "-o"]);
     }
     forged(&|header| header.note.outputs = vec!["upload/new.png".into()]);
-    expect(&run(here, &words("resume upload/forged.film -q --scene-file upload/scene.ron")), 0, &[]);
-    assert!(here.join("upload/new.png").is_file() && !here.join("new.png").exists());
+    here.out("resume upload/forged.film -q --scene-file upload/scene.ron");
+    assert!(here.has("upload/new.png") && !here.has("new.png"));
     // The scene, whose text must not appear in a message.
-    std::fs::write(here.join("secret.ron"), "password").expect("a file");
+    here.write("secret.ron", "password");
     for scene in ["secret.ron", "upload/../secret.ron", "/etc/hostname"] {
         forged(&|header| header.scene.path = scene.into());
         for command in ["resume", "reproduce", "merge --partial --denoise -o a.png"] {
-            let output = run(here, &words(&format!("{command} upload/forged.film -q")));
-            let error = expect(&output, 1, &["not in its folder", "--scene-file"]);
+            let output = here.run(&format!("{command} upload/forged.film -q"));
+            let error = output.ends(1, &["not in its folder", "--scene-file"]);
             assert!(!error.contains("password"), "{error}");
         }
     }
     // Environment images.
-    let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/checker.png");
-    std::fs::copy(picture, here.join("env.png")).expect("a picture");
+    here.write("env.png", PICTURE);
     forged(&|header| {
         let picture = rayfront::formats::EnvironmentPreset::Picture(here.join("env.png"));
         header.view.surroundings = Some(picture);
     });
     let line = "reproduce upload/forged.film -q --scene-file upload/scene.ron";
-    expect(&run(here, &words(line)), 1, &["env.png", "--allow-outside"]);
+    here.run(line).ends(1, &["env.png", "--allow-outside"]);
     // The printed command to continue works wherever the film is.
     std::fs::create_dir(here.join("films")).expect("a folder");
     let line = "scene.ron --spp 100000 --max-time 100ms --checkpoint 1ms -o films/a.png";
-    let said = expect(&run(here, &words(line)), 0, &["to go on: rayfront resume films/a.checkpoint.film"]);
+    let said = here.run(line).ends(0, &["to go on: rayfront resume films/a.checkpoint.film"]);
     let (_, typed) = said.split_once("to go on: ").expect("a command");
     let typed = typed.lines().next().expect("a line");
-    expect(&shell(here, &format!("{typed} --max-time 1ms -q -o films/a.png")), 0, &[]);
+    here.shell(&format!("{typed} --max-time 1ms -q -o films/a.png")).ends(0, &[]);
     // And wherever the images are.
     std::fs::create_dir(here.join("images")).expect("a folder");
     let line = "scene.ron --spp 100000 --max-time 100ms --checkpoint 1ms -o films/b.png -o images/b.exr";
-    let said = expect(&run(here, &words(line)), 0, &["to go on: rayfront resume films/b.checkpoint.film"]);
+    let said = here.run(line).ends(0, &["to go on: rayfront resume films/b.checkpoint.film"]);
     let (_, typed) = said.split_once("to go on: ").expect("a command");
     let typed = typed.lines().next().expect("a line");
-    expect(&shell(here, &format!("{typed} --max-time 1ms -q")), 0, &[]);
+    here.shell(&format!("{typed} --max-time 1ms -q")).ends(0, &[]);
 }
 
 /// Names that job files and metadata cannot store unchanged.
 #[test]
 fn names_that_cannot_be_stored_are_refused() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
-    let output = shell(here, r"rayfront scene.ron -q --frames 5 -o $'y\xff.#.png'");
-    expect(&output, 2, &["must be in UTF-8"]);
-    let output = shell(here, r"rayfront scene.ron -q --shard 0/2 -o $'s\xff{shard}.film'");
-    expect(&output, 2, &["must be in UTF-8"]);
-    let output = shell(
-        here,
-        r"cp scene.ron $'c\ntouch PWNED #.ron'; rayfront plan $'c\ntouch PWNED #.ron' --shards 2 --for commands",
-    );
-    let error = expect(&output, 2, &["job files cannot hold such a name"]);
+    let here = folder(&ball(""));
+    for name in [r"--frames 5 -o $(printf 'y\377.#.png')", r"--shard 0/2 -o $(printf 's\377{shard}.film')"] {
+        here.shell(&format!("rayfront scene.ron -q {name}")).ends(2, &["must be in UTF-8"]);
+    }
+    std::fs::copy(here.join("scene.ron"), here.join("c\ntouch PWNED #.ron")).expect("a copy");
+    let plan = "plan 'c\ntouch PWNED #.ron' --shards 2 --for commands";
+    let error = here.fails(2, plan, &["job files cannot hold such a name"]);
     assert_eq!(error.lines().count(), 1, "{error}");
 }
 
 /// Options after -- are passed to the tasks or to the merge, each once.
 #[test]
 fn planned_jobs_pass_options_to_tasks_or_the_merge() {
-    let folder = folder(&ball(""));
-    let here = folder.path();
+    let here = folder(&ball(""));
     let plan = "plan scene.ron --shards 2 --for commands --folder jobs -o a.png --";
-    expect(&run(here, &words(&format!("{plan} --spp 4 --denoise --bits 16 -q"))), 0, &[]);
-    let [parts, merge] = ["parts.txt", "merge.sh"]
-        .map(|name| std::fs::read_to_string(here.join("jobs").join(name)).expect("a file"));
+    here.out(&format!("{plan} --spp 4 --denoise --bits 16 -q"));
+    let [parts, merge] = ["jobs/parts.txt", "jobs/merge.sh"].map(|name| here.text(name));
     assert!(merge.contains("--denoise --bits 16") && merge.contains("--current"), "{merge}");
     for line in parts.lines() {
         assert!(!line.contains("--denoise") && line.matches("--quiet").count() == 1, "{line}");
     }
-    let output = shell(here, "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt && sh jobs/merge.sh");
-    expect(&output, 0, &[]);
-    assert!(here.join("a.denoised.png").is_file());
+    let parts = "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt";
+    here.shell(&format!("{parts} && sh jobs/merge.sh")).ends(0, &[]);
+    assert!(here.has("a.denoised.png"));
     // After an edit, no old image is taken for a new one.
-    let scene = std::fs::read_to_string(here.join("scene.ron")).expect("a scene");
-    std::fs::write(here.join("scene.ron"), scene.replace("radius_m: 1", "radius_m: 0.5")).expect("a scene");
-    let output = shell(here, "xargs -d '\\n' -I {} sh -c {} < jobs/parts.txt; sh jobs/merge.sh");
-    expect(&output, 1, &["part-0.film is of another scene"]);
-    let output = run(here, &words("merge jobs --current -o b.png"));
-    expect(&output, 1, &["scene.ron, which is not in its folder", "--scene-file"]);
-    let output = run(here, &words("merge jobs --current --scene-file scene.ron -o b.png"));
-    expect(&output, 1, &["scene.ron has been changed since the films were rendered"]);
-    let output = run(here, &words("merge jobs --scene-file scene.ron -o b.png"));
-    expect(&output, 0, &["warning: ", "this is the scene as it was"]);
+    let scene = here.text("scene.ron");
+    here.write("scene.ron", scene.replace("radius_m: 1", "radius_m: 0.5"));
+    here.shell(&format!("{parts}; sh jobs/merge.sh")).ends(1, &["part-0.film is of another scene"]);
+    for (code, line, parts) in [
+        (1, "--current", &["scene.ron, which is not in its folder", "--scene-file"][..]),
+        (
+            1,
+            "--current --scene-file scene.ron",
+            &["scene.ron has been changed since the films were rendered"],
+        ),
+        (0, "--scene-file scene.ron", &["warning: ", "this is the scene as it was"]),
+    ] {
+        here.run(&format!("merge jobs {line} -o b.png")).ends(code, parts);
+    }
     for (options, what) in
         [("--shard 0/4", "what every task gets"), ("--camera left", "there is no camera \"left\"")]
     {
-        expect(&run(here, &words(&format!("{plan} {options}"))), 2, &[what]);
+        here.run(&format!("{plan} {options}")).ends(2, &[what]);
     }
 }

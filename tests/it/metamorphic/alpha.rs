@@ -2,8 +2,7 @@
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
 use rayfront::world::{
-    AlphaMode, Background, Channel, Falloff, Light, Mesh, Principled, ScalarInput, Shape, Transform,
-    Transport, World,
+    AlphaMode, Background, Channel, Mesh, Principled, ScalarInput, Shape, Transform, Transport, World,
 };
 
 use super::stage::{self, at, camera, front_lamp, number, place, place_mesh, veil};
@@ -94,8 +93,7 @@ fn shadow_transmittances_of_sheets_multiply() {
         let wall = stage::quad([-3.0, -3.0, -5.0], [6.0, 0.0, 0.0], [0.0, 6.0, 0.0]);
         place_mesh(&mut world, wall, stage::matte(0.8), Transform::IDENTITY);
         sheets(&mut world, 0.5, count, way, 0.25);
-        let lamp = Light::Point { power_w: Rgb::splat(1000.0), falloff: Falloff::InverseSquare };
-        world.entities.spawn((lamp, at(0.0, 0.0, 1.0)));
+        world.entities.spawn((stage::point_light(1000.0), at(0.0, 0.0, 1.0)));
         Seen::of(&world)
     };
     for way in ["instances", "copies", "apart", "one mesh"] {

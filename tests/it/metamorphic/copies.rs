@@ -1,7 +1,7 @@
 //! A mesh looks the same as a copy, as an instance, and with transformed vertices.
 
-use rayfront::math::{Mat4, Quat, Rgb, Vec3};
-use rayfront::world::{Assets, Falloff, Light, Mesh, Shape, Transform, Transport, World};
+use rayfront::math::{Mat4, Quat, Vec3};
+use rayfront::world::{Mesh, Shape, Transform, Transport, World};
 
 use super::stage::{self, baked, camera, place_mesh, sky};
 use super::{Relations, Seen};
@@ -32,12 +32,11 @@ fn places() -> [Mat4; 4] {
 /// Four placements of a mesh above a floor, viewed from above.
 fn scene(transport: Transport, mesh: &Mesh, material: usize, placed: Placed) -> World {
     let mut world = stage::world(transport, 20, 64);
-    let material = stage::materials(&mut world.assets).swap_remove(material).1;
+    let material = stage::material(&mut world.assets, material);
     camera(&mut world, [0.3, 6.0, 2.0], [0.0, 0.0, 0.0], 0.8);
     sky(&mut world);
     place_mesh(&mut world, stage::floor(3.0, -0.5), stage::matte(0.5), Transform::IDENTITY);
-    let light = Light::Point { power_w: Rgb::splat(300.0), falloff: Falloff::InverseSquare };
-    world.entities.spawn((light, stage::at(1.5, 4.0, 1.0)));
+    world.entities.spawn((stage::point_light(300.0), stage::at(1.5, 4.0, 1.0)));
     let material = stage::add(&mut world, &material);
     let shared = world.assets.add_mesh(mesh.clone());
     for matrix in places() {
@@ -56,67 +55,47 @@ fn seen(transport: Transport, mesh: &Mesh, material: usize, placed: Placed) -> S
     Seen::of(&scene(transport, mesh, material, placed))
 }
 
-fn names() -> Vec<&'static str> {
-    stage::materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect()
+/// Compares copies and instances with meshes with transformed vertices.
+fn check(transport: Transport, mesh: &Mesh, names: &[&str]) {
+    let mut all = Relations::default();
+    for (index, name) in stage::names().into_iter().enumerate().filter(|(_, name)| names.contains(name)) {
+        let by_hand = seen(transport, mesh, index, Placed::Baked);
+        for placed in [Placed::Copies, Placed::Instances] {
+            let (found, what) = (seen(transport, mesh, index, placed), format!("{name}, {placed:?}"));
+            // Under Whitted's transport hardly anything but blending is random.
+            if transport == Transport::Path || name == "blended" {
+                all.same(&found, &by_hand, &what);
+            } else {
+                all.equal(&found, &by_hand, &what);
+            }
+        }
+    }
 }
 
-/// Copies, instances and meshes with transformed vertices, for every material.
 #[test]
 fn copies_and_instances_equal_transformed_meshes() {
-    let mut all = Relations::default();
-    let mesh = stage::shell();
-    for (index, name) in names().into_iter().enumerate() {
-        let by_hand = seen(Transport::Path, &mesh, index, Placed::Baked);
-        for placed in [Placed::Copies, Placed::Instances] {
-            all.same(&seen(Transport::Path, &mesh, index, placed), &by_hand, &format!("{name}, {placed:?}"));
-        }
+    for transport in stage::BOTH {
+        check(transport, &stage::shell(), &stage::names());
     }
 }
 
-/// Meshes with tangents of their own, for materials that use them.
+/// The materials that use tangents.
+const WITH_TANGENTS: [&str; 3] = ["bumpy", "brushed", "bumpy coat"];
+
 #[test]
 fn given_tangents_are_transformed_with_the_mesh() {
-    let mut all = Relations::default();
-    let mesh = stage::shell_with_tangents();
-    for (index, name) in names().into_iter().enumerate() {
-        if !["bumpy", "brushed", "bumpy coat"].contains(&name) {
-            continue;
-        }
-        let by_hand = seen(Transport::Path, &mesh, index, Placed::Baked);
-        for placed in [Placed::Copies, Placed::Instances] {
-            all.same(&seen(Transport::Path, &mesh, index, placed), &by_hand, &format!("{name}, {placed:?}"));
-        }
-    }
+    check(Transport::Path, &stage::shell_with_tangents(), &WITH_TANGENTS);
 }
 
 /// Given tangents along growing u equal the derived ones.
 #[test]
 fn given_tangents_along_u_equal_derived_ones() {
     let mut all = Relations::default();
-    let (given, derived) = (stage::shell_with_tangents(), stage::shell());
-    for (index, name) in names().into_iter().enumerate() {
-        if ["bumpy", "brushed", "bumpy coat"].contains(&name) {
-            let a = seen(Transport::Path, &given, index, Placed::Baked);
-            all.same(&a, &seen(Transport::Path, &derived, index, Placed::Baked), name);
-        }
-    }
-}
-
-/// Under Whitted's transport, in which hardly anything but blending is random.
-#[test]
-fn copies_and_instances_equal_transformed_meshes_under_whitted() {
-    let mut all = Relations::default();
-    let mesh = stage::shell();
-    for (index, name) in names().into_iter().enumerate() {
-        let by_hand = seen(Transport::Whitted, &mesh, index, Placed::Baked);
-        for placed in [Placed::Copies, Placed::Instances] {
-            let (found, what) =
-                (seen(Transport::Whitted, &mesh, index, placed), format!("{name}, {placed:?}"));
-            if name == "blended" {
-                all.same(&found, &by_hand, &what);
-            } else {
-                all.equal(&found, &by_hand, &what);
-            }
-        }
+    for (index, name) in
+        stage::names().into_iter().enumerate().filter(|(_, name)| WITH_TANGENTS.contains(name))
+    {
+        let [given, derived] = [stage::shell_with_tangents(), stage::shell()]
+            .map(|mesh| seen(Transport::Path, &mesh, index, Placed::Baked));
+        all.same(&given, &derived, name);
     }
 }

@@ -4,9 +4,7 @@ use rayfront::compile::compile;
 use rayfront::internals::film::Values;
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
 use rayfront::render::{Options, Session};
-use rayfront::world::{
-    AlphaMode, Aov, Background, Falloff, Light, Material, Mesh, Shape, Transform, Transport, World,
-};
+use rayfront::world::{AlphaMode, Aov, Background, Material, Mesh, Shape, Transform, Transport, World};
 
 use super::stage::{self, camera, grey, number, place, place_mesh, principled, reversed, veil};
 use super::{Relations, Seen};
@@ -51,8 +49,7 @@ fn scene(transport: Transport, from: f32) -> World {
         place_mesh(&mut world, wall, stage::matte(0.5), Transform::IDENTITY);
     }
     for z in [-3.0, 3.0] {
-        let light = Light::Point { power_w: Rgb::splat(150.0), falloff: Falloff::InverseSquare };
-        world.entities.spawn((light, stage::at(1.0, 0.5, z)));
+        world.entities.spawn((stage::point_light(150.0), stage::at(1.0, 0.5, z)));
     }
     world
 }
@@ -121,8 +118,7 @@ fn two_single_sided_balls_equal_a_double_sided_one() {
     for inside in [false, true] {
         let scene = || {
             let mut world = scene(Transport::Path, if inside { 0.2 } else { 3.0 });
-            let light = Light::Point { power_w: Rgb::splat(20.0), falloff: Falloff::InverseSquare };
-            world.entities.spawn((light, stage::at(0.3, 0.5, -0.3)));
+            world.entities.spawn((stage::point_light(20.0), stage::at(0.3, 0.5, -0.3)));
             world
         };
         let mut once = scene();
@@ -191,8 +187,7 @@ fn shadows_of_coincident_veils_multiply() {
         camera(&mut world, [0.0, 0.0, -2.0], [0.0, 0.0, -4.0], 0.3);
         let wall = stage::quad([-6.0, -6.0, -4.0], [12.0, 0.0, 0.0], [0.0, 12.0, 0.0]);
         place_mesh(&mut world, wall, stage::matte(0.5), Transform::IDENTITY);
-        let light = Light::Point { power_w: Rgb::splat(500.0), falloff: Falloff::InverseSquare };
-        world.entities.spawn((light, stage::at(0.1, 0.1, 1.0)));
+        world.entities.spawn((stage::point_light(500.0), stage::at(0.1, 0.1, 1.0)));
         if let Some(way) = layers {
             both(&mut world, sheet(), sheet(), &veil(0.5), aslant(), way);
         }

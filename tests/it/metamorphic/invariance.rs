@@ -7,8 +7,7 @@ use rayfront::internals::integrator::Schedule;
 use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
 use rayfront::world::{
-    Assets, Background, ColorInput, Falloff, Light, Material, Parent, Shape, Transform, Transport, Volume,
-    World,
+    Assets, Background, ColorInput, Light, Material, Parent, Shape, Transform, Transport, Volume, World,
 };
 
 use super::stage::{self, camera, front_lamp, place, place_mesh};
@@ -17,7 +16,7 @@ use super::{Relations, Seen};
 /// The entities of a room in some order, one of them with some material.
 fn room(transport: Transport, material: usize, order: &[usize]) -> World {
     let mut world = stage::world(transport, 12, 400);
-    let material = stage::materials(&mut world.assets).swap_remove(material).1;
+    let material = stage::material(&mut world.assets, material);
     for thing in order {
         spawn(&mut world, *thing, &material);
     }
@@ -38,8 +37,7 @@ fn spawn(world: &mut World, thing: usize, material: &Material) {
         4 => place_mesh(world, stage::ceiling(0.7, 2.0), front_lamp(4.0, |_| ()), Transform::IDENTITY),
         5 => place(world, Shape::Sphere { radius_m: 0.3 }, stage::lamp(5.0), stage::at(-1.6, 1.0, 0.4)),
         6 => {
-            let light = Light::Point { power_w: Rgb::splat(80.0), falloff: Falloff::InverseSquare };
-            world.entities.spawn((light, stage::at(1.5, 1.8, 1.0)));
+            world.entities.spawn((stage::point_light(80.0), stage::at(1.5, 1.8, 1.0)));
         }
         7 => {
             let (power_w, size_m) = (Rgb::splat(20.0), Vec2::new(1.0, 0.7));
@@ -58,10 +56,6 @@ fn spawn(world: &mut World, thing: usize, material: &Material) {
             world.entities.spawn((light, stage::looking([-1.0, 2.0, 1.0], [0.0, 0.0, 0.0])));
         }
     }
-}
-
-fn names() -> Vec<&'static str> {
-    stage::materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect()
 }
 
 /// Everything below a transform, with the power of lights adapted to the new distances.
@@ -90,7 +84,7 @@ fn moved(mut world: World, matrix: Mat4, scale: f32) -> World {
 fn images_do_not_depend_on_scale_and_rotation() {
     let mut all = Relations::default();
     let turn = Quat::from_rotation_x(0.7) * Quat::from_rotation_y(2.1) * Quat::from_rotation_z(-0.4);
-    for (index, name) in names().into_iter().enumerate() {
+    for (index, name) in stage::names().into_iter().enumerate() {
         for transport in stage::BOTH {
             let world = || room(transport, index, &THINGS);
             let plain = Seen::of(&world());
@@ -112,10 +106,10 @@ fn images_do_not_depend_on_scale_and_rotation() {
 fn spheres_rotate_with_their_normal_maps() {
     let mut all = Relations::default();
     let turn = Mat4::from_quat(Quat::from_rotation_x(0.7) * Quat::from_rotation_z(-0.4));
-    for (index, name) in names().into_iter().enumerate() {
+    for (index, name) in stage::names().into_iter().enumerate() {
         let world = || {
             let mut world = room(Transport::Path, index, &[0, 1, 4, 7]);
-            let material = stage::materials(&mut Assets::default()).swap_remove(index).1;
+            let material = stage::material(&mut Assets::default(), index);
             place(&mut world, Shape::Sphere { radius_m: 0.6 }, material, stage::at(0.0, 0.3, 0.3));
             world
         };
@@ -127,7 +121,7 @@ fn spheres_rotate_with_their_normal_maps() {
 #[test]
 fn order_of_entities_does_not_matter() {
     let mut all = Relations::default();
-    for (index, name) in names().into_iter().enumerate() {
+    for (index, name) in stage::names().into_iter().enumerate() {
         for transport in stage::BOTH {
             let plain = Seen::of(&room(transport, index, &THINGS));
             for order in [[8, 7, 6, 5, 4, 3, 2, 1, 0], [3, 6, 0, 8, 4, 1, 5, 7, 2]] {
@@ -148,7 +142,7 @@ fn removed_entities_have_no_effect() {
         spawn(&mut plain, 7, &material);
         for gone in 0..4 {
             let mut world = stage::world(transport, 12, 400);
-            let classic = stage::materials(&mut world.assets).swap_remove(0).1;
+            let classic = stage::material(&mut world.assets, 0);
             let mut away = Vec::new();
             for thing in &THINGS[..7] {
                 if *thing % 4 == gone {
@@ -174,11 +168,11 @@ fn removed_entities_have_no_effect() {
 #[test]
 fn sheet_in_two_pieces_equals_the_whole() {
     let mut all = Relations::default();
-    for (index, name) in names().into_iter().enumerate() {
+    for (index, name) in stage::names().into_iter().enumerate() {
         for transport in stage::BOTH {
             let seen = |pieces: u32| {
                 let mut world = room(transport, index, &[0, 1, 4, 6]);
-                let material = stage::materials(&mut Assets::default()).swap_remove(index).1;
+                let material = stage::material(&mut Assets::default(), index);
                 let width = 2.0 / pieces as f32;
                 for piece in 0..pieces {
                     let left = -1.0 + width * piece as f32;
@@ -277,12 +271,12 @@ fn session(world: &World, schedule: Schedule) -> Session {
 /// Both schedules, and samples split into two films: identical to the bit, for every material.
 #[test]
 fn films_are_identical_for_schedules_and_merged_parts() {
-    for (index, name) in names().into_iter().enumerate() {
+    for (index, name) in stage::names().into_iter().enumerate() {
         for transport in stage::BOTH {
             let mut world = room(transport, index, &THINGS);
             world.settings.samples = 8;
             // Coincident objects.
-            let material = stage::materials(&mut Assets::default()).swap_remove(index).1;
+            let material = stage::material(&mut Assets::default(), index);
             place_mesh(&mut world, stage::shell(), material, stage::at(0.6, 0.3, 0.0));
             let whole = |schedule: Schedule| {
                 let mut session = session(&world, schedule);

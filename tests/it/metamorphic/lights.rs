@@ -2,8 +2,8 @@
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3};
 use rayfront::world::{
-    Assets, Background, BlinnPhong, ColorInput, Light, Material, Mesh, Principled, Shape, Transform,
-    Transport, Volume, World,
+    Background, BlinnPhong, ColorInput, Light, Material, Mesh, Principled, Shape, Transform, Transport,
+    Volume, World,
 };
 
 use super::stage::{self, camera, front_lamp, lamp, number, place, place_mesh, principled};
@@ -23,10 +23,9 @@ fn scene(subject: Mesh, material: Material, size: u32, samples: u32) -> World {
 #[test]
 fn materials_are_lit_alike_by_light_sampling_and_hits() {
     let mut all = Relations::default();
-    let names: Vec<_> = stage::materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect();
-    for (index, name) in names.into_iter().enumerate() {
+    for (index, name) in stage::names().into_iter().enumerate() {
         let mut world = scene(Mesh::default(), stage::matte(0.0), 12, 3072);
-        let material = stage::materials(&mut world.assets).swap_remove(index).1;
+        let material = stage::material(&mut world.assets, index);
         place_mesh(&mut world, stage::shell(), material, Transform::IDENTITY);
         let above = Transform::Matrix(Mat4::from_translation(Vec3::new(0.2, 0.0, -0.2)));
         place_mesh(&mut world, stage::ceiling(1.2, 1.6), front_lamp(3.0, |_| ()), above);

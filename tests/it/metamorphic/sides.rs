@@ -1,9 +1,7 @@
 //! The front of a surface is defined by its winding, not by its normals, its first corner, or mirroring transforms.
 
 use rayfront::math::{Mat4, Quat, Rgb, Vec3};
-use rayfront::world::{
-    Assets, Background, ColorInput, Falloff, Light, Mesh, Shape, Transform, Transport, World,
-};
+use rayfront::world::{Background, ColorInput, Mesh, Shape, Transform, Transport, World};
 
 use super::stage::{self, camera, front_lamp, grey, number, place, place_mesh, principled, reversed};
 use super::{Relations, Seen};
@@ -11,19 +9,14 @@ use super::{Relations, Seen};
 /// A mesh of some material above a floor, under a sky and a light.
 fn scene(transport: Transport, mesh: Mesh, material: usize, from: [f32; 3]) -> World {
     let mut world = stage::world(transport, 16, 64);
-    let material = stage::materials(&mut world.assets).swap_remove(material).1;
+    let material = stage::material(&mut world.assets, material);
     camera(&mut world, from, [0.0, 0.3, 0.0], 0.7);
     stage::sky(&mut world);
     place_mesh(&mut world, stage::floor(4.0, -1.3), stage::matte(0.5), Transform::IDENTITY);
-    let light = Light::Point { power_w: Rgb::splat(300.0), falloff: Falloff::InverseSquare };
-    world.entities.spawn((light, stage::at(2.0, 4.0, 2.0)));
+    world.entities.spawn((stage::point_light(300.0), stage::at(2.0, 4.0, 2.0)));
     let transform = Transform::Matrix(Mat4::from_rotation_y(0.4));
     place_mesh(&mut world, mesh, material, transform);
     world
-}
-
-fn names() -> Vec<&'static str> {
-    stage::materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect()
 }
 
 fn turned_normals(mut mesh: Mesh) -> Mesh {
@@ -38,7 +31,7 @@ const BELOW: [f32; 3] = [1.0, -1.2, 2.5];
 #[test]
 fn reversed_vertex_normals_have_no_effect() {
     let mut all = Relations::default();
-    for (index, name) in names().into_iter().enumerate() {
+    for (index, name) in stage::names().into_iter().enumerate() {
         for transport in stage::BOTH {
             for from in [ABOVE, BELOW] {
                 let meshes = [stage::shell(), stage::ball(2)];
@@ -57,7 +50,7 @@ fn reversed_vertex_normals_have_no_effect() {
 #[test]
 fn first_corner_of_a_triangle_has_no_effect() {
     let mut all = Relations::default();
-    for (index, name) in names().into_iter().enumerate() {
+    for (index, name) in stage::names().into_iter().enumerate() {
         for transport in stage::BOTH {
             let mut mesh = stage::shell();
             let plain = Seen::of(&scene(transport, mesh.clone(), index, ABOVE));

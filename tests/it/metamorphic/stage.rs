@@ -1,12 +1,14 @@
 //! Worlds, meshes and materials for the tests' images.
 
-use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3, Vec4};
+use rayfront::math::{Mat4, Rgb, Vec2, Vec3, Vec4};
 use rayfront::world::{
     AlphaMode, Anisotropy, Assets, Background, BlinnPhong, Camera, Channel, ColorInput, Image, ImageId,
     Material, MaterialId, Mesh, NormalMap, PixelFilter, Principled, ScalarInput, Shape, Texels, Texture,
     TextureId, Transform, Transport, Volume, World,
 };
 use rayfront::world::{ColorSpace, TextureFilter};
+
+pub use crate::support::{at, point_light};
 
 pub const BOTH: [Transport; 2] = [Transport::Whitted, Transport::Path];
 
@@ -40,10 +42,6 @@ pub fn looking(from: [f32; 3], to: [f32; 3]) -> Transform {
 /// Adds a camera with an angle of view in radians.
 pub fn camera(world: &mut World, from: [f32; 3], to: [f32; 3], vertical_fov: f32) {
     world.entities.spawn((Camera::Pinhole { vertical_fov }, looking(from, to)));
-}
-
-pub fn at(x: f32, y: f32, z: f32) -> Transform {
-    Transform::Trs { translation: Vec3::new(x, y, z), rotation: Quat::IDENTITY, scale: Vec3::ONE }
 }
 
 pub fn place(world: &mut World, shape: Shape, material: Material, transform: Transform) {
@@ -309,6 +307,16 @@ pub fn materials(assets: &mut Assets) -> Vec<(&'static str, Material)> {
         ("blended", two(|m| (m.alpha, m.alpha_mode) = (number(0.5), AlphaMode::Blend))),
         ("lamp, one side", principled(|m| (m.emission, m.base_color) = (painted, grey(0.2)))),
     ]
+}
+
+/// The names of [`materials`].
+pub fn names() -> Vec<&'static str> {
+    materials(&mut Assets::default()).into_iter().map(|(name, _)| name).collect()
+}
+
+/// One of [`materials`].
+pub fn material(assets: &mut Assets, index: usize) -> Material {
+    materials(assets).swap_remove(index).1
 }
 
 /// The material for spheres, which have no tangents: without normal maps and anisotropy.

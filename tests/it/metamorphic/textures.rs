@@ -2,8 +2,8 @@
 
 use rayfront::math::{Mat4, Rgb, Vec2};
 use rayfront::world::{
-    AlphaMode, Background, BlinnPhong, Channel, ColorInput, Falloff, Light, Material, Mesh, ScalarInput,
-    Shape, Texels, Texture, TextureId, Transform, Transport, World,
+    AlphaMode, Background, BlinnPhong, Channel, ColorInput, Material, Mesh, ScalarInput, Shape, Texels,
+    Texture, TextureId, Transform, Transport, World,
 };
 use rayfront::world::{ColorSpace, TextureFilter, Wrap};
 
@@ -23,6 +23,12 @@ enum Use {
 }
 
 const USES: [Use; 4] = [Use::Classic, Use::Base, Use::Emission, Use::Alpha];
+
+/// Every transport with every use and filter.
+fn combinations() -> impl Iterator<Item = (Transport, Use, TextureFilter)> {
+    let uses = stage::BOTH.into_iter().flat_map(|transport| USES.map(|what| (transport, what)));
+    uses.flat_map(|(transport, what)| FILTERS.map(|filter| (transport, what, filter)))
+}
 
 fn material(texture: TextureId, what: Use) -> Material {
     let input = ColorInput::Texture(texture);
@@ -61,8 +67,7 @@ fn scene(transport: Transport, what: Use, mesh: &dyn Fn() -> Mesh, look: impl Fn
     camera(&mut world, [0.4, 1.6, 2.2], [0.0, 0.0, 0.0], 0.8);
     let texture = fine(&mut world, look);
     place_mesh(&mut world, mesh(), material(texture, what), Transform::Matrix(Mat4::from_rotation_y(0.2)));
-    let light = Light::Point { power_w: Rgb::splat(100.0), falloff: Falloff::InverseSquare };
-    world.entities.spawn((light, stage::at(0.5, 2.0, 1.0)));
+    world.entities.spawn((stage::point_light(100.0), stage::at(0.5, 2.0, 1.0)));
     Seen::of(&world)
 }
 
@@ -83,22 +88,14 @@ fn square(first: f32, second: f32, both: bool) -> Mesh {
 #[test]
 fn second_set_of_coordinates_equals_the_only_one() {
     let mut all = Relations::default();
-    for transport in stage::BOTH {
-        for what in USES {
-            for filter in FILTERS {
-                for (first, second) in [(0.05, 1.0), (16.0, 1.0), (1.0, 4.0)] {
-                    let alone =
-                        scene(transport, what, &|| square(first, second, false), |t| t.filter = filter);
-                    let on_second = scene(transport, what, &|| square(first, second, true), |t| {
-                        (t.filter, t.uv_set) = (filter, 1);
-                    });
-                    all.equal(
-                        &on_second,
-                        &alone,
-                        &format!("{transport:?} {what:?} {filter:?}, {first} {second}"),
-                    );
-                }
-            }
+    for (transport, what, filter) in combinations() {
+        for (first, second) in [(0.05, 1.0), (16.0, 1.0), (1.0, 4.0)] {
+            let alone = scene(transport, what, &|| square(first, second, false), |t| t.filter = filter);
+            let on_second = scene(transport, what, &|| square(first, second, true), |t| {
+                (t.filter, t.uv_set) = (filter, 1);
+            });
+            let case = format!("{transport:?} {what:?} {filter:?}, {first} {second}");
+            all.equal(&on_second, &alone, &case);
         }
     }
 }
@@ -114,34 +111,25 @@ fn transformed(uv: Vec2, t: &Texture) -> Vec2 {
 #[test]
 fn texture_transforms_equal_transformed_coordinates() {
     let mut all = Relations::default();
-    for transport in stage::BOTH {
-        for what in USES {
-            for filter in FILTERS {
-                for rotation in [0.0, 0.7, -2.0] {
-                    let look = |t: &mut Texture| {
-                        (t.filter, t.rotation, t.scale) = (filter, rotation, Vec2::new(1.5, 0.8));
-                        (t.offset, t.wrap) = (Vec2::new(0.2, -0.3), [Wrap::Repeat, Wrap::Mirror]);
-                    };
-                    let by_texture = scene(transport, what, &|| square(1.0, 1.0, false), look);
-                    let by_mesh = scene(
-                        transport,
-                        what,
-                        &|| {
-                            let mut t = Texture::new(rayfront::world::ImageId(0));
-                            look(&mut t);
-                            let mut mesh = square(1.0, 1.0, false);
-                            mesh.uvs.iter_mut().for_each(|uv| *uv = transformed(*uv, &t));
-                            mesh
-                        },
-                        |t| (t.filter, t.wrap) = (filter, [Wrap::Repeat, Wrap::Mirror]),
-                    );
-                    all.equal(
-                        &by_texture,
-                        &by_mesh,
-                        &format!("{transport:?} {what:?} {filter:?} by {rotation}"),
-                    );
-                }
-            }
+    for (transport, what, filter) in combinations() {
+        for rotation in [0.0, 0.7, -2.0] {
+            let look = |t: &mut Texture| {
+                (t.filter, t.rotation, t.scale) = (filter, rotation, Vec2::new(1.5, 0.8));
+                (t.offset, t.wrap) = (Vec2::new(0.2, -0.3), [Wrap::Repeat, Wrap::Mirror]);
+            };
+            let by_texture = scene(transport, what, &|| square(1.0, 1.0, false), look);
+            let transformed = || {
+                let mut t = Texture::new(rayfront::world::ImageId(0));
+                look(&mut t);
+                let mut mesh = square(1.0, 1.0, false);
+                mesh.uvs.iter_mut().for_each(|uv| *uv = transformed(*uv, &t));
+                mesh
+            };
+            let by_mesh = scene(transport, what, &transformed, |t| {
+                (t.filter, t.wrap) = (filter, [Wrap::Repeat, Wrap::Mirror]);
+            });
+            let case = format!("{transport:?} {what:?} {filter:?} by {rotation}");
+            all.equal(&by_texture, &by_mesh, &case);
         }
     }
 }
@@ -164,8 +152,7 @@ fn rotation_by_half_a_turn_mirrors_both_axes() {
                     material(texture, what),
                     Transform::IDENTITY,
                 );
-                let light = Light::Point { power_w: Rgb::splat(100.0), falloff: Falloff::InverseSquare };
-                world.entities.spawn((light, stage::at(0.5, 2.0, 3.0)));
+                world.entities.spawn((stage::point_light(100.0), stage::at(0.5, 2.0, 3.0)));
                 Seen::of(&world)
             };
             let turned = ball(|t| (t.rotation, t.offset) = (std::f32::consts::PI, Vec2::ONE));
@@ -204,8 +191,7 @@ fn vertex_colours_equal_a_smooth_texture() {
                 mesh.colors = mesh.uvs.iter().map(at).collect();
             }
             place_mesh(&mut world, mesh, look, Transform::IDENTITY);
-            let light = Light::Point { power_w: Rgb::splat(100.0), falloff: Falloff::InverseSquare };
-            world.entities.spawn((light, stage::at(0.5, 2.0, 1.0)));
+            world.entities.spawn((stage::point_light(100.0), stage::at(0.5, 2.0, 1.0)));
             Seen::of(&world)
         };
         all.equal(&seen(true), &seen(false), &format!("{transport:?}"));

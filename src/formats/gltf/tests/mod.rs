@@ -9,6 +9,7 @@ mod scene;
 
 use std::path::Path;
 
+use base64::prelude::*;
 use serde_json::{Value, json};
 
 use super::GltfModel;
@@ -124,17 +125,7 @@ fn floats(numbers: &[f32]) -> Vec<u8> {
 }
 
 fn data_uri(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::from("data:application/octet-stream;base64,");
-    for group in bytes.chunks(3) {
-        let bits =
-            group.iter().chain([0, 0].iter()).take(3).fold(0usize, |bits, byte| bits << 8 | *byte as usize);
-        for place in 0..4 {
-            let digit = DIGITS[bits >> (18 - 6 * place) & 63] as char;
-            text.push(if place <= group.len() { digit } else { '=' });
-        }
-    }
-    text
+    format!("data:application/octet-stream;base64,{}", BASE64_STANDARD.encode(bytes))
 }
 
 /// Encodes the file as GLB with its first buffer in the binary chunk.

@@ -164,24 +164,6 @@ fn shared_mesh_is_overridden_by_the_material_of_each_entity() {
 }
 
 #[test]
-fn overrides_that_match_nothing_are_refused() {
-    let message = |keys: &str| read(&format!("(entities: [({keys})])")).err().unwrap().to_string();
-    let found = message("gltf: \"room.glb\", overrides: {\"piant\": (diffuse: 1)}");
-    assert!(
-        found.ends_with("1:44: nothing in the file has a material \"piant\" (did you mean \"paint\"?); there are: \"paint\""),
-        "{found}"
-    );
-    let found = message("gltf: \"room.glb\", material: (diffuse: 1)");
-    assert!(found.contains("1:42: a glTF file has materials of its own: overrides"), "{found}");
-    let found = message("shape: Sphere, overrides: {}");
-    assert!(found.ends_with("there is nothing to override: the entity has no gltf"), "{found}");
-    let found = message("gltf: \"room.glb\", overrides: {\"paint\": (), \"paint\": ()}");
-    assert!(found.ends_with("there is already an override of \"paint\""), "{found}");
-    let found = message("gltf: \"room.glb\", overrides: {\"paint\": \"galss\"}");
-    assert!(found.ends_with("unknown material \"galss\""), "{found}");
-}
-
-#[test]
 fn changed_entities_of_a_model_cannot_be_saved() {
     let mut world = read(SCENE).unwrap();
     let inside =
