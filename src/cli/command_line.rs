@@ -1,13 +1,29 @@
-//! Command lines: normalised ones, and those to type next, derived from what was typed.
+//! Command lines: taken apart by clap, changed, and printed to be typed next.
 
 use std::ffi::{OsStr, OsString};
-use std::iter::Peekable;
+use std::fmt::Display;
+use std::iter::{Peekable, once};
 use std::ops::Range;
 use std::path::Path;
 
-use super::args::{Words, parse_place};
+use clap::builder::ValueParser;
+use clap::parser::ValueSource;
+use clap::{Arg, Args, Command};
+
+use super::args::{
+    ADAPTIVE, LIGHT_UNITS, ProcessLimits, QUALITIES, Render, SAMPLERS, TRANSPORTS, name_of, parse_place,
+};
 use crate::formats::film_file::FilmHeader;
+use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions};
 use crate::study::explain::Recipe;
+use crate::world::{Caustics, DepthLimits, Settings, Sharing};
+
+/// The options that only one run has: its part of the samples, its end, its outputs, its views.
+const OF_ONE_RUN: &str =
+    "until max-time checkpoint samples shard output tev spp frames watch paranoid preview";
+/// The options that change nothing in an image, or whose values its header holds.
+const WITHOUT_TRACE: &str = "schedule wave threads simd checkpoint output max-time until shard samples bits quality spp \
+    frames fps tev progress memory quiet json overwrite denoise preview allow-outside";
 
 /// Normalises words: `--samples` with a plain number becomes `--spp`, the samples per pixel of other programs, and two
 /// points in one word become two words.
@@ -43,32 +59,276 @@ fn places(words: &mut Peekable<impl Iterator<Item = OsString>>) -> Vec<OsString>
     vec![first, words.next_if(is_place).unwrap_or_default()]
 }
 
-/// Returns this process's arguments as [`recorded`].
-pub fn recorded_args() -> Vec<String> {
-    let words = normalize_args(std::env::args_os().skip(1));
-    recorded(words.into_iter().map(|word| word.to_string_lossy().into_owned()).collect())
-}
+/// A command line: its options by their main names, each with its values, and its other words.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CommandLine(Vec<Vec<String>>);
 
-/// Returns words with each option under its main name, so that the record in an image, and everything derived from it,
-/// does not depend on the alias that was typed.
-pub fn recorded(mut words: Vec<String>) -> Vec<String> {
-    const OTHER_NAMES: [(&str, &str); 4] =
-        [("--samples-per-pixel", "--spp"), ("-s", "--spp"), ("-t", "--threads"), ("-q", "--quiet")];
-    if words.first().is_some_and(|word| word == "render") {
-        words.remove(0);
+impl CommandLine {
+    /// Creates a command line that begins with these words.
+    pub fn of<const N: usize>(words: [&str; N]) -> CommandLine {
+        CommandLine(words.iter().map(|word| vec![(*word).to_owned()]).collect())
     }
-    for word in &mut words {
-        for (other, name) in OTHER_NAMES {
-            let is_short = other.len() == 2;
-            let Some(value) = word.strip_prefix(other) else { continue };
-            match value.strip_prefix('=').unwrap_or(value) {
-                "" => *word = name.to_owned(),
-                value if is_short || word.contains('=') => *word = format!("{name}={value}"),
-                _ => {}
+
+    /// Takes apart the words of a render, as typed or as recorded in a film. Values are not checked: another machine may
+    /// have accepted them. Words of another version that has more options stay as they are.
+    pub fn parse(words: &[String]) -> CommandLine {
+        let words = words.strip_prefix(&["render".to_owned()]).unwrap_or(words);
+        let takes_values = |arg: &Arg| arg.get_action().takes_values();
+        let unchecked =
+            |arg: Arg| if takes_values(&arg) { arg.value_parser(ValueParser::string()) } else { arg };
+        let program = ProcessLimits::augment_args(Render::augment_args(Command::new("rayfront")));
+        let mut program = program.mut_args(unchecked).mut_arg("scene", |scene| scene.required(false));
+        let typed = once("rayfront").chain(words.iter().map(String::as_str));
+        let Ok(found) = program.try_get_matches_from_mut(typed) else {
+            return CommandLine(words.iter().map(|word| vec![word.clone()]).collect());
+        };
+        let mut given = Vec::new();
+        for arg in program.get_arguments() {
+            let id = arg.get_id().as_str();
+            if found.value_source(id) != Some(ValueSource::CommandLine) {
+                continue;
+            }
+            let mut places = found.indices_of(id).into_iter().flatten();
+            let occurrences: Vec<Vec<&String>> = match takes_values(arg) {
+                true => found.get_occurrences(id).into_iter().flatten().map(Iterator::collect).collect(),
+                false => vec![Vec::new()],
+            };
+            for values in occurrences {
+                let place = places.by_ref().take(values.len().max(1)).min();
+                given.push((place, words_of(arg, &values)));
             }
         }
+        given.sort();
+        CommandLine(given.into_iter().map(|(_, words)| words).collect())
     }
-    words
+
+    /// Returns the words.
+    pub fn words(&self) -> Vec<String> {
+        self.0.concat()
+    }
+
+    /// Returns the command line as recorded in images.
+    pub fn of_images(self) -> CommandLine {
+        self.without(WITHOUT_TRACE)
+    }
+
+    /// Removes some options, whose names are separated by blanks.
+    pub fn without(mut self, names: &str) -> CommandLine {
+        self.0.retain(|words| !names.split(' ').any(|removed| removed == name(words)));
+        self
+    }
+
+    /// Adds words.
+    pub fn push<const N: usize>(&mut self, words: [&str; N]) {
+        self.0.push(words.map(str::to_owned).to_vec());
+    }
+
+    /// Adds all of another command line.
+    pub fn extend(&mut self, other: &CommandLine) {
+        self.0.extend_from_slice(&other.0);
+    }
+
+    /// Adds an option, if it has a value.
+    pub fn option(&mut self, name: &str, value: Option<impl Display>) {
+        self.0.extend(value.map(|value| option(name, &value.to_string())));
+    }
+
+    /// Adds a switch, if it is on.
+    pub fn switch(&mut self, name: &str, is_on: bool) {
+        self.0.extend(is_on.then(|| vec![format!("--{name}")]));
+    }
+
+    /// Adds an output file.
+    pub fn output(&mut self, path: &Path) {
+        self.push(["-o", &not_an_option(path)]);
+    }
+
+    /// Adds the environment of a scene.
+    pub fn surroundings(&mut self, surroundings: Option<&EnvironmentPreset>) {
+        self.option("env", surroundings.map(name_of_surroundings));
+    }
+
+    /// Adds the options for reading a scene. Each field is named, so that a new one cannot be forgotten.
+    fn loading(&mut self, options: &LoadOptions) {
+        let LoadOptions {
+            time_s,
+            variant,
+            scene,
+            light_units,
+            solid_glass,
+            double_sided,
+            surroundings,
+            edits,
+            size,
+        } = options;
+        // The background is one of the statements in `set`.
+        let Edits { set, only, hide, look_at, orbit, zoom, ground } = edits;
+        self.option("time", time_s.as_ref());
+        self.option("variant", variant.as_ref());
+        self.option("scene", scene.as_ref());
+        self.option(
+            "light-units",
+            changed(light_units, &LightUnits::Auto).map(|units| name_of(LIGHT_UNITS, units)),
+        );
+        self.switch("solid-glass", *solid_glass);
+        self.switch("double-sided", *double_sided);
+        self.surroundings(surroundings.as_ref());
+        for (name, texts) in [("set", set), ("only", only), ("hide", hide)] {
+            texts.iter().for_each(|text| self.option(name, Some(text)));
+        }
+        if let Some([from, to]) = look_at {
+            self.push(["--look-at", from, to]);
+        }
+        self.option("orbit", orbit.map(|[right, up]| format!("{right},{up}")));
+        self.option("zoom", zoom.as_ref());
+        self.switch("ground", *ground);
+        self.option("size", size.map(|[width, height]| format!("{width}x{height}")));
+    }
+
+    /// Adds the options that turn a file's settings into `settings`, as far as samples depend on them.
+    fn settings(&mut self, authored: &Settings, settings: &Settings) {
+        let Settings {
+            samples,
+            max_depth,
+            depth_limits: DepthLimits { diffuse, glossy, transmission },
+            sampler,
+            sharing,
+            caustics,
+            adaptive,
+            transport,
+            seed,
+            build_quality,
+            // The size is an option for reading. The rest has no option but --set, which is for reading, too.
+            ..
+        } = settings;
+        let before = &authored.depth_limits;
+        self.option("spp", changed(samples, &authored.samples));
+        self.option("depth", changed(max_depth, &authored.max_depth));
+        for (name, limit, before) in [
+            ("diffuse", diffuse, before.diffuse),
+            ("glossy", glossy, before.glossy),
+            ("transmission", transmission, before.transmission),
+        ] {
+            match limit {
+                Some(_) => self.option(&format!("{name}-depth"), limit.filter(|_| *limit != before)),
+                None => self.option("set", before.map(|_| format!("settings.{name}_depth = None"))),
+            }
+        }
+        let transport = changed(transport, &authored.transport);
+        self.option("transport", transport.map(|transport| name_of(TRANSPORTS, &Some(*transport))));
+        let sampler = changed(sampler, &authored.sampler);
+        self.option("sampler", sampler.map(|sampler| name_of(SAMPLERS, sampler)));
+        // Another tree changes the last bits of the hits of grazing rays.
+        let quality = changed(build_quality, &authored.build_quality);
+        self.option("quality", quality.map(|quality| name_of(QUALITIES, quality)));
+        let sharing = changed(sharing, &authored.sharing).map(|sharing| match sharing {
+            Sharing::Auto => "auto".to_owned(),
+            Sharing::Off => "off".to_owned(),
+            Sharing::Groups(pixels) => pixels.to_string(),
+        });
+        self.option("sharing", sharing);
+        let caustics = changed(caustics, &authored.caustics).map(|caustics| match caustics {
+            Caustics::Auto => "auto".to_owned(),
+            Caustics::Off => "off".to_owned(),
+            Caustics::Photons { photons, radius } => format!("{photons},{radius}"),
+        });
+        self.option("caustics", caustics);
+        let adaptive = changed(adaptive, &authored.adaptive);
+        self.0.extend(adaptive.map(|it| vec![format!("--adaptive={}", name_of(ADAPTIVE, it))]));
+        self.option("seed", changed(seed, &authored.seed));
+    }
+}
+
+impl Display for CommandLine {
+    /// Writes a line for a shell.
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let words: Vec<_> = self.0.iter().flatten().map(|word| quoted(word)).collect();
+        f.write_str(&words.join(" "))
+    }
+}
+
+/// Returns the words of an option. A value that begins with a minus would be taken for another option.
+fn option(name: &str, value: &str) -> Vec<String> {
+    match value.starts_with('-') {
+        true => vec![format!("--{name}={value}")],
+        false => vec![format!("--{name}"), value.to_owned()],
+    }
+}
+
+/// Returns the name of the option that these words are.
+fn name(words: &[String]) -> &str {
+    let option = words.first().and_then(|word| word.strip_prefix("--")).unwrap_or_default();
+    option.split('=').next().unwrap_or_default()
+}
+
+/// Returns the words of an argument.
+fn words_of(arg: &Arg, values: &[&String]) -> Vec<String> {
+    let values: Vec<&str> = values.iter().map(|value| value.as_str()).collect();
+    let joined = values.join(",");
+    match (arg.get_long(), &values[..]) {
+        (None, _) => vec![not_an_option(Path::new(&joined))],
+        (Some(long), _) if arg.is_require_equals_set() => vec![format!("--{long}={joined}")],
+        (Some(long), [_]) => option(long, &joined),
+        (Some(long), _) if arg.get_value_delimiter().is_some() => option(long, &joined),
+        (Some(long), _) => {
+            once(format!("--{long}")).chain(values.iter().map(|it| (*it).to_owned())).collect()
+        }
+    }
+}
+
+/// Returns the command that renders another part, next to the one at `path`.
+pub fn of_shard(header: &FilmHeader, path: &Path, [index, count]: [u32; 2]) -> CommandLine {
+    let own = header.shard.map_or(0, |[index, _]| index);
+    let name = path.to_string_lossy();
+    let file = other_number(&name, own, index).unwrap_or_else(|| format!("part-{index}-of-{count}.film"));
+    of_part(header, ["--shard", &format!("{index}/{count}")], Path::new(&file))
+}
+
+/// Returns the command that renders some samples, next to the film at `path`.
+pub fn of_samples(header: &FilmHeader, path: &Path, Range { start, end }: Range<u32>) -> CommandLine {
+    let file = path.with_file_name(format!("samples-{start}-{end}.film"));
+    of_part(header, ["--samples", &format!("{start}..{end}")], &file)
+}
+
+/// Returns the command that renders another part of the samples.
+fn of_part(header: &FilmHeader, part: [&str; 2], file: &Path) -> CommandLine {
+    let mut line = of_whole(header);
+    line.push(part);
+    line.output(file);
+    line
+}
+
+/// Returns the command that renders a film again, without its part of the samples, rules for stopping, and outputs.
+pub fn of_whole(header: &FilmHeader) -> CommandLine {
+    let FilmHeader { settings, view, note, .. } = header;
+    let typed = CommandLine::parse(&note.command);
+    let is_frame = typed.0.iter().any(|words| name(words) == "frames");
+    let mut line = CommandLine::of(["rayfront"]);
+    line.extend(&typed.without(OF_ONE_RUN));
+    // A film that was continued may have more samples than its command.
+    line.option("spp", Some(settings.samples));
+    if is_frame {
+        // The frames have one exposure in common.
+        line.option("time", view.time_s);
+        if !settings.auto_exposure {
+            line = line.without("exposure");
+            line.option("exposure", Some(settings.exposure_ev));
+        }
+    }
+    line
+}
+
+/// Returns the command that explains a sample of a render.
+pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
+    let Recipe { path, options, camera, authored, settings, is_moved } = recipe;
+    let mut line = CommandLine::of(["rayfront", "explain", &not_an_option(path), &format!("{x},{y}")]);
+    line.option("sample", Some(sample));
+    line.settings(authored, settings);
+    line.loading(options);
+    line.option("camera", camera.as_ref());
+    line.switch("allow-outside", crate::files::outside_is_allowed());
+    let note = if *is_moved { "  # but that the camera is where its file says" } else { "" };
+    format!("{line}{note}")
 }
 
 /// Returns a word, quoted for a shell.
@@ -80,108 +340,10 @@ pub fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-/// Returns the command that renders another part, next to the one at `path`.
-pub fn of_shard(header: &FilmHeader, path: &Path, [index, count]: [u32; 2]) -> String {
-    let own = header.shard.map_or(0, |[index, _]| index);
-    let name = path.to_string_lossy();
-    let file = other_number(&name, own, index).unwrap_or_else(|| format!("part-{index}-of-{count}.film"));
-    line(header, &["--shard", &format!("{index}/{count}")], &file)
-}
-
-/// Returns the command that renders some samples, next to the film at `path`.
-pub fn of_samples(header: &FilmHeader, path: &Path, samples: Range<u32>) -> String {
-    let Range { start, end } = samples;
-    let file = path.with_file_name(format!("samples-{start}-{end}.film"));
-    line(header, &["--samples", &format!("{start}..{end}")], &file.to_string_lossy())
-}
-
-/// Returns the command that explains a sample of a render.
-pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
-    let Recipe { path, options, camera, authored, settings, is_moved } = recipe;
-    let scene = not_an_option(path);
-    let mut words = vec!["rayfront".to_owned(), "explain".to_owned(), scene, format!("{x},{y}")];
-    words.extend(["--sample".to_owned(), sample.to_string()]);
-    words.extend(Words::of_settings(authored, settings));
-    words.extend(Words::of_loading(options));
-    let mut looks = Words::default();
-    looks.option("--camera", camera.as_ref());
-    words.extend(looks);
-    if crate::files::outside_is_allowed() {
-        words.push("--allow-outside".to_owned());
-    }
-    let note = if *is_moved { "  # but that the camera is where its file says" } else { "" };
-    shell_line(&words) + note
-}
-
-/// Returns the arguments that render a film again, except those for its part of the samples, for stopping and for
-/// outputs.
-pub fn of_whole(header: &FilmHeader) -> Vec<String> {
-    const OTHERS: [&str; 10] = [
-        "--until",
-        "--max-time",
-        "--checkpoint",
-        "--samples",
-        "--shard",
-        "--output",
-        "-o",
-        "--tev",
-        "--spp",
-        "--frames",
-    ];
-    let command = &header.note.command;
-    let mut words = without(command, &OTHERS);
-    words.retain(|word| !["--watch", "--paranoid", "--preview"].contains(&&word[..]));
-    let mut more = Words::default();
-    // A film that was continued may have more samples than its command.
-    more.option("--spp", Some(header.settings.samples));
-    if without(command, &["--frames"]).len() < command.len() {
-        // It is one of the frames, which have one exposure in common.
-        more.option("--time", header.view.time_s);
-        if !header.settings.auto_exposure {
-            words = without(&words, &["--exposure"]);
-            more.option("--exposure", Some(header.settings.exposure_ev));
-        }
-    }
-    words.extend(more);
-    words
-}
-
-/// Returns the command that renders another part of the samples.
-fn line(header: &FilmHeader, part: &[&str], file: &str) -> String {
-    let mut words = vec!["rayfront".to_owned()];
-    words.extend(of_whole(header));
-    words.extend(part.iter().map(|word| (*word).to_owned()));
-    words.extend(["-o".to_owned(), file.to_owned()]);
-    format!("  {}", shell_line(&words))
-}
-
 /// Returns a path as an argument: one that begins with a minus would be taken for an option.
 pub fn not_an_option(path: &Path) -> String {
     let path = path.to_string_lossy();
     if path.starts_with('-') { format!("./{path}") } else { path.into_owned() }
-}
-
-/// Returns words as a line for a shell.
-pub fn shell_line(words: &[String]) -> String {
-    let words: Vec<_> = words.iter().map(|word| quoted(word)).collect();
-    words.join(" ")
-}
-
-/// Returns a command without some options, all of which have values.
-pub fn without(command: &[String], options: &[&str]) -> Vec<String> {
-    let mut left = Vec::new();
-    let mut words = command.iter();
-    while let Some(word) = words.next() {
-        let (name, has_value) = word.split_once('=').map_or((&word[..], false), |(name, _)| (name, true));
-        match options.contains(&name) {
-            true if has_value => {}
-            true => drop(words.next()),
-            // The value may be attached, as in -opart.film.
-            false if options.contains(&"-o") && word.starts_with("-o") && !word.starts_with("--") => {}
-            false => left.push(word.clone()),
-        }
-    }
-    left
 }
 
 /// Returns a path with the old number in the file's name replaced by a new one.
@@ -196,9 +358,31 @@ fn other_number(name: &str, old: u32, new: u32) -> Option<String> {
     Some(format!("{}{new}{}", &name[..at], &name[at + old.len()..]))
 }
 
+/// Returns the value if it differs from the one before.
+fn changed<'a, T: PartialEq>(value: &'a T, before: &T) -> Option<&'a T> {
+    Some(value).filter(|value| *value != before)
+}
+
+/// Returns the environment as a value of `--env`. (No option sets the haze, so no option changes it.)
+fn name_of_surroundings(surroundings: &EnvironmentPreset) -> String {
+    match surroundings {
+        EnvironmentPreset::None => "none".to_owned(),
+        EnvironmentPreset::Studio => "studio".to_owned(),
+        EnvironmentPreset::Sky(sky) if *sky == SkyOptions::default() => "sky".to_owned(),
+        EnvironmentPreset::Sky(SkyOptions { elevation_degrees, azimuth_degrees, haze: _ }) => {
+            format!("sky:{elevation_degrees},{azimuth_degrees}")
+        }
+        EnvironmentPreset::Picture(path) => path.to_string_lossy().into_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
+    use crate::cli::args::{ModelOptions, SampleOptions};
+    use crate::world::World;
 
     #[test]
     fn words_are_quoted_for_a_shell() {
@@ -217,16 +401,37 @@ mod tests {
             ["--samples", "0..64", "--samples=1..2"]
         );
         assert_eq!(understood(&["--samples"]), ["--samples"]);
-        let words = ["render", "a.ron", "-s", "4", "-t2", "--samples-per-pixel=8", "--size", "4x4", "-s=3"];
-        let plain = ["a.ron", "--spp", "4", "--threads=2", "--spp=8", "--size", "4x4", "--spp=3"];
-        assert_eq!(recorded(words.map(String::from).into()), plain);
+    }
+
+    fn parsed(line: &str) -> CommandLine {
+        CommandLine::parse(&line.split(' ').map(String::from).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn recorded_words_have_main_names_in_the_order_typed() {
+        for (typed, plain) in [
+            ("render a.ron -s 4 -t2 -q", "a.ron --spp 4 --threads 2 --quiet"),
+            ("--samples-per-pixel=8 a.ron --size=4x4", "--spp 8 a.ron --size 4x4"),
+            ("a.ron --set a --look-at -1,2,3 4,5,6 --set b", "a.ron --set a --look-at -1,2,3 4,5,6 --set b"),
+            (
+                "a.ron --adaptive --aov depth,all -opart.film",
+                "a.ron --adaptive=on --aov depth,all --output part.film",
+            ),
+            ("a.ron --exposure -2 -o -", "a.ron --exposure=-2 --output=-"),
+            // A value of another machine, and an option of another version.
+            ("a.ron --simd=mmx --memory 4G", "a.ron --simd mmx --memory 4G"),
+            ("a.ron --newer 3 --simd=mmx", "a.ron --newer 3 --simd=mmx"),
+        ] {
+            assert_eq!(parsed(typed).to_string(), plain);
+            assert_eq!(parsed(plain), parsed(typed));
+        }
     }
 
     #[test]
     fn options_are_removed_with_their_values() {
-        let command = ["a.ron", "--shard", "3/4", "-o", "x.film", "--spp=8", "--output=y.png", "-oz.png"];
-        let command: Vec<String> = command.map(String::from).into();
-        assert_eq!(without(&command, &["--shard", "--output", "-o"]), ["a.ron", "--spp=8"]);
+        let line = parsed("a.ron --shard 3/4 -o x.film --spp=8 --output=y.png -oz.png");
+        assert_eq!(line.without("shard output").to_string(), "a.ron --spp 8");
+        assert_eq!(parsed("a.ron --preview --seed 3 --tev=x").of_images().to_string(), "a.ron --seed 3");
     }
 
     #[test]
@@ -234,5 +439,51 @@ mod tests {
         assert_eq!(other_number("out3/part-3.film", 3, 12), Some("out3/part-12.film".into()));
         assert_eq!(other_number("scene.3-of-33.film", 3, 4), Some("scene.4-of-33.film".into()));
         assert_eq!(other_number("part-13.film", 3, 4), None);
+    }
+
+    /// The options that a printed command has.
+    #[derive(Parser)]
+    struct Printed {
+        #[command(flatten)]
+        sampling: SampleOptions,
+        #[command(flatten)]
+        model: ModelOptions,
+    }
+
+    /// Returns the loading options and the settings of these words.
+    fn understood(words: impl IntoIterator<Item = String>) -> (LoadOptions, Settings) {
+        let words = once("rayfront".to_owned()).chain(words);
+        let Printed { sampling, model } =
+            Printed::try_parse_from(words).unwrap_or_else(|error| panic!("{error}"));
+        let mut world = World::default();
+        sampling.apply(&mut world);
+        (model.of_size(sampling.size), world.settings)
+    }
+
+    #[test]
+    fn words_parse_back_to_the_same_options() {
+        let options = [
+            "--time=-1.25 --variant=-1 --scene 2 --light-units watt --solid-glass --double-sided",
+            "--light-units candela --time 0.1",
+            "--env none --set a --set b=c --only d --hide e --hide f --ground --background #fff",
+            "--env sky:-3.5,90 --orbit=-30,10.1 --zoom 0.3 --size 7x9",
+            "--env sky:45,220 --look-at -1,2,3 4,5,-6",
+            "--env studio --depth 3 --diffuse-depth 2 --glossy-depth 0 --transmission-depth 1000",
+            "--env /a/sky.hdr --sampler jittered --sharing 16 --adaptive=unbiased --seed 18446744073709551615",
+            "--caustics 0.25,3.5 --sharing off",
+            "--caustics off",
+            "--sharing off --adaptive --spp 3 --transport path --sampler independent --quality high",
+        ];
+        for line in options {
+            let (options, settings) = understood(line.split(' ').map(String::from));
+            let mut words = CommandLine::default();
+            words.loading(&options);
+            words.settings(&Settings::default(), &settings);
+            assert_eq!(understood(words.words()), (options, settings), "{line}: {words}");
+        }
+        let mut nothing = CommandLine::default();
+        nothing.loading(&LoadOptions::default());
+        nothing.settings(&Settings::default(), &Settings::default());
+        assert_eq!(nothing, CommandLine::default());
     }
 }

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use super::output::tell_all;
 use crate::error::{CompileError, LoadError, SaveError, in_one_line};
 use crate::memory::Shortage;
 use crate::render::ThreadError;
@@ -117,11 +116,8 @@ impl Failure {
         self.fault == Fault::ClosedPipe
     }
 
-    /// Prints the message and returns the program's exit code.
-    pub fn tell(&self) -> ExitCode {
-        if !self.is_closed_pipe() {
-            tell_all(&format!("error: {self}"));
-        }
+    /// Returns the program's exit code.
+    pub fn code(&self) -> ExitCode {
         self.fault.code()
     }
 }
@@ -143,11 +139,18 @@ fn of_file(error: &LoadError) -> Fault {
     }
 }
 
-impl From<TevError> for Failure {
-    fn from(error: TevError) -> Failure {
-        Failure::output(error.to_string())
-    }
+/// Converts errors into failures of one cause each.
+macro_rules! failures {
+    ($($error:ty => $fault:ident),*) => {$(
+        impl From<$error> for Failure {
+            fn from(error: $error) -> Failure {
+                Failure { fault: Fault::$fault, message: error.to_string() }
+            }
+        }
+    )*};
 }
+
+failures!(SaveError => Output, TevError => Output, Shortage => Limit, ThreadError => Limit);
 
 impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
@@ -160,24 +163,6 @@ impl From<LoadError> for Failure {
             error => error.to_string(),
         };
         Failure { fault, message }
-    }
-}
-
-impl From<Shortage> for Failure {
-    fn from(shortage: Shortage) -> Self {
-        Failure::limit(shortage.to_string())
-    }
-}
-
-impl From<SaveError> for Failure {
-    fn from(error: SaveError) -> Self {
-        Failure::output(error.to_string())
-    }
-}
-
-impl From<ThreadError> for Failure {
-    fn from(error: ThreadError) -> Self {
-        Failure::limit(error.to_string())
     }
 }
 

@@ -8,7 +8,7 @@ use crate::world::SourceFiles;
 
 /// The state of requests to end the program.
 #[derive(Clone, Default)]
-pub(super) struct Interrupt {
+pub struct Interrupt {
     stop: Arc<AtomicBool>,
     /// The number of the signal.
     signal: Arc<AtomicU8>,
@@ -16,7 +16,7 @@ pub(super) struct Interrupt {
 
 impl Interrupt {
     /// Starts to watch for signals, unless that has begun before. A second Ctrl-C ends the program immediately.
-    pub(super) fn watch() -> Self {
+    pub fn watch() -> Self {
         static WATCHED: OnceLock<Interrupt> = OnceLock::new();
         let watched = WATCHED.get_or_init(|| {
             let interrupt = Self::default();
@@ -27,27 +27,27 @@ impl Interrupt {
     }
 
     /// The flag that is set when the current work must end.
-    pub(super) fn flag(&self) -> &AtomicBool {
+    pub fn flag(&self) -> &AtomicBool {
         &self.stop
     }
 
     /// True if the program has been requested to end.
-    pub(super) fn is_set(&self) -> bool {
+    pub fn is_set(&self) -> bool {
         self.signal.load(Ordering::Acquire) != 0
     }
 
     /// Stops the current work, but not the program.
-    pub(super) fn stop(&self) {
+    pub fn stop(&self) {
         self.stop.store(true, Ordering::Release);
     }
 
     /// Begins new work: clears the flag, unless the program must end.
-    pub(super) fn begin_anew(&self) {
+    pub fn begin_anew(&self) {
         self.stop.store(self.is_set(), Ordering::Release);
     }
 
     /// Returns 128 plus the signal's number, as shells report it; 0 if there was none.
-    pub(super) fn exit_code(&self) -> u8 {
+    pub fn exit_code(&self) -> u8 {
         if self.is_set() { 128 + self.signal.load(Ordering::Relaxed) } else { 0 }
     }
 
@@ -67,7 +67,7 @@ const SIGINT: u8 = 2;
 /// (`ulimit -f`), becomes a write error. SIGABRT, sent after the allocator has given up with a message (even within the
 /// standard library), becomes the exit code for a limit.
 #[cfg(unix)]
-pub(super) fn guard() {
+pub fn guard() {
     use signal_hook::consts::{SIGABRT, SIGXFSZ};
 
     use super::failure::Fault;
@@ -85,7 +85,7 @@ pub(super) fn guard() {
 }
 
 #[cfg(not(unix))]
-pub(super) fn guard() {}
+pub fn guard() {}
 
 /// Watches SIGINT, SIGTERM (`timeout`, containers, schedulers) and, except under `nohup`, SIGHUP (a closed terminal).
 #[cfg(unix)]
@@ -137,11 +137,7 @@ fn watch(interrupt: Interrupt) {
 }
 
 /// Runs `work`, and stops it when a file changes.
-pub(super) fn while_unchanged<T>(
-    files: Option<&SourceFiles>,
-    interrupt: &Interrupt,
-    work: impl FnOnce() -> T,
-) -> T {
+pub fn while_unchanged<T>(files: Option<&SourceFiles>, interrupt: &Interrupt, work: impl FnOnce() -> T) -> T {
     let Some(files) = files else { return work() };
     let done = AtomicBool::new(false);
     std::thread::scope(|scope| {

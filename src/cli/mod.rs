@@ -3,58 +3,134 @@
 //! Exit codes: 0 done; those of `failure::Fault`, with the reason in one line on stderr; 129, 130 or 143 interrupted
 //! (the state of the render has been saved).
 
-mod ab;
-mod aov;
 mod args;
-mod audit;
-mod check;
-mod checkpoint;
 mod command_line;
-mod compare;
-mod diff;
-mod explain;
+mod commands;
 mod failure;
-mod films;
-mod frames;
-mod hints;
-mod info;
 mod interrupt;
 mod job;
-mod job_args;
-mod live_views;
-mod loading;
-mod ls;
-mod manual;
-mod merge;
 mod output;
-mod pilot;
-mod plan;
 mod process_times;
-mod profile;
-mod profile_report;
 mod progress;
-mod record;
-mod render;
-mod report;
-mod reproduce;
-mod resume;
-mod saving;
-mod shard;
-mod stop;
-mod study;
-mod trace;
-mod verify;
-mod view;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser, Subcommand};
 
+use self::args::{ProcessLimits, Render};
+use self::command_line::{CommandLine, normalize_args};
+use self::commands::{
+    ab, check, compare, diff, explain, info, ls, manual, merge, plan, profile, render, reproduce, resume,
+    study, trace, verify, view,
+};
+use self::failure::{Failure, Fault};
+use crate::error::did_you_mean;
 use crate::render::check_environment;
-pub use args::Arguments;
-use failure::{Failure, Fault};
+
+/// The text below the options in the help.
+const AFTER_HELP: &str = "\
+rayfront render SCENE and rayfront SCENE are the same.
+
+Examples:
+  rayfront scene.ron --size 320x180 -s 4 -o quick.png      a quick look
+  rayfront model.glb --env sky -o model.png -o model.exr   a model under a sky, as two files of one rendering
+  rayfront scene.ron --max-time 10m --denoise              what ten minutes give, and the same without noise
+
+Exit codes: 0 done; 1 a scene or another file is at fault; 2 the command line is; 3 output could not be
+written; 4 a limit was met (memory, size, threads); 5 a difference was found; 129, 130, 143 interrupted (what
+there was has been saved); 141 whoever read the output has closed it.";
+
+/// A CPU renderer: a scene in, an image out.
+#[derive(Parser, Debug)]
+#[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = AFTER_HELP)]
+struct Arguments {
+    /// The command, if one is given.
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// The options of rendering, if no command is given.
+    #[command(flatten)]
+    render: Option<Render>,
+    /// The limits of the process.
+    #[command(flatten)]
+    limits: ProcessLimits,
+}
+
+/// The program's commands.
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Render a scene (the word may be left out)
+    #[command(after_help = AFTER_HELP)]
+    Render(Box<Render>),
+    /// Show the contents of a scene: counts, bounds, memory, materials, lights, textures, warnings
+    Info(info::Info),
+    /// Trace rays from a file: hits to another file, speed, build time, memory
+    Trace(trace::Trace),
+    /// Measure how far an image is from a reference
+    Compare(compare::Compare),
+    /// Render in every possible way and compare the films
+    Verify(verify::Verify),
+    /// Follow the samples of a pixel from the camera to their ends
+    Explain(explain::Explain),
+    /// Show where the time goes, in both schedules
+    Profile(profile::ProfileArguments),
+    /// Continue a film: finish what was interrupted, or add samples
+    Resume(resume::Resume),
+    /// Merge films that hold different samples of one image
+    Merge(merge::Merge),
+    /// Write job files that render a scene in parts on many machines
+    Plan(plan::PlanArguments),
+    /// Render an image again from the record in it, and report whether it is identical
+    Reproduce(reproduce::Reproduce),
+    /// Show a scene on a web page while it renders: look around, explain pixels, edit its files
+    View(view::ViewArguments),
+    /// Report what is probably not as intended in a scene, and how to fix it
+    Check(check::Check),
+    /// List the parts of a scene that a query selects
+    Ls(ls::Ls),
+    /// Show in which components two scenes differ
+    Diff(diff::Diff),
+    /// Render a scene with and without changes, and measure the difference
+    Ab(ab::Ab),
+    /// Run the experiments in a file and report on them
+    Study(study::StudyArguments),
+    /// Print a shell script that completes commands and options
+    Completions(manual::Completions),
+    /// Write man pages
+    Man(manual::Man),
+}
+
+impl Command {
+    /// Returns the output files and folders as typed, before placeholders are filled in.
+    fn typed_outputs(&self) -> Vec<&Path> {
+        let (several, one): (&[PathBuf], Option<&PathBuf>) = match self {
+            Command::Render(render) => (&render.output.output, render.part.pilot.as_ref()),
+            Command::Resume(resume) => (&resume.output.output, Some(&resume.film)),
+            Command::Merge(merge) => (&merge.output.output, None),
+            Command::Trace(trace) => (&[], trace.out.as_ref()),
+            Command::Compare(compare) => (&[], compare.heatmap.as_ref()),
+            Command::Profile(profile) => (&[], profile.trace.as_ref()),
+            Command::Plan(plan) => (&plan.output, plan.folder.as_ref()),
+            Command::Study(study) => (&[], study.output.as_ref()),
+            Command::Man(man) => (&[], Some(&man.folder)),
+            // These write nothing, or to names derived from others.
+            Command::Info(_)
+            | Command::Verify(_)
+            | Command::Explain(_)
+            | Command::Reproduce(_)
+            | Command::View(_)
+            | Command::Check(_)
+            | Command::Ls(_)
+            | Command::Diff(_)
+            | Command::Ab(_)
+            | Command::Completions(_) => (&[], None),
+        };
+        several.iter().chain(one).map(PathBuf::as_path).collect()
+    }
+}
 
 /// The size of the program's stack in bytes.
 const STACK: usize = 8 << 20;
@@ -91,52 +167,67 @@ fn with_one_arena() {
 
 /// Runs the command in `words`, the first of which is the program's name.
 pub fn run(words: impl Iterator<Item = OsString>) -> ExitCode {
-    let words = command_line::normalize_args(words);
+    let words = normalize_args(words);
     let outcome = match Arguments::try_parse_from(&words) {
-        Ok(arguments) => dispatch(arguments),
+        Ok(arguments) => dispatch(arguments, &words),
         Err(error) => answer(&error, words.get(1)),
     };
-    outcome.unwrap_or_else(|failure| failure.tell())
+    outcome.unwrap_or_else(|failure| {
+        if !failure.is_closed_pipe() {
+            output::tell_all(&format!("error: {failure}"));
+        }
+        failure.code()
+    })
 }
 
 /// Checks that words, the first of which is the program's name, are a valid command line, as everything shown in the
 /// guides must be.
 pub fn understands(words: &[String]) -> Result<(), String> {
-    let words = command_line::normalize_args(words.iter().map(OsString::from));
+    let words = normalize_args(words.iter().map(OsString::from));
     Arguments::try_parse_from(&words).map(drop).map_err(|error| error.to_string())
 }
 
-fn dispatch(arguments: Arguments) -> Result<ExitCode, Failure> {
+/// Runs the command in the arguments, which `words` are as typed.
+fn dispatch(arguments: Arguments, words: &[OsString]) -> Result<ExitCode, Failure> {
     arguments.limits.set();
     check_environment()?;
-    crate::files::links::follow_only(arguments.typed_outputs());
-    match arguments.command {
-        Some(args::Command::Render(scene)) => render::run(&scene),
-        Some(args::Command::Info(info)) => info::run(&info),
-        Some(args::Command::Trace(trace)) => trace::run(&trace),
-        Some(args::Command::Compare(images)) => compare::run(&images),
-        Some(args::Command::Verify(scene)) => verify::run(&scene),
-        Some(args::Command::Explain(pixel)) => explain::run(&pixel),
-        Some(args::Command::Profile(scene)) => profile::run(&scene),
-        Some(args::Command::Resume(film)) => resume::run(&film),
-        Some(args::Command::Merge(films)) => merge::run(&films),
-        Some(args::Command::Plan(scene)) => plan::run(&scene),
-        Some(args::Command::Reproduce(image)) => reproduce::run(&image),
-        Some(args::Command::Study(file)) => study::run(&file),
-        Some(args::Command::View(scene)) => view::run(scene),
-        Some(args::Command::Check(scene)) => check::run(&scene),
-        Some(args::Command::Ls(query)) => ls::run(&query),
-        Some(args::Command::Diff(scenes)) => diff::run(&scenes),
-        Some(args::Command::Ab(scene)) => ab::run(&scene),
-        Some(args::Command::Completions(shell)) => manual::completions(&shell),
-        Some(args::Command::Man(folder)) => manual::man(&folder),
-        None => render::run(&arguments.render),
+    let render = arguments.render.map(|render| Command::Render(Box::new(render)));
+    let Some(command) = arguments.command.or(render) else {
+        return Err(Failure::command_line("no scene was given"));
+    };
+    crate::files::links::follow_only(command.typed_outputs());
+    match command {
+        Command::Render(render) => match misspelt_command(render.scene.as_os_str()) {
+            Some(failure) => Err(failure),
+            None => {
+                let words = words.iter().skip(1).map(|word| word.to_string_lossy().into_owned());
+                render::run(&render, CommandLine::parse(&words.collect::<Vec<_>>()))
+            }
+        },
+        Command::Info(info) => info::run(&info),
+        Command::Trace(trace) => trace::run(&trace),
+        Command::Compare(images) => compare::run(&images),
+        Command::Verify(scene) => verify::run(&scene),
+        Command::Explain(pixel) => explain::run(&pixel),
+        Command::Profile(scene) => profile::run(&scene),
+        Command::Resume(film) => resume::run(&film),
+        Command::Merge(films) => merge::run(&films),
+        Command::Plan(scene) => plan::run(&scene),
+        Command::Reproduce(image) => reproduce::run(&image),
+        Command::Study(file) => study::run(&file),
+        Command::View(scene) => view::run(scene),
+        Command::Check(scene) => check::run(&scene),
+        Command::Ls(query) => ls::run(&query),
+        Command::Diff(scenes) => diff::run(&scenes),
+        Command::Ab(scene) => ab::run(&scene),
+        Command::Completions(shell) => manual::completions(&shell, Arguments::command()),
+        Command::Man(folder) => manual::man(&folder, Arguments::command()),
     }
 }
 
 /// Prints the requested help, or what is wrong with the command line, whose first word is `first`.
 fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Failure> {
-    let misspelt = first.filter(|_| error.use_stderr()).and_then(|word| hints::misspelt_command(word));
+    let misspelt = first.filter(|_| error.use_stderr()).and_then(|word| misspelt_command(word));
     if let Some(failure) = misspelt {
         return Err(failure);
     }
@@ -148,19 +239,25 @@ fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Fai
     Ok(ExitCode::SUCCESS)
 }
 
-/// Loads a scene with the given size and number of samples, ready to be rendered in several ways.
-fn setup(
-    (scene, model): (&std::path::Path, &args::ModelOptions),
-    (size, samples): (args::ImageSize, u32),
-    light: &args::LightOptions,
-    camera: Option<&str>,
-) -> Result<std::sync::Arc<crate::integrator::RenderSetup>, Failure> {
-    let mut world = crate::formats::load_with(scene, &model.of_size(Some(size)))?;
-    world.settings.samples = samples;
-    light.apply(&mut world);
-    let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
-    let setup = crate::render::setup(compiled, &world.settings);
-    let region = crate::film::Region::whole(world.settings.size);
-    crate::render::MemoryEstimate::usual(region).check(&setup, &world.settings)?;
-    Ok(std::sync::Arc::new(setup))
+/// Returns the failure for a word in the place of a command or a scene that is neither, but resembles a command.
+fn misspelt_command(word: &OsStr) -> Option<Failure> {
+    let path = Path::new(word);
+    let is_word = path.extension().is_none() && path.parent() == Some(Path::new(""));
+    let word = word.to_str().filter(|word| is_word && !word.starts_with('-') && !path.exists())?;
+    let program = Arguments::command();
+    let commands: Vec<&str> = program.get_subcommands().map(|command| command.get_name()).collect();
+    let hint = did_you_mean(word, commands.iter().copied());
+    let is_command = commands.contains(&word) || word == "help";
+    (!is_command && !hint.is_empty())
+        .then(|| Failure::command_line(format!("there is no command and no scene \"{word}\"{hint}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clap_declaration_is_valid() {
+        Arguments::command().debug_assert();
+    }
 }

@@ -9,42 +9,34 @@ pub fn cpu_seconds() -> Option<f64> {
     Some(ticks / 100.0)
 }
 
-/// The threads whose CPU time is measured.
-enum CpuClock {
-    Process,
-    Thread,
-}
-
 /// Returns the CPU time of all threads in seconds, finer than [`cpu_seconds`], if the system provides it.
 pub fn process_cpu_seconds() -> Option<f64> {
-    clock::seconds(CpuClock::Process)
+    clock::seconds(clock::ClockId::ProcessCPUTime)
 }
 
 /// Returns the CPU time of the calling thread in seconds, if the system provides it.
 pub fn thread_cpu_seconds() -> Option<f64> {
-    clock::seconds(CpuClock::Thread)
+    clock::seconds(clock::ClockId::ThreadCPUTime)
 }
 
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple", target_os = "freebsd"))]
 mod clock {
-    use rustix::time::ClockId;
+    pub use rustix::time::ClockId;
 
-    use super::CpuClock;
-
-    pub(super) fn seconds(of: CpuClock) -> Option<f64> {
-        let time = rustix::time::clock_gettime(match of {
-            CpuClock::Process => ClockId::ProcessCPUTime,
-            CpuClock::Thread => ClockId::ThreadCPUTime,
-        });
+    pub fn seconds(of: ClockId) -> Option<f64> {
+        let time = rustix::time::clock_gettime(of);
         Some(time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9)
     }
 }
 
 #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple", target_os = "freebsd")))]
 mod clock {
-    use super::CpuClock;
+    pub enum ClockId {
+        ProcessCPUTime,
+        ThreadCPUTime,
+    }
 
-    pub(super) fn seconds(_: CpuClock) -> Option<f64> {
+    pub fn seconds(_: ClockId) -> Option<f64> {
         None
     }
 }

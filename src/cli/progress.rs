@@ -4,7 +4,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use serde_json::json;
 
@@ -21,20 +20,21 @@ const TEXTS: Duration = Duration::from_millis(200);
 const BAR: usize = 11;
 
 /// The forms of lines for programs.
-#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProgressForm {
-    /// Progress: 42%, and details
+    /// Percentages with details.
     Lines,
-    /// A JSON object
+    /// JSON objects.
     Json,
-    /// openjd_progress: 42
+    /// The percentages of Open Job Description.
     Openjd,
 }
 
-impl ProgressForm {
-    /// Returns its name on the command line.
-    pub fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+/// Returns a bar in the form of a template.
+pub fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style.progress_chars("█▉▊▋▌▍▎▏ ")),
+        Err(_) => bar,
     }
 }
 
@@ -79,9 +79,7 @@ impl Meter {
             true => ProgressBar::hidden(),
             false => terminal.add(ProgressBar::new(wanted).with_position(done)),
         };
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
-            bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
-        }
+        let bar = styled(bar, "{wide_bar} {msg}");
         if !bar.is_hidden() {
             bar.enable_steady_tick(TEXTS);
         }
@@ -183,13 +181,22 @@ impl Facts {
         (100 * turn + self.percent) / count.max(1)
     }
 
+    /// Returns the time left, if there is an estimate, after a separator.
+    fn left(&self, separator: &str) -> String {
+        self.left.map_or(String::new(), |left| format!("{separator}{} left", time(left)))
+    }
+
+    /// Returns the noise, if it is known, after a separator.
+    fn noise(&self, separator: &str) -> String {
+        self.noise.map_or(String::new(), |noise| format!("{separator}noise {noise:.1} %"))
+    }
+
     /// Returns a line for programs.
     fn for_programs(&self, form: ProgressForm, percent: u64) -> String {
         let [done, wanted] = self.samples;
         match form {
             ProgressForm::Lines => {
-                let left = self.left.filter(|_| done < wanted);
-                let left = left.map_or(String::new(), |left| format!(", {} left", time(left)));
+                let left = if done < wanted { self.left(", ") } else { String::new() };
                 format!("Progress: {percent}%, {} of {wanted} samples a pixel{left}", part(done, wanted))
             }
             ProgressForm::Json => json!({
@@ -204,8 +211,7 @@ impl Facts {
     /// Returns a line with all facts.
     fn line(&self) -> String {
         let Facts { percent, samples: [done, wanted], mrays, .. } = self;
-        let left = self.left.map_or(String::new(), |left| format!(", {} left", time(left)));
-        let noise = self.noise.map_or(String::new(), |noise| format!(", noise {noise:.1} %"));
+        let (left, noise) = (self.left(", "), self.noise(", "));
         format!(
             "{percent} %, {} of {wanted} samples a pixel, {mrays:.1} million rays a second{left}{noise}",
             part(*done, *wanted)
@@ -216,8 +222,7 @@ impl Facts {
     fn fitting(&self, columns: usize) -> String {
         let Facts { percent, samples: [done, wanted], mrays, .. } = self;
         let done = part(*done, *wanted);
-        let left = self.left.map_or(String::new(), |left| format!("  {} left", time(left)));
-        let noise = self.noise.map_or(String::new(), |noise| format!("  noise {noise:.1} %"));
+        let (left, noise) = (self.left("  "), self.noise("  "));
         let long =
             format!("{percent:>3} %  {done} of {wanted} samples a pixel  {mrays:.1} M rays a second{left}");
         let short = format!("{percent:>3} %  {done}/{wanted} spp  {mrays:.1} M rays/s{left}");

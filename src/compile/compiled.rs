@@ -1,6 +1,5 @@
 //! Runs all systems in order, and reuses the results of those whose inputs are unchanged.
 
-use crate::error::Diagnostic;
 use std::sync::Arc;
 
 use super::memo::Memo;
@@ -10,6 +9,7 @@ use super::{
 };
 use crate::bvh::Bvh;
 use crate::error::CompileError;
+use crate::error::Diagnostic;
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CompiledScene, Environment, Geometry, MaterialRecord, Textures};
 use crate::world::{Sharing, Transport, World, transforms};

@@ -1,12 +1,12 @@
 //! Open surfaces of glass: those with a thickness are thin sheets; three or more that meet in an edge are interfaces.
 
-use crate::error::Diagnostic;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use hecs::Entity;
 
 use super::memo::ByPtr;
+use crate::error::Diagnostic;
 use crate::error::words;
 use crate::math::{DAffine3, Vec3};
 use crate::world::boundary::{

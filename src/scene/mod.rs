@@ -12,17 +12,6 @@ pub mod lights;
 pub mod material;
 pub mod textures;
 
-pub use bodies::Bodies;
-pub use camera::{Aperture, CompiledCamera, Projection};
-pub use emitters::Emitters;
-pub use environment::Environment;
-pub use geometry::{Geometry, Part};
-pub use light_tree::LightTree;
-pub use lights::WhittedLight;
-pub use material::MaterialRecord;
-pub use textures::Textures;
-
-use crate::error::Diagnostic;
 use std::collections::HashMap;
 use std::fmt::{Debug, Write};
 use std::sync::Arc;
@@ -30,10 +19,20 @@ use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::bvh::{AnyHitFilter, Bvh, Stack, closest_ray};
+use crate::error::Diagnostic;
 use crate::math::{Aabb, NONE, Ray, Rgb, Vec3, Vector};
 use crate::simd::Isa;
+pub use bodies::Bodies;
+pub use camera::{Aperture, CompiledCamera, Projection};
 use emitter_rows::{AnyRow, PlanarRow, PointRow, SphereRow};
+pub use emitters::Emitters;
 use emitters::kind;
+pub use environment::Environment;
+pub use geometry::{Geometry, Part};
+pub use light_tree::LightTree;
+pub use lights::WhittedLight;
+pub use material::MaterialRecord;
+pub use textures::Textures;
 
 /// A compiled world: built by [`crate::compile::compile`], rendered by [`crate::render::Session::new`]. Large parts are
 /// behind pointers, so clones are cheap.

@@ -2,9 +2,10 @@
 //! images) and shared data (materials) live beside it in [`Assets`], referred to by integer ids. [`crate::compile`]
 //! turns a world into a scene.
 
+use std::hash::{Hash, Hasher};
+
 use crate::error::{Diagnostic, Subject};
 use fields::Forms;
-use std::hash::{Hash, Hasher};
 
 pub(crate) mod asset_cache;
 pub(crate) mod assets;

@@ -1,170 +1,97 @@
-//! The names of enum values on the command line.
+//! The names of values on the command line.
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::bvh::Coherence;
+use crate::cli::progress::ProgressForm;
+use crate::formats::LightUnits;
 use crate::integrator::Schedule;
-use crate::world::{BuildQuality, Sampler, Tonemap, Transport};
+use crate::world::{Adaptive, Aov, BuildQuality, Sampler, Tonemap, Transport};
 
-/// The names of [`Transport`].
-#[derive(ValueEnum, Clone, Copy, Debug)]
-pub enum TransportName {
-    /// Direct light, mirrors, glass
-    Whitted,
-    /// Light that is scattered any number of times
-    Path,
-    /// The one that renders everything in the scene
-    Auto,
+/// The values of an option: name, help, value.
+pub type NamedValues<T> = &'static [(&'static str, &'static str, T)];
+
+/// A transport; `None` is the one that renders everything in the scene. An alias, because clap would take an option of
+/// an option for an optional value.
+pub type TransportChoice = Option<Transport>;
+
+/// Output variables. An alias for the same reason.
+pub type Aovs = &'static [Aov];
+
+pub const TRANSPORTS: NamedValues<TransportChoice> = &[
+    ("whitted", "Direct light, mirrors, glass", Some(Transport::Whitted)),
+    ("path", "Light that is scattered any number of times", Some(Transport::Path)),
+    ("auto", "The one that renders everything in the scene", None),
+];
+
+pub const SAMPLERS: NamedValues<Sampler> = &[
+    ("sobol", "Stratified at every scale", Sampler::Sobol),
+    ("jittered", "One in each cell of a grid", Sampler::Jittered),
+    ("independent", "Each independent of the others", Sampler::Independent),
+];
+
+pub const SCHEDULES: NamedValues<Schedule> = &[
+    ("wavefront", "Breadth first, queue by queue", Schedule::Wavefront),
+    ("recursive", "Depth first, pixel by pixel", Schedule::Recursive),
+];
+
+pub const QUALITIES: NamedValues<BuildQuality> = &[
+    ("fast", "Built as quickly as possible", BuildQuality::Fast),
+    ("default", "Good for nearly everything", BuildQuality::Default),
+    ("high", "Best possible", BuildQuality::High),
+];
+
+pub const COHERENCES: NamedValues<Coherence> = &[
+    ("unknown", "Checked before tracing", Coherence::Unknown),
+    ("coherent", "Rays that run side by side", Coherence::Coherent),
+    ("scattered", "Rays that go anywhere", Coherence::Scattered),
+];
+
+pub const TONEMAPS: NamedValues<Tonemap> = &[
+    ("clamp", "Cut off at 1", Tonemap::Clamp),
+    ("scale-by-maximum", "Divide by the largest component", Tonemap::ScaleByMaximum),
+    ("reinhard", "Reinhard et al., on luminance", Tonemap::Reinhard),
+    ("aces", "The ACES fit", Tonemap::Aces),
+    ("agx", "AgX", Tonemap::Agx),
+    ("pbr-neutral", "Khronos PBR Neutral", Tonemap::PbrNeutral),
+];
+
+pub const ADAPTIVE: NamedValues<Adaptive> =
+    &[("on", "", Adaptive::On), ("off", "", Adaptive::Off), ("unbiased", "", Adaptive::Unbiased)];
+
+pub const LIGHT_UNITS: NamedValues<LightUnits> =
+    &[("auto", "", LightUnits::Auto), ("candela", "", LightUnits::Candela), ("watt", "", LightUnits::Watt)];
+
+pub const PROGRESS_FORMS: NamedValues<ProgressForm> = &[
+    ("lines", "Progress: 42%, and details", ProgressForm::Lines),
+    ("json", "A JSON object", ProgressForm::Json),
+    ("openjd", "openjd_progress: 42", ProgressForm::Openjd),
+];
+
+pub const AOVS: NamedValues<Aovs> = &[
+    ("all", "All of them", &Aov::ALL),
+    ("none", "None, even if the scene has some", &[]),
+    ("depth", "Distance along the camera's axis", &[Aov::Depth]),
+    ("normal", "Shading normal", &[Aov::Normal]),
+    ("albedo", "Base colour", &[Aov::Albedo]),
+    ("position", "Position in the world", &[Aov::Position]),
+    ("entity", "Number of the entity", &[Aov::Entity]),
+    ("material", "Number of the material", &[Aov::Material]),
+    ("coverage", "Fraction of the samples that hit anything", &[Aov::Coverage]),
+    ("samples", "Number of samples", &[Aov::Samples]),
+    ("variance", "Estimated variance of the pixel", &[Aov::Variance]),
+];
+
+/// Returns a parser of these names.
+pub fn one_of<T: Copy + Send + Sync>(names: NamedValues<T>) -> impl TypedValueParser<Value = T> {
+    let values = names.iter().map(|(name, help, _)| PossibleValue::new(*name).help(*help));
+    PossibleValuesParser::new(values).try_map(|text| {
+        let found = names.iter().find(|(name, ..)| text == *name);
+        found.map(|(.., value)| *value).ok_or("expected a name")
+    })
 }
 
-impl TransportName {
-    /// Returns the name of a transport.
-    pub fn of(transport: Transport) -> Self {
-        match transport {
-            Transport::Whitted => TransportName::Whitted,
-            Transport::Path => TransportName::Path,
-        }
-    }
-
-    /// Returns the transport; `fitting` is the one that renders everything in the scene, for [`TransportName::Auto`].
-    pub fn among(self, fitting: Transport) -> Transport {
-        match self {
-            TransportName::Whitted => Transport::Whitted,
-            TransportName::Path => Transport::Path,
-            TransportName::Auto => fitting,
-        }
-    }
-}
-
-/// The names of [`Sampler`].
-#[derive(ValueEnum, Clone, Copy, Debug)]
-pub enum SamplerName {
-    /// Stratified at every scale
-    Sobol,
-    /// One in each cell of a grid
-    Jittered,
-    /// Each independent of the others
-    Independent,
-}
-
-impl SamplerName {
-    /// Returns the name of a sampler.
-    pub fn of(sampler: Sampler) -> Self {
-        match sampler {
-            Sampler::Sobol => SamplerName::Sobol,
-            Sampler::Jittered => SamplerName::Jittered,
-            Sampler::Independent => SamplerName::Independent,
-        }
-    }
-}
-
-impl From<SamplerName> for Sampler {
-    fn from(name: SamplerName) -> Self {
-        match name {
-            SamplerName::Sobol => Sampler::Sobol,
-            SamplerName::Jittered => Sampler::Jittered,
-            SamplerName::Independent => Sampler::Independent,
-        }
-    }
-}
-
-/// The names of [`Schedule`].
-#[derive(ValueEnum, Clone, Copy, Debug)]
-pub enum ScheduleName {
-    /// Breadth first, queue by queue
-    Wavefront,
-    /// Depth first, pixel by pixel
-    Recursive,
-}
-
-impl From<ScheduleName> for Schedule {
-    fn from(name: ScheduleName) -> Self {
-        match name {
-            ScheduleName::Wavefront => Schedule::Wavefront,
-            ScheduleName::Recursive => Schedule::Recursive,
-        }
-    }
-}
-
-/// The names of [`BuildQuality`].
-#[derive(ValueEnum, Clone, Copy, Debug)]
-pub enum QualityName {
-    /// Built as quickly as possible
-    Fast,
-    /// Good for nearly everything
-    Default,
-    /// Best possible
-    High,
-}
-
-impl QualityName {
-    /// Returns the name of a quality.
-    pub fn of(quality: BuildQuality) -> Self {
-        match quality {
-            BuildQuality::Fast => QualityName::Fast,
-            BuildQuality::Default => QualityName::Default,
-            BuildQuality::High => QualityName::High,
-        }
-    }
-}
-
-impl From<QualityName> for BuildQuality {
-    fn from(name: QualityName) -> Self {
-        match name {
-            QualityName::Fast => BuildQuality::Fast,
-            QualityName::Default => BuildQuality::Default,
-            QualityName::High => BuildQuality::High,
-        }
-    }
-}
-
-/// The names of [`Coherence`].
-#[derive(ValueEnum, Clone, Copy, Debug)]
-pub enum CoherenceName {
-    /// Checked before tracing
-    Unknown,
-    /// Rays that run side by side
-    Coherent,
-    /// Rays that go anywhere
-    Scattered,
-}
-
-impl From<CoherenceName> for Coherence {
-    fn from(name: CoherenceName) -> Self {
-        match name {
-            CoherenceName::Unknown => Coherence::Unknown,
-            CoherenceName::Coherent => Coherence::Coherent,
-            CoherenceName::Scattered => Coherence::Scattered,
-        }
-    }
-}
-
-/// The names of [`Tonemap`].
-#[derive(ValueEnum, Clone, Copy, Debug)]
-pub enum TonemapName {
-    /// Cut off at 1
-    Clamp,
-    /// Divide by the largest component
-    ScaleByMaximum,
-    /// Reinhard et al., on luminance
-    Reinhard,
-    /// The ACES fit
-    Aces,
-    /// AgX
-    Agx,
-    /// Khronos PBR Neutral
-    PbrNeutral,
-}
-
-impl From<TonemapName> for Tonemap {
-    fn from(name: TonemapName) -> Self {
-        match name {
-            TonemapName::Clamp => Tonemap::Clamp,
-            TonemapName::ScaleByMaximum => Tonemap::ScaleByMaximum,
-            TonemapName::Reinhard => Tonemap::Reinhard,
-            TonemapName::Aces => Tonemap::Aces,
-            TonemapName::Agx => Tonemap::Agx,
-            TonemapName::PbrNeutral => Tonemap::PbrNeutral,
-        }
-    }
+/// Returns the name of a value.
+pub fn name_of<T: PartialEq>(names: NamedValues<T>, value: &T) -> &'static str {
+    names.iter().find(|(.., named)| named == value).map_or("", |(name, ..)| name)
 }

@@ -1,11 +1,18 @@
 //! The parsers of option values.
 
-use super::options::Exposure;
+use std::time::Duration;
+
 use crate::film::Region;
-use crate::formats::LightUnits;
 use crate::formats::film_file::RenderedView;
 use crate::simd::Isa;
-use crate::world::{Adaptive, Caustics, Settings, Sharing};
+use crate::world::{Caustics, Settings, Sharing};
+
+/// An exposure in stops; `None` is chosen from the image. An alias, because clap would take an option of an option for an
+/// optional value.
+pub type Exposure = Option<f32>;
+
+/// A time between checkpoints; `None` for no checkpoints.
+pub type Interval = Option<Duration>;
 
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once(['x', 'X', '×']);
@@ -57,10 +64,10 @@ pub fn parse_exposure(text: &str) -> Result<f32, String> {
 }
 
 pub fn parse_exposure_or_auto(text: &str) -> Result<Exposure, String> {
-    if text.eq_ignore_ascii_case("auto") {
-        return Ok(Exposure::Auto);
+    match text.eq_ignore_ascii_case("auto") {
+        true => Ok(None),
+        false => parse_exposure(text).map(Some).map_err(|reason| format!("{reason}, or auto")),
     }
-    parse_exposure(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto"))
 }
 
 pub fn parse_sharing(text: &str) -> Result<Sharing, String> {
@@ -91,27 +98,9 @@ pub fn parse_caustics(text: &str) -> Result<Caustics, String> {
     })
 }
 
-pub fn parse_adaptive(text: &str) -> Result<Adaptive, String> {
-    match text {
-        "on" => Ok(Adaptive::On),
-        "off" => Ok(Adaptive::Off),
-        "unbiased" => Ok(Adaptive::Unbiased),
-        _ => Err("expected on, off or unbiased".into()),
-    }
-}
-
 pub fn parse_time(text: &str) -> Result<f32, String> {
     let seconds = text.parse().ok().filter(|s: &f32| s.is_finite());
     seconds.ok_or_else(|| "expected a number of seconds, such as 1.5".into())
-}
-
-pub fn parse_light_units(text: &str) -> Result<LightUnits, String> {
-    match text {
-        "auto" => Ok(LightUnits::Auto),
-        "candela" => Ok(LightUnits::Candela),
-        "watt" => Ok(LightUnits::Watt),
-        _ => Err("expected auto, candela or watt".into()),
-    }
 }
 
 pub fn parse_bits(text: &str) -> Result<u8, String> {
@@ -125,6 +114,40 @@ pub fn parse_level(text: &str) -> Result<Isa, String> {
     })
 }
 
+pub fn parse_duration(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let unit = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(unit);
+    let seconds = match unit {
+        "ms" => Some(0.001),
+        "s" => Some(1.0),
+        "m" | "min" => Some(60.0),
+        "h" => Some(3600.0),
+        "d" => Some(86_400.0),
+        _ => None,
+    };
+    let number = number.trim().parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    let time = number.zip(seconds).and_then(|(number, unit)| Duration::try_from_secs_f64(number * unit).ok());
+    time.filter(|time| *time >= Duration::from_millis(1))
+        .ok_or_else(|| "expected a time with its unit, such as 500ms, 30s, 10m, 2h or 1d".into())
+}
+
+pub fn parse_checkpoint(text: &str) -> Result<Interval, String> {
+    match text {
+        "off" => Ok(None),
+        _ => parse_duration(text).map(Some).map_err(|reason| format!("{reason}, or off")),
+    }
+}
+
+pub fn parse_until(text: &str) -> Result<f64, String> {
+    let number = text.strip_prefix("noise=").map(|rest| match rest.strip_suffix('%') {
+        Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
+        None => rest.trim().parse(),
+    });
+    let number = number.and_then(Result::ok).filter(|noise| *noise > 0.0 && *noise < 1.0);
+    number.ok_or_else(|| "expected noise= and a percentage above 0 and below 100, such as noise=1%".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,12 +158,33 @@ mod tests {
         assert!(parse_size("0x5").is_err() && parse_size("70000x5").is_err() && parse_size("12").is_err());
         assert!(parse_crop("1,2,3,4").is_ok());
         assert!(parse_crop("3,2,3,4").is_err() && parse_crop("1,2,3").is_err());
-        assert_eq!(parse_exposure_or_auto("auto"), Ok(Exposure::Auto));
-        assert_eq!(parse_exposure_or_auto("-2"), Ok(Exposure::Stops(-2.0)));
+        assert_eq!(parse_exposure_or_auto("auto"), Ok(None));
+        assert_eq!(parse_exposure_or_auto("-2"), Ok(Some(-2.0)));
         assert!(parse_exposure_or_auto("automatic").is_err_and(|reason| reason.ends_with(", or auto")));
         assert!(
             parse_place("0,-1,2.5").is_ok() && parse_place("0,1").is_err() && parse_place("a,0,1").is_err()
         );
         assert!(parse_exposure("nan").is_err() && parse_exposure("-1.5") == Ok(-1.5));
+    }
+
+    #[test]
+    fn durations_need_units() {
+        assert_eq!(parse_duration("90s"), Ok(Duration::from_secs(90)));
+        assert_eq!(parse_duration("1.5h"), Ok(Duration::from_secs(5400)));
+        assert_eq!(parse_duration("250 ms"), Ok(Duration::from_millis(250)));
+        for wrong in ["", "5", "s", "-1s", "nan s", "1y", "1e999d", "0s", "0.1ms"] {
+            assert!(parse_duration(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(parse_checkpoint("off"), Ok(None));
+        assert!(parse_checkpoint("never").is_err_and(|reason| reason.ends_with("or off")));
+    }
+
+    #[test]
+    fn noise_limits_are_percentages_or_fractions() {
+        assert_eq!(parse_until("noise=1%"), Ok(0.01));
+        assert_eq!(parse_until("noise=0.25"), Ok(0.25));
+        for wrong in ["1%", "noise=", "noise=0", "noise=100%", "noise=nan%", "time=3s"] {
+            assert!(parse_until(wrong).is_err(), "{wrong}");
+        }
     }
 }

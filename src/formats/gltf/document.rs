@@ -1,6 +1,5 @@
 //! A parsed file: its JSON, its buffers, and errors that name the place in it.
 
-use crate::error::Diagnostic;
 use std::cell::{Cell, OnceCell};
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -15,6 +14,7 @@ use serde_json::{Map, Value};
 use super::container::Container;
 use super::meshopt::MeshoptView;
 use super::uri::{self, Resource};
+use crate::error::Diagnostic;
 use crate::error::LoadError;
 use crate::memory;
 use crate::world::SourceFiles;

@@ -1,8 +1,8 @@
 //! Changes to a scene beyond its files: other values, and parts left out.
 
-use crate::error::Diagnostic;
 use std::collections::{HashMap, HashSet};
 
+use crate::error::Diagnostic;
 use crate::error::{LoadError, in_one_line};
 use crate::formats::Files;
 use crate::formats::load_options::Edits;

@@ -1,9 +1,9 @@
 //! Scenes of any format, chosen by the file name's extension.
 
-use crate::error::Diagnostic;
 use std::path::Path;
 
 use super::{auto_camera, framing, surroundings};
+use crate::error::Diagnostic;
 use crate::error::{LoadError, did_you_mean};
 use crate::formats::{Edits, Files, LoadOptions, extension, ron};
 use crate::world::{Model, SourceFiles, World};

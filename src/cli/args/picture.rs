@@ -1,0 +1,254 @@
+//! Options of the image and of reading a scene.
+
+use clap::Args;
+
+use super::names::{
+    ADAPTIVE, LIGHT_UNITS, QUALITIES, SAMPLERS, TONEMAPS, TRANSPORTS, TransportChoice, one_of,
+};
+use super::parse::{
+    Exposure, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_place, parse_sharing, parse_size,
+    parse_time, parse_zoom,
+};
+use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions};
+use crate::world::{Adaptive, BuildQuality, Caustics, DepthLimits, Sampler, Sharing, Tonemap, World};
+
+/// Angles in degrees, to the right and up.
+pub type Degrees = [f64; 2];
+
+/// Columns and rows. An alias, because clap would take an array for several values.
+pub type ImageSize = [u32; 2];
+
+/// The options on which samples depend: their number, size, camera, light. Groups of options come last, because any
+/// option after a group would belong to it.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
+pub struct SampleOptions {
+    /// Samples per pixel
+    #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
+          value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
+    pub spp: Option<u32>,
+    /// Size of the image in pixels, such as 1280x720
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<ImageSize>,
+    /// Effort put into building the acceleration structure [default: the scene's]
+    #[arg(long, value_parser = one_of(QUALITIES))]
+    pub quality: Option<BuildQuality>,
+    /// Seed of the random numbers [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Name of the camera to look through [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// The options of light transport.
+    #[command(flatten)]
+    pub light: LightOptions,
+}
+
+impl SampleOptions {
+    /// Applies these options to the scene's settings.
+    pub fn apply(&self, world: &mut World) {
+        self.light.apply(world);
+        let settings = &mut world.settings;
+        settings.samples = self.spp.unwrap_or(settings.samples);
+        settings.seed = self.seed.unwrap_or(settings.seed);
+        settings.build_quality = self.quality.unwrap_or(settings.build_quality);
+    }
+}
+
+/// The options of the image: its samples and its display.
+#[derive(Args, Debug)]
+pub struct PictureOptions {
+    /// The options of the samples.
+    #[command(flatten)]
+    pub sampling: SampleOptions,
+    /// Tone curve of PNG files
+    #[arg(long, help_heading = "Picture", value_parser = one_of(TONEMAPS))]
+    pub tonemap: Option<Tonemap>,
+    /// Exposure of PNG files in stops, such as -1.5, or auto: chosen from the image, and printed
+    #[arg(long, help_heading = "Picture", value_name = "STOPS|auto", allow_negative_numbers = true,
+          value_parser = parse_exposure_or_auto)]
+    pub exposure: Option<Exposure>,
+}
+
+impl PictureOptions {
+    /// Applies these options to the scene's settings.
+    pub fn apply(&self, world: &mut World) {
+        self.sampling.apply(world);
+        let settings = &mut world.settings;
+        if let Some(exposure) = self.exposure {
+            (settings.auto_exposure, settings.exposure_ev) = (exposure.is_none(), exposure.unwrap_or(0.0));
+        }
+        settings.tonemap = self.tonemap.unwrap_or(settings.tonemap);
+    }
+}
+
+/// The options of light transport.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Light")]
+pub struct LightOptions {
+    /// Maximum number of bounces after the camera ray [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
+    pub depth: Option<u32>,
+    /// Maximum number of diffuse bounces among these, under the path transport [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub diffuse_depth: Option<u32>,
+    /// Maximum number of mirror reflections among these, sharp or blurred, under the path transport [default: the
+    /// scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub glossy_depth: Option<u32>,
+    /// Maximum number of transmissions through glass among these, under the path transport [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
+    pub transmission_depth: Option<u32>,
+    /// Light transport [default: the scene's]
+    #[arg(long, value_parser = one_of(TRANSPORTS))]
+    pub transport: Option<TransportChoice>,
+    /// Sample pattern of the path transport [default: the scene's]
+    #[arg(long, value_parser = one_of(SAMPLERS))]
+    pub sampler: Option<Sampler>,
+    /// Path reuse among groups of this many pixels, under the path transport: auto, off, or 2, 4 ... 64 [default: the
+    /// scene's]
+    #[arg(long, value_name = "auto|off|N", value_parser = parse_sharing)]
+    pub sharing: Option<Sharing>,
+    /// Caustics, the light that glass and mirrors throw onto other surfaces: auto (under the path transport), off, or
+    /// the number of photons per pixel, as in 2, optionally with the first radius in pixels, as in 2,1.4 [default: the
+    /// scene's]
+    #[arg(long, value_name = "auto|off|N[,R]", value_parser = parse_caustics)]
+    pub caustics: Option<Caustics>,
+    /// Give blocks of pixels more samples where they reduce the error most, for as many rays as --spp takes: on, off,
+    /// or unbiased, which decides beforehand by samples that are then discarded [default: the scene's]
+    #[arg(long, value_name = "on|off|unbiased", num_args = 0..=1, default_missing_value = "on", require_equals = true,
+          hide_possible_values = true, value_parser = one_of(ADAPTIVE))]
+    pub adaptive: Option<Adaptive>,
+}
+
+impl LightOptions {
+    /// Applies these options to the scene's settings.
+    pub fn apply(&self, world: &mut World) {
+        let fitting = world.fitting_transport();
+        let transport = self.transport.map_or(world.settings.transport, |choice| choice.unwrap_or(fitting));
+        let depth = self.depth.unwrap_or(world.depth_under(transport));
+        let settings = &mut world.settings;
+        (settings.transport, settings.max_depth) = (transport, depth);
+        let limits = &mut settings.depth_limits;
+        limits.diffuse = self.diffuse_depth.or(limits.diffuse);
+        limits.glossy = self.glossy_depth.or(limits.glossy);
+        limits.transmission = self.transmission_depth.or(limits.transmission);
+        if self.transport.is_some() {
+            world.warnings.retain(|warning| warning.code != World::PATH_IS_CHOSEN);
+        }
+        settings.sampler = self.sampler.unwrap_or(settings.sampler);
+        settings.sharing = self.sharing.unwrap_or(settings.sharing);
+        settings.caustics = self.caustics.unwrap_or(settings.caustics);
+        settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);
+    }
+}
+
+/// The options of commands that render a scene in several ways.
+#[derive(Args, Debug)]
+pub struct StudyOptions {
+    /// Name of the camera to look through [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Print one JSON object instead
+    #[arg(long)]
+    pub json: bool,
+    /// The options of light transport.
+    #[command(flatten)]
+    pub light: LightOptions,
+    /// The options for reading the scene.
+    #[command(flatten)]
+    pub model: ModelOptions,
+}
+
+/// The options for reading a scene and its glTF files, including its environment and edits.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Model")]
+pub struct ModelOptions {
+    /// Time of animations and keys, in seconds [default: the scene as it stands without them]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time)]
+    pub time: Option<f32>,
+    /// Variant of a model's materials
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Scene of a model, by name or index [default: the file's own choice]
+    #[arg(id = "model_scene", long = "scene", value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
+    /// Unit of glTF lights: candela (as they are), watt (683 lumens to a watt), auto (Blender's unit, if Blender wrote
+    /// the file)
+    #[arg(long, value_name = "NAME", default_value = "auto", hide_possible_values = true,
+          value_parser = one_of(LIGHT_UNITS))]
+    pub light_units: LightUnits,
+    /// Treat glass without a volume in glTF files as a solid body, which refracts light
+    #[arg(long)]
+    pub solid_glass: bool,
+    /// Make all surfaces of glTF files visible from both sides
+    #[arg(long)]
+    pub double_sided: bool,
+    /// Environment in place of the scene's own: an image file, or none, studio, sky, sky:ELEVATION,AZIMUTH
+    #[arg(long, value_name = "NAME|FILE", value_parser = EnvironmentPreset::named)]
+    pub env: Option<EnvironmentPreset>,
+    /// The edits of the scene.
+    #[command(flatten)]
+    pub edits: EditOptions,
+}
+
+/// The edits of a scene after its files are read.
+#[derive(Args, Clone, Debug)]
+pub struct EditOptions {
+    /// Change a value, such as 'Light[name~"lamp*"].power_w *= 2' or 'Material["glass"].ior = 1.6'; may be given
+    /// several times
+    #[arg(long, value_name = "STATEMENT")]
+    pub set: Vec<String>,
+    /// Keep only these shapes, such as '"ball" | Plane', and their children
+    #[arg(long, value_name = "QUERY")]
+    pub only: Vec<String>,
+    /// Remove shapes and lights, such as 'Mesh & !Material', and their children
+    #[arg(long, value_name = "QUERY")]
+    pub hide: Vec<String>,
+    /// Look from one point at another, each as X,Y,Z in metres
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_hyphen_values = true, value_parser = parse_place)]
+    pub look_at: Vec<String>,
+    /// Orbit cameras about their targets, by degrees to the right and up
+    #[arg(long, value_name = "RIGHT,UP", allow_hyphen_values = true, value_parser = parse_degrees)]
+    pub orbit: Option<Degrees>,
+    /// Move cameras this many times closer to their targets
+    #[arg(long, value_name = "FACTOR", value_parser = parse_zoom)]
+    pub zoom: Option<f64>,
+    /// Put a grey floor under everything
+    #[arg(long)]
+    pub ground: bool,
+    /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, '#ff8000' or 0.1,0.2,0.4
+    #[arg(long, value_name = "COLOUR")]
+    pub background: Option<String>,
+}
+
+/// Returns a colour in the syntax of scene files. The quotes and parentheses, which are hard to type on a command line,
+/// may be missing from `color`.
+fn as_in_files(color: &str) -> String {
+    let color = color.trim();
+    match color {
+        hexadecimal if hexadecimal.starts_with('#') => format!("\"{hexadecimal}\""),
+        list if list.contains(',') && !list.contains('(') => format!("({list})"),
+        other => other.to_owned(),
+    }
+}
+
+impl EditOptions {
+    /// Returns the edits in the form that loaders expect.
+    pub fn edits(self) -> Edits {
+        let EditOptions { mut set, only, hide, look_at, orbit, zoom, ground, background } = self;
+        set.extend(background.map(|color| format!("settings.background = {}", as_in_files(&color))));
+        Edits { set, only, hide, look_at: look_at.try_into().ok(), orbit, zoom, ground }
+    }
+}
+
+impl ModelOptions {
+    /// Returns the options in the form that loaders expect, with the given size of the image, if any.
+    pub fn of_size(&self, size: Option<ImageSize>) -> LoadOptions {
+        let ModelOptions { time, variant, scene, light_units, solid_glass, double_sided, env, edits } =
+            self.clone();
+        let edits = edits.edits();
+        let common = LoadOptions { time_s: time, variant, scene, edits, size, ..LoadOptions::default() };
+        LoadOptions { light_units, solid_glass, double_sided, surroundings: env, ..common }
+    }
+}

@@ -1,0 +1,106 @@
+//! The commands, each with its arguments.
+
+pub mod ab;
+pub mod check;
+pub mod compare;
+pub mod diff;
+pub mod explain;
+pub mod info;
+pub mod ls;
+pub mod manual;
+pub mod merge;
+pub mod plan;
+pub mod profile;
+pub mod render;
+pub mod reproduce;
+pub mod resume;
+pub mod study;
+pub mod trace;
+pub mod verify;
+pub mod view;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::args::{ImageSize, OutputOptions, RunOptions, StudyOptions};
+use super::failure::Failure;
+use super::job::{LiveViews, Outputs, RunRequest, StopLimits};
+use crate::error::SaveError;
+use crate::film::Region;
+use crate::film::tonemap::DisplayTransform;
+use crate::formats::LoadOptions;
+use crate::formats::picture::{Output, PngBits, save};
+use crate::integrator::RenderSetup;
+use crate::math::Rgb;
+use crate::render::MemoryEstimate;
+use crate::world::World;
+
+/// Reads and compiles a scene; `change` applies options to the world.
+fn load(
+    scene: &Path,
+    options: &LoadOptions,
+    camera: Option<&str>,
+    change: impl FnOnce(&mut World),
+) -> Result<(World, RenderSetup), Failure> {
+    let mut world = crate::formats::load_with(scene, options)?;
+    change(&mut world);
+    let compiled = crate::compile::compile(&world, camera).map_err(Failure::compile(scene))?;
+    let setup = crate::render::setup(compiled, &world.settings);
+    Ok((world, setup))
+}
+
+/// Loads a scene with the given size and number of samples, ready to be rendered in several ways.
+fn setup(
+    scene: &Path,
+    options: &StudyOptions,
+    size: ImageSize,
+    samples: u32,
+) -> Result<Arc<RenderSetup>, Failure> {
+    let StudyOptions { camera, light, model, .. } = options;
+    let (world, setup) = load(scene, &model.of_size(Some(size)), camera.as_deref(), |world| {
+        world.settings.samples = samples;
+        light.apply(world);
+    })?;
+    MemoryEstimate::usual(Region::whole(size)).check(&setup, &world.settings)?;
+    Ok(Arc::new(setup))
+}
+
+/// Saves an image without metadata.
+fn save_plain(
+    path: &Path,
+    [width, height]: [u32; 2],
+    radiance: &[Rgb],
+    display: DisplayTransform,
+) -> Result<(), SaveError> {
+    let bits = PngBits::Eight;
+    save(path, &Output { width, height, radiance, display, bits, metadata: &[], channels: &[] })
+}
+
+/// Creates the live views of a scene.
+fn views(options: &RunOptions, scene: &Path) -> Result<LiveViews, Failure> {
+    let look = &options.look;
+    LiveViews::new(scene, look.tev.as_deref(), look.preview, look.progress)
+}
+
+/// Returns the request to run a job with these options.
+fn request<'a>(
+    options: &RunOptions,
+    output: &OutputOptions,
+    outputs: Outputs,
+    views: &'a LiveViews,
+) -> RunRequest<'a> {
+    let RunOptions { stop, work, .. } = options;
+    RunRequest {
+        outputs,
+        denoises: output.denoise,
+        bits: output.bits,
+        stop: StopLimits { until: stop.until, max_time: stop.max_time },
+        checkpoint: stop.checkpoint.unwrap_or(Some(Duration::from_secs(60))),
+        work: work.options(),
+        quiet: work.quiet,
+        json: work.json,
+        views,
+        watched: None,
+    }
+}
