@@ -117,15 +117,7 @@ pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
 /// outputs.
 pub fn of_whole(header: &FilmHeader) -> Vec<String> {
     const OTHERS: [&str; 10] = [
-        "--until",
-        "--max-time",
-        "--checkpoint",
-        "--samples",
-        "--shard",
-        "--output",
-        "-o",
-        "--tev",
-        "--spp",
+        "--until", "--max-time", "--checkpoint", "--samples", "--shard", "--output", "-o", "--tev", "--spp",
         "--frames",
     ];
     let command = &header.note.command;

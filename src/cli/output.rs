@@ -23,24 +23,8 @@ use crate::world::Adaptive;
 pub const RECORD: &str = "rayfront";
 /// The options that are not recorded in an image: how it was rendered, and where it was written.
 const WITHOUT_TRACE: [&str; 19] = [
-    "--schedule",
-    "--wave",
-    "--threads",
-    "--simd",
-    "--checkpoint",
-    "--output",
-    "-o",
-    "--max-time",
-    "--until",
-    "--shard",
-    "--samples",
-    "--bits",
-    "--quality",
-    "--spp",
-    "--frames",
-    "--fps",
-    "--tev",
-    "--progress",
+    "--schedule", "--wave", "--threads", "--simd", "--checkpoint", "--output", "-o", "--max-time", "--until",
+    "--shard", "--samples", "--bits", "--quality", "--spp", "--frames", "--fps", "--tev", "--progress",
     "--memory",
 ];
 
