@@ -225,9 +225,7 @@ fn control_group() -> Option<u64> {
         let (base, most, used, file) = match controllers {
             "" => ("/sys/fs/cgroup", "memory.max", "memory.current", "inactive_file "),
             _ if is_memory => (
-                "/sys/fs/cgroup/memory",
-                "memory.limit_in_bytes",
-                "memory.usage_in_bytes",
+                "/sys/fs/cgroup/memory", "memory.limit_in_bytes", "memory.usage_in_bytes",
                 "total_inactive_file ",
             ),
             _ => return None,

@@ -68,22 +68,8 @@ impl LightNode {
         let [p, q, r] = self.half;
         let next = f32::from_bits(self.next);
         [
-            x,
-            y,
-            z,
-            self.radius_square,
-            a,
-            b,
-            c,
-            self.cos_spread,
-            self.sin_spread,
-            self.cos_emission,
-            self.power,
-            self.sides,
-            next,
-            p,
-            q,
-            r,
+            x, y, z, self.radius_square, a, b, c, self.cos_spread, self.sin_spread, self.cos_emission,
+            self.power, self.sides, next, p, q, r,
         ]
     }
 }

@@ -368,25 +368,12 @@ impl MaterialRecord {
     pub fn looks_up(&self) -> bool {
         let classic = &self.classic;
         let colors = [
-            self.base_color,
-            self.emission,
-            self.specular_color,
-            self.diffuse_transmission_color,
-            self.sheen_color,
-            classic.diffuse,
-            classic.specular,
-            classic.kr,
+            self.base_color, self.emission, self.specular_color, self.diffuse_transmission_color,
+            self.sheen_color, classic.diffuse, classic.specular, classic.kr,
         ];
         let scalars = [
-            self.alpha,
-            self.metallic,
-            self.roughness,
-            self.specular,
-            self.transmission,
-            self.diffuse_transmission,
-            self.coat,
-            self.coat_roughness,
-            self.sheen_roughness,
+            self.alpha, self.metallic, self.roughness, self.specular, self.transmission,
+            self.diffuse_transmission, self.coat, self.coat_roughness, self.sheen_roughness,
         ];
         colors.iter().any(|color| color.texture != NONE)
             || scalars.iter().any(|scalar| scalar.texture != NONE)

@@ -269,27 +269,9 @@ fn exr_files_contain_all_output_variables() {
     let found = read(&path);
     let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
     let expected = [
-        "A",
-        "B",
-        "G",
-        "R",
-        "albedo.B",
-        "albedo.G",
-        "albedo.R",
-        "coverage.A",
-        "depth.Z",
-        "entity.id",
-        "material.id",
-        "normal.X",
-        "normal.Y",
-        "normal.Z",
-        "position.X",
-        "position.Y",
-        "position.Z",
-        "samples",
-        "variance.B",
-        "variance.G",
-        "variance.R",
+        "A", "B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "coverage.A", "depth.Z", "entity.id",
+        "material.id", "normal.X", "normal.Y", "normal.Z", "position.X", "position.Y", "position.Z",
+        "samples", "variance.B", "variance.G", "variance.R",
     ];
     assert_eq!(names, expected);
     for FilmChannel { name, values } in &channels {

@@ -69,11 +69,8 @@ fn film_hash_does_not_depend_on_schedule_threads_or_isa() {
     assert_eq!(report["rays"]["camera"], 16 * 12 * 4);
     assert_eq!((&report["spheres"], &report["triangles"]), (&1.into(), &2.into()));
     for more in [
-        "--schedule recursive",
-        "--schedule wavefront --wave 3",
-        "--threads 1",
-        "--threads 2 --schedule recursive",
-        "--simd portable",
+        "--schedule recursive", "--schedule wavefront --wave 3", "--threads 1",
+        "--threads 2 --schedule recursive", "--simd portable",
     ] {
         assert_eq!(folder.hash(&format!("scene.ron {more}")), hash, "{more}");
     }
@@ -222,16 +219,9 @@ fn errors_in_scenes_are_one_line_with_the_position() {
 fn errors_on_the_command_line_exit_with_2() {
     let folder = folder(SCENE);
     for line in [
-        "",
-        "--no-such-flag",
-        "scene.ron --spp 0",
-        "scene.ron --size 12",
-        "scene.ron --crop 5,5,5,9",
-        "scene.ron --simd mmx",
-        "scene.ron --schedule sideways",
-        "scene.ron --bits 12",
-        "scene.ron scene.ron",
-        "info",
+        "", "--no-such-flag", "scene.ron --spp 0", "scene.ron --size 12", "scene.ron --crop 5,5,5,9",
+        "scene.ron --simd mmx", "scene.ron --schedule sideways", "scene.ron --bits 12",
+        "scene.ron scene.ron", "info",
     ] {
         refused(&folder, 2, line, &[]);
     }

@@ -13,24 +13,13 @@ const EXTENSIONS: [&str; 8] = ["png", "jpg", "jpeg", "tga", "bmp", "webp", "hdr"
 /// Files that cannot be read, by the end of their path.
 const REFUSED: [&str; 16] = [
     // PngSuite's intentionally broken files.
-    "corrupt/xc1n0g08.png",
-    "corrupt/xc9n2c08.png",
-    "corrupt/xcrn0g04.png",
-    "corrupt/xcsn0g01.png",
-    "corrupt/xd3n2c08.png",
-    "corrupt/xdtn0g01.png",
-    "corrupt/xhdn0g08.png",
-    "corrupt/xlfn0g04.png",
-    "corrupt/xs1n0g01.png",
-    "corrupt/xs4n0g01.png",
+    "corrupt/xc1n0g08.png", "corrupt/xc9n2c08.png", "corrupt/xcrn0g04.png", "corrupt/xcsn0g01.png",
+    "corrupt/xd3n2c08.png", "corrupt/xdtn0g01.png", "corrupt/xhdn0g08.png", "corrupt/xlfn0g04.png",
+    "corrupt/xs1n0g01.png", "corrupt/xs4n0g01.png",
     // Apple's variant of PNG, which no other program reads.
-    "iphone/iphone_basi3p02.png",
-    "iphone/iphone_bgyn6a16.png",
-    "iphone/iphone_tbyn3p08.png",
+    "iphone/iphone_basi3p02.png", "iphone/iphone_bgyn6a16.png", "iphone/iphone_tbyn3p08.png",
     // The glTF validator's intentionally broken files.
-    "image/invalid_image_data.jpg",
-    "image/png_eos.png",
-    "image/unrecognized_format.png",
+    "image/invalid_image_data.jpg", "image/png_eos.png", "image/unrecognized_format.png",
 ];
 
 #[test]

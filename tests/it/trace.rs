@@ -167,10 +167,7 @@ fn hits_do_not_depend_on_threads_lanes_or_repeats() {
         let found = first.chunks(16).filter(|hit| hit[12..] != [0xff; 4]).count();
         assert!(found > 2_000 && found < 48_000, "{found}");
         for more in [
-            "--threads 3",
-            "--repeat 3",
-            "--simd portable",
-            "--coherence coherent",
+            "--threads 3", "--repeat 3", "--simd portable", "--coherence coherent",
             "--coherence scattered --threads 2",
         ] {
             assert!(trace(more) == first, "{any} {more}");

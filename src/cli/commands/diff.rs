@@ -90,8 +90,7 @@ mod tests {
         };
         assert!(differences(&a, &a).is_empty());
         let expected = [
-            "- \"ball\": is there",
-            "- \"lamp\".light: Point(power_w: 1)",
+            "- \"ball\": is there", "- \"lamp\".light: Point(power_w: 1)",
             "+ \"lamp\".light: Point(power_w: 2)",
         ];
         assert_eq!(differences(&a, &b), expected);

@@ -189,10 +189,7 @@ mod tests {
     fn checkpoints_are_recognised_by_their_names() {
         assert!(is_checkpoint("a.checkpoint.film") && is_checkpoint("a.b.checkpoint-0123abcd.film"));
         for other in [
-            "a.film",
-            "a.checkpoints.film",
-            "a.checkpoint-final.film",
-            "a.checkpoint-0123abcd",
+            "a.film", "a.checkpoints.film", "a.checkpoint-final.film", "a.checkpoint-0123abcd",
             "checkpoint.film",
         ] {
             assert!(!is_checkpoint(other), "{other}");

@@ -17,11 +17,8 @@ fn render_command_and_aliases_of_options_are_accepted() {
     };
     let plain = bytes("scene.ron --spp 2");
     for line in [
-        "render scene.ron --spp 2",
-        "render scene.ron -s 2 -t 1",
-        "scene.ron -s2 -t1",
-        "scene.ron --samples-per-pixel=2",
-        "scene.ron --samples 2",
+        "render scene.ron --spp 2", "render scene.ron -s 2 -t 1", "scene.ron -s2 -t1",
+        "scene.ron --samples-per-pixel=2", "scene.ron --samples 2",
     ] {
         assert_eq!(bytes(line), plain, "{line}: the same file");
     }
@@ -294,12 +291,8 @@ fn json_output_includes_findings() {
 fn invalid_values_of_options_exit_with_2() {
     let folder = folder(SCENE);
     for option in [
-        "--set '\"ball\".shape = Cone'",
-        "--set '\"bal\".shape = Sphere'",
-        "--only '\"bal\"'",
-        "--hide Light[",
-        "--background 'Srgb(2)'",
-        "--env studo",
+        "--set '\"ball\".shape = Cone'", "--set '\"bal\".shape = Sphere'", "--only '\"bal\"'",
+        "--hide Light[", "--background 'Srgb(2)'", "--env studo",
     ] {
         folder.fails(2, &format!("scene.ron {option} -o a.png"), &[]);
     }

@@ -104,13 +104,7 @@ fn scenes_read_no_file_outside_of_their_folder() {
     let folder = prying();
     let inner = folder.join("inner");
     let files = [
-        "image.ron",
-        "absolute.ron",
-        "mesh.ron",
-        "library.obj",
-        "texture.obj",
-        "link.ron",
-        "link.gltf",
+        "image.ron", "absolute.ron", "mesh.ron", "library.obj", "texture.obj", "link.ron", "link.gltf",
         "up.gltf",
     ];
     for file in files {
@@ -195,15 +189,8 @@ fn names_move_no_cursor() {
     here.write("fine.ron", ball("").replace("\"lamp\"", "\"\\u{1b}[31m\\nerror: fake\\u{202e}\""));
     here.write("x\u{1b}.obj", "v 0 0 0\n\u{1b}f 1 2\u{1b} 3\n");
     for line in [
-        "scene.ron",
-        "x\u{1b}.obj",
-        "info fine.ron",
-        "ls fine.ron",
-        "check fine.ron",
-        "explain fine.ron 8,6",
-        "diff fine.ron scene.ron",
-        "fine.ron -o a.exr",
-        "fine.ron --camera \u{1b}[31m",
+        "scene.ron", "x\u{1b}.obj", "info fine.ron", "ls fine.ron", "check fine.ron", "explain fine.ron 8,6",
+        "diff fine.ron scene.ron", "fine.ron -o a.exr", "fine.ron --camera \u{1b}[31m",
         "nowhere\u{1b}[31m.ron",
     ] {
         let run = here.run(line);

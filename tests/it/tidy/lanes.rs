@@ -7,20 +7,8 @@ use super::source::{Source, is_word, sources};
 const TRAITS: [&str; 5] = ["Float", "Int", "Mask", "Lanes", "Sixteen"];
 /// Operations on lanes that a closure must not contain, in addition to paths that start with names of lanes.
 const OPERATIONS: [&str; 14] = [
-    "Vector::",
-    "Color::",
-    "splat(",
-    "gather(",
-    "select(",
-    ".lt(",
-    ".le(",
-    ".gt(",
-    ".ge(",
-    ".eq(",
-    ".dot(",
-    ".cross(",
-    ".to_int(",
-    ".to_float(",
+    "Vector::", "Color::", "splat(", "gather(", "select(", ".lt(", ".le(", ".gt(", ".ge(", ".eq(", ".dot(",
+    ".cross(", ".to_int(", ".to_float(",
 ];
 
 /// Exceptions: file, function, rule, and reason.

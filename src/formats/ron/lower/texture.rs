@@ -21,15 +21,7 @@ const CHANNELS: &[(&str, Channel)] =
 
 /// The keys of a texture; the first one is required.
 const TEXTURE: [&str; 10] = [
-    "image",
-    "filter",
-    "wrap",
-    "scale",
-    "rotation_degrees",
-    "offset",
-    "uv_set",
-    "color_space",
-    "channel",
+    "image", "filter", "wrap", "scale", "rotation_degrees", "offset", "uv_set", "color_space", "channel",
     "factor",
 ];
 

@@ -429,10 +429,8 @@ mod tests {
         let mut world = balls(2);
         let mut changes = EditRunner::new(&world);
         for statement in [
-            "\"ball 0\".material.diffuse = 0.1",
-            "\"ball 0\".material = \"red\"",
-            "Material[\"red\"].diffuse = 0.2",
-            "\"ball 1\".material = (diffuse: 0.3)",
+            "\"ball 0\".material.diffuse = 0.1", "\"ball 0\".material = \"red\"",
+            "Material[\"red\"].diffuse = 0.2", "\"ball 1\".material = (diffuse: 0.3)",
             "Shape.material = \"red\"",
         ] {
             changes.carry_out(&mut world, statement, &mut Fake::default()).unwrap();

@@ -19,22 +19,7 @@ impl VertexQueue {
         let (p, g, n) = (vertex.position, vertex.geometric_normal, vertex.normal);
         let (d, s) = (vertex.model.diffuse, vertex.model.specular);
         let floats = [
-            p.x,
-            p.y,
-            p.z,
-            vertex.offset,
-            g.x,
-            g.y,
-            g.z,
-            n.x,
-            n.y,
-            n.z,
-            d.r,
-            d.g,
-            d.b,
-            s.r,
-            s.g,
-            s.b,
+            p.x, p.y, p.z, vertex.offset, g.x, g.y, g.z, n.x, n.y, n.z, d.r, d.g, d.b, s.r, s.g, s.b,
             vertex.model.shininess,
         ];
         let phong = F::Int::select(vertex.model.phong, F::Int::splat(1), F::Int::splat(0));
