@@ -263,16 +263,16 @@ fn name(words: &[String]) -> &str {
 
 /// Returns the words of an argument.
 fn words_of(arg: &Arg, values: &[&String]) -> Vec<String> {
-    let values: Vec<&str> = values.iter().map(|value| value.as_str()).collect();
-    let joined = values.join(",");
-    match (arg.get_long(), &values[..]) {
+    let joined = values.iter().map(|value| value.as_str()).collect::<Vec<_>>().join(",");
+    let takes_minus = arg.is_allow_hyphen_values_set() || arg.is_allow_negative_numbers_set();
+    match (arg.get_long(), values) {
         (None, _) => vec![not_an_option(Path::new(&joined))],
         (Some(long), _) if arg.is_require_equals_set() => vec![format!("--{long}={joined}")],
-        (Some(long), [_]) => option(long, &joined),
-        (Some(long), _) if arg.get_value_delimiter().is_some() => option(long, &joined),
-        (Some(long), _) => {
-            once(format!("--{long}")).chain(values.iter().map(|it| (*it).to_owned())).collect()
+        (Some(long), []) => vec![format!("--{long}")],
+        (Some(long), _) if takes_minus => {
+            once(&format!("--{long}")).chain(values.iter().copied()).cloned().collect()
         }
+        (Some(long), _) => option(long, &joined),
     }
 }
 
@@ -417,7 +417,7 @@ mod tests {
                 "a.ron --adaptive --aov depth,all -opart.film",
                 "a.ron --adaptive=on --aov depth,all --output part.film",
             ),
-            ("a.ron --exposure -2 -o -", "a.ron --exposure=-2 --output=-"),
+            ("a.ron --exposure=-2 -o -", "a.ron --exposure -2 --output=-"),
             // A value of another machine, and an option of another version.
             ("a.ron --simd=mmx --memory 4G", "a.ron --simd mmx --memory 4G"),
             ("a.ron --newer 3 --simd=mmx", "a.ron --newer 3 --simd=mmx"),
