@@ -309,7 +309,7 @@ pub fn of_whole(header: &FilmHeader) -> CommandLine {
     line.option("spp", Some(settings.samples));
     if is_frame {
         // The frames have one exposure in common.
-        line.option("time", view.time_s);
+        line.option("time", view.options.time_s);
         if !settings.auto_exposure {
             line = line.without("exposure");
             line.option("exposure", Some(settings.exposure_ev));

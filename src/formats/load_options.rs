@@ -10,7 +10,8 @@ use crate::math::Rgb;
 use crate::world::Light;
 
 /// Options for reading a scene. The default reads it as it is.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct LoadOptions {
     /// The time at which animations (of glTF files) and keys (of `.ron` files) are read, in seconds. None: nodes have
     /// the poses in their file, and keyed values are those at 0 s. For `.ron`, `.gltf` and `.glb` files.
@@ -31,8 +32,10 @@ pub struct LoadOptions {
     /// Surroundings that replace the scene's own environments and skies. None: these stay.
     pub surroundings: Option<EnvironmentPreset>,
     /// Other changes.
+    #[serde(skip_serializing_if = "Edits::is_empty")]
     pub edits: Edits,
     /// Columns and rows of the image, each 1 to 65,536, in place of the scene's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<[u32; 2]>,
 }
 

@@ -11,6 +11,7 @@ use super::parse::{parse_crop, parse_samples};
 use super::picture::{ModelOptions, PictureOptions, SampleOptions};
 use super::shard::{ShardOption, parse_shard};
 use crate::film::Region;
+use crate::formats::LoadOptions;
 use crate::formats::film_file::RenderedView;
 use crate::world::World;
 
@@ -105,7 +106,17 @@ impl Render {
         let ModelOptions { variant, scene, light_units, solid_glass, double_sided, env, edits, .. } =
             self.model.clone();
         let (surroundings, edits) = (env, edits.edits());
-        let view = RenderedView { camera, time_s, shutter_s, moments, size, ..RenderedView::default() };
-        RenderedView { variant, scene, light_units, solid_glass, double_sided, surroundings, edits, ..view }
+        let options = LoadOptions {
+            time_s,
+            variant,
+            scene,
+            light_units,
+            solid_glass,
+            double_sided,
+            surroundings,
+            edits,
+            size,
+        };
+        RenderedView { camera, shutter_s, moments, options }
     }
 }

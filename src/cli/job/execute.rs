@@ -221,7 +221,7 @@ fn faults(
         let (moment, _) = header.view.moment_of(outlier.sample, header.settings.samples);
         let recipe = Recipe {
             path: header.scene.path.clone(),
-            options: header.view.at(moment).load_options(),
+            options: header.view.at(moment).options,
             camera: header.view.camera.clone(),
             authored: authored.clone(),
             settings: header.settings.clone(),

@@ -94,7 +94,7 @@ pub fn compiled(
 ) -> Result<LoadedScene, Failure> {
     let mut phases = Phases::default();
     let start = Instant::now();
-    let mut world = crate::formats::load_again(path, &view.load_options(), sources)?;
+    let mut world = crate::formats::load_again(path, &view.options, sources)?;
     let authored = world.settings.clone();
     change(&mut world);
     phases.load = start.elapsed();
@@ -127,7 +127,7 @@ pub fn check_against_full_compile(
     compiled: &compile::MemoizedScene,
     change: impl FnOnce(&mut World),
 ) -> Result<(), Failure> {
-    let mut world = crate::formats::load_with(path, &view.load_options())?;
+    let mut world = crate::formats::load_with(path, &view.options)?;
     change(&mut world);
     let alone = compile::compile(&world, view.camera.as_deref()).map_err(Failure::compile(path))?;
     match compiled.scene.difference(&alone) {

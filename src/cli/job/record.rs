@@ -14,7 +14,7 @@ use crate::world::source_files::is_within;
 /// record.
 pub fn scene_of(header: &FilmHeader, record: &Path, typed: Option<&Path>) -> Result<PathBuf, Failure> {
     let (named, shown) = (&header.scene.path, record.display());
-    if let Some(EnvironmentPreset::Picture(picture)) = &header.view.surroundings
+    if let Some(EnvironmentPreset::Picture(picture)) = &header.view.options.surroundings
         && !is_within(record, picture)
     {
         let picture = in_one_line(&picture.to_string_lossy());
@@ -62,7 +62,7 @@ pub fn resume_own(film: &Path, header: &FilmHeader) -> CommandLine {
 /// Returns the command that continues a film, whatever its origin.
 pub fn resume(film: &Path, header: &FilmHeader) -> CommandLine {
     let mut line = CommandLine::of(["rayfront", "resume", &not_an_option(film)]);
-    if let Some(EnvironmentPreset::Picture(picture)) = &header.view.surroundings
+    if let Some(EnvironmentPreset::Picture(picture)) = &header.view.options.surroundings
         && !is_within(film, picture)
     {
         line.switch("allow-outside", true);

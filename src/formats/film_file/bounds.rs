@@ -76,7 +76,7 @@ impl RenderedView {
     /// Checks all numbers. The error names the first one that no option can have set.
     fn check(&self) -> Result<(), String> {
         let all = |numbers: &[f64], most: f64| numbers.iter().all(|number| number.abs() <= most);
-        is_true("time_s", self.time_s.is_none_or(f32::is_finite))?;
+        is_true("time_s", self.options.time_s.is_none_or(f32::is_finite))?;
         is_true(
             "shutter_s",
             self.shutter_s.is_none_or(|time| time > 0.0 && time <= RenderedView::LONGEST_SHUTTER_S),
@@ -86,10 +86,13 @@ impl RenderedView {
             self.moments.is_none_or(|moments| (1..=RenderedView::MOST_MOMENTS).contains(&moments)),
         )?;
         let side = |side: &u32| (1..=Settings::MOST_PIXELS_A_SIDE).contains(side);
-        is_true("size", self.size.iter().flatten().all(side))?;
-        is_true("zoom", self.edits.zoom.is_none_or(|zoom| (1e-3..=1e3).contains(&zoom)))?;
-        is_true("orbit", self.edits.orbit.is_none_or(|angles| all(&angles, RenderedView::MOST_DEGREES)))?;
-        if let Some(EnvironmentPreset::Sky(sky)) = &self.surroundings {
+        is_true("size", self.options.size.iter().flatten().all(side))?;
+        is_true("zoom", self.options.edits.zoom.is_none_or(|zoom| (1e-3..=1e3).contains(&zoom)))?;
+        is_true(
+            "orbit",
+            self.options.edits.orbit.is_none_or(|angles| all(&angles, RenderedView::MOST_DEGREES)),
+        )?;
+        if let Some(EnvironmentPreset::Sky(sky)) = &self.options.surroundings {
             let SkyOptions { elevation_degrees, azimuth_degrees, haze } = sky;
             is_true("elevation_degrees", all(&[*elevation_degrees], 90.0))?;
             is_true("azimuth_degrees", azimuth_degrees.is_finite())?;

@@ -10,8 +10,8 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::error::in_one_line;
 use crate::film::{Allocation, Film, FilmScale, Moments, Region, SampleRanges};
+use crate::formats::LoadOptions;
 use crate::formats::load_options::as_text;
-use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions};
 use crate::world::source_files::FileDigest;
 use crate::world::{Settings, SourceFiles};
 
@@ -109,34 +109,13 @@ pub struct Source {
 pub struct RenderedView {
     /// The camera's name; none for the first.
     pub camera: Option<String>,
-    /// The time in a model's animations.
-    pub time_s: Option<f32>,
     /// The exposure time in seconds from then on, for motion blur.
     pub shutter_s: Option<f32>,
     /// The number of moments within the exposure at which the scene is rendered.
     pub moments: Option<u32>,
-    /// A variant of a model's materials.
-    pub variant: Option<String>,
-    /// The scene of a model.
-    pub scene: Option<String>,
-    /// The units of the lights in models.
-    #[serde(default)]
-    pub light_units: LightUnits,
-    /// True if glass in models is solid.
-    #[serde(default)]
-    pub solid_glass: bool,
-    /// True if all surfaces of models are double-sided.
-    #[serde(default)]
-    pub double_sided: bool,
-    /// The environment that replaces the scene's own.
-    #[serde(default)]
-    pub surroundings: Option<EnvironmentPreset>,
-    /// Edits of the scene.
-    #[serde(default, skip_serializing_if = "Edits::is_empty")]
-    pub edits: Edits,
-    /// The size of the image, if not the scene's own.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub size: Option<[u32; 2]>,
+    /// The options for reading the scene.
+    #[serde(flatten)]
+    pub options: LoadOptions,
 }
 
 impl RenderedView {
@@ -192,26 +171,11 @@ impl RenderedView {
     /// The view at a single moment, in the middle of its part of the exposure.
     pub fn at(&self, moment: u32) -> RenderedView {
         let part = (moment as f32 + 0.5) / self.moments() as f32;
-        let time_s = self.shutter_s.map(|shutter| self.time_s.unwrap_or(0.0) + shutter * part);
-        RenderedView { time_s: time_s.or(self.time_s), shutter_s: None, moments: None, ..self.clone() }
-    }
-
-    /// The options that load the scene for this view.
-    pub fn load_options(&self) -> LoadOptions {
-        let RenderedView {
-            time_s,
-            variant,
-            scene,
-            light_units,
-            solid_glass,
-            double_sided,
-            surroundings,
-            edits,
-            size,
-            ..
-        } = self.clone();
-        let common = LoadOptions { time_s, variant, scene, size, ..LoadOptions::default() };
-        LoadOptions { light_units, solid_glass, double_sided, surroundings, edits, ..common }
+        let mut view = RenderedView { shutter_s: None, moments: None, ..self.clone() };
+        if let Some(shutter) = self.shutter_s {
+            view.options.time_s = Some(self.options.time_s.unwrap_or(0.0) + shutter * part);
+        }
+        view
     }
 }
 
@@ -337,7 +301,8 @@ impl FilmHeader {
         }
         let parts = |header: &FilmHeader| {
             // The settings contain the size, wherever it came from.
-            let view = RenderedView { size: None, ..header.view.clone() };
+            let mut view = header.view.clone();
+            view.options.size = None;
             let view = serde_json::to_value(&view).unwrap_or_default();
             let settings = serde_json::to_value(&header.settings).unwrap_or_default();
             let rest = serde_json::json!({

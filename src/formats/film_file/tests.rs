@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::film::{Allocation, FilmScale};
-use crate::formats::{EnvironmentPreset, SkyOptions};
+use crate::formats::{EnvironmentPreset, LoadOptions, SkyOptions};
 use crate::math::Rgb;
 use crate::world::{Settings, Sharing, SourceFiles};
 
@@ -26,7 +26,10 @@ fn film(region: Region, variance: bool) -> FilmFile {
     let mut header = FilmHeader {
         program: PROGRAM.into(),
         scene: Source::new("scenes/a.ron".as_ref(), &SourceFiles::default()),
-        view: RenderedView { time_s: Some(0.1), ..RenderedView::default() },
+        view: RenderedView {
+            options: LoadOptions { time_s: Some(0.1), ..LoadOptions::default() },
+            ..RenderedView::default()
+        },
         settings,
         region,
         unit: film.unit(),
@@ -82,8 +85,8 @@ fn header_numbers_read_back_unchanged() {
     let mut file = film(SMALL, false);
     let mut comes_back = |number: f64| {
         let sun = SkyOptions { azimuth_degrees: number, ..SkyOptions::default() };
-        file.header.view.surroundings = Some(EnvironmentPreset::Sky(sun));
-        file.header.view.edits.orbit = Some([number, -number]).filter(|_| number.abs() < 36_000.0);
+        file.header.view.options.surroundings = Some(EnvironmentPreset::Sky(sun));
+        file.header.view.options.edits.orbit = Some([number, -number]).filter(|_| number.abs() < 36_000.0);
         assert_eq!(read_all(&bytes(&file)), Ok(Some(file.clone())), "{number:e}");
     };
     comes_back(1e-45);
@@ -136,9 +139,9 @@ fn header_numbers_have_the_bounds_of_their_options() {
     let mut header = film(SMALL, false).header;
     header.view.shutter_s = Some(0.5);
     header.view.moments = Some(16);
-    header.view.size = Some([400, 700]);
-    (header.view.edits.orbit, header.view.edits.zoom) = (Some([3.0, 4.0]), Some(2.0));
-    header.view.surroundings = Some(EnvironmentPreset::Sky(SkyOptions::default()));
+    header.view.options.size = Some([400, 700]);
+    (header.view.options.edits.orbit, header.view.options.edits.zoom) = (Some([3.0, 4.0]), Some(2.0));
+    header.view.options.surroundings = Some(EnvironmentPreset::Sky(SkyOptions::default()));
     header.begun =
         Some(Begun { samples: [3, 4], until: None, tile: 64, tiles: vec![0], blocks: Some(vec![0]) });
     header.rays = Some(vec![7]);

@@ -182,7 +182,7 @@ fn a_record_names_no_file_elsewhere() {
     here.write("env.png", PICTURE);
     forged(&|header| {
         let picture = rayfront::formats::EnvironmentPreset::Picture(here.join("env.png"));
-        header.view.surroundings = Some(picture);
+        header.view.options.surroundings = Some(picture);
     });
     let line = "reproduce upload/forged.film -q --scene-file upload/scene.ron";
     here.run(line).ends(1, &["env.png", "--allow-outside"]);

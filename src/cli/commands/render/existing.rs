@@ -63,7 +63,7 @@ impl ExistingImages<'_> {
             Some("by another command".into())
         } else if picture.sampling.spp.is_some_and(|samples| header.settings.samples != samples) {
             Some(format!("with {} samples", header.settings.samples))
-        } else if header.view.time_s.is_some_and(|before| before != time_s) {
+        } else if header.view.options.time_s.is_some_and(|before| before != time_s) {
             Some("at another time".into())
         } else {
             let changed = changed.or_insert_with(|| header.scene.changed(scene)).as_ref()?;
