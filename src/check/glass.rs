@@ -1,5 +1,6 @@
 //! Glass that does not bound a body: with holes, inside out, or sharing surfaces with other glass.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -87,19 +88,20 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
         let given = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
         let id = given.unwrap_or(MaterialId::DEFAULT);
         let mut farthest = reach(id);
-        let (positions, triangles): (&[Vec3], Vec<[u32; 3]>) = match &*shape {
+        let (positions, triangles): (Cow<[Vec3]>, Vec<[u32; 3]>) = match &*shape {
             Shape::Mesh(mesh) => {
                 let mesh = world.assets.meshes.get(mesh.0 as usize)?;
                 let own = |at: usize| given.or(mesh.triangle_materials.get(at).copied()).unwrap_or(id);
                 let all = mesh.triangle_materials.iter().filter(|own| given.is_none() && encloses(own));
                 farthest = all.map(|own| reach(*own)).reduce(f32::max).unwrap_or(farthest);
                 let those = mesh.triangles.iter().enumerate().filter(|(at, _)| encloses(&own(*at)));
-                (&mesh.positions, those.map(|(_, triangle)| *triangle).collect())
+                (Cow::Borrowed(&mesh.positions[..]), those.map(|(_, triangle)| *triangle).collect())
             }
-            _ => match shape.fan() {
-                Some(corners) => (corners, (2..corners.len() as u32).map(|at| [0, at - 1, at]).collect()),
-                None => continue,
-            },
+            _ => {
+                let Some(corners) = shape.flat_corners() else { continue };
+                let triangles = Shape::fan(corners.len()).collect();
+                (corners, triangles)
+            }
         };
         if triangles.is_empty() || !(matches!(*shape, Shape::Mesh(_)) || encloses(&id)) {
             continue;
@@ -108,7 +110,7 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
         let matrix = &transforms[&entity];
         let mirrored = matrix.matrix3.determinant() < 0.0;
         let place = |vertex: u32| transforms::point(matrix, positions[vertex as usize]);
-        let edges = MeshEdges::of(positions, triangles.iter().copied());
+        let edges = MeshEdges::of(&positions, triangles.iter().copied());
         let in_world = triangles.iter().map(|triangle| {
             let [a, b, c] = triangle.map(place);
             if mirrored { [a, c, b] } else { [a, b, c] }

@@ -17,10 +17,11 @@ use super::lights::LightMesh;
 use super::materials::{TwoSidedVariants, in_place_of};
 use super::memo::{self, ByPtr, debug_text};
 use super::open_surfaces::Sheet;
+use super::shape_meshes::{fan_mesh, flat_mesh};
 use crate::bvh::build::builder::peak_bytes;
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
-use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec2, Vec3};
+use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec3};
 use crate::memory::{self, Reservation};
 use crate::scene::{CompiledScene, Geometry, Part};
 use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
@@ -115,6 +116,12 @@ impl GeometryInputs {
     fn mesh(&self, id: MeshId) -> &Mesh {
         &self.meshes[id.0 as usize].0
     }
+
+    /// The number of corners of each flat shape, those of visible lights among them.
+    fn flat_shapes(&self) -> impl Iterator<Item = usize> {
+        let shapes = self.shapes.iter().filter_map(|placed| Some(placed.shape.flat_corners()?.len()));
+        shapes.chain(self.panels.iter().map(|panel| panel.corners.len()))
+    }
 }
 
 /// Compiles the shapes. Also returns the tree: that of `before`, if it is over the same shapes.
@@ -143,12 +150,8 @@ pub(super) fn compile(
                     placed.push((InstancedTree::UnitSphere, to_world, material, entity));
                 }
             },
-            Shape::Triangle { vertices, normals, uvs } => {
-                let mesh = triangle_mesh(*vertices, *normals, *uvs);
-                builder.mesh(&mesh, matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
-            }
-            Shape::Plane { corners } => {
-                builder.mesh(&plane_mesh(*corners), matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
+            Shape::Triangle { .. } | Shape::Plane { .. } => {
+                builder.mesh(&flat_mesh(shape), matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
             }
             Shape::Mesh(id) if copied[id.0 as usize] => {
                 let first = builder.geometry.triangles.len() as u32;
@@ -219,14 +222,19 @@ fn check_size(
         triangles = triangles.saturating_add(copies.saturating_mul(mesh.triangles.len()));
         bytes = bytes.saturating_add(copies.saturating_mul(mesh.bytes()));
     }
+    for corners in inputs.flat_shapes() {
+        vertices = vertices.saturating_add(corners);
+        triangles = triangles.saturating_add(Shape::fan(corners).count());
+        bytes = bytes.saturating_add(corners * CORNER_BYTES);
+    }
     let most = (i32::MAX as usize) / 3 - (1 << 20);
     if vertices.max(triangles) > most {
         return Err(CompileError::TooLarge(format!(
             "{vertices} vertices and {triangles} triangles; the most is {most}"
         )));
     }
-    let others = inputs.shapes.iter().filter(|placed| !matches!(placed.shape, Shape::Mesh(_))).count();
-    let primitives = triangles + others;
+    let spheres = inputs.shapes.iter().filter(|placed| matches!(placed.shape, Shape::Sphere { .. })).count();
+    let primitives = triangles + spheres;
     bytes = bytes.saturating_add(inputs.shapes.len() * PLACED_BYTES);
     // The part of each triangle, and the finished tree.
     let built = peak_bytes(primitives, true, inputs.quality) + primitives * (4 + TREE_BYTES);
@@ -236,6 +244,8 @@ fn check_size(
 
 /// Bytes of an instance, or of another placed shape.
 const PLACED_BYTES: usize = 320;
+/// Bytes of a corner of a flat shape, with its triangle.
+const CORNER_BYTES: usize = 48;
 /// Bytes of nodes and blocks, for each triangle.
 const TREE_BYTES: usize = 60;
 
@@ -251,38 +261,6 @@ fn plain_part(material: MaterialId) -> Part {
         mirrored: false,
         entity: 0,
     }
-}
-
-fn triangle_mesh(vertices: [Vec3; 3], normals: Option<[Vec3; 3]>, uvs: Option<[Vec2; 3]>) -> Mesh {
-    let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
-    Mesh {
-        positions: vertices.to_vec(),
-        normals: normals.map_or_else(Vec::new, |n| n.to_vec()),
-        uvs: uvs.unwrap_or(corners).to_vec(),
-        triangles: vec![[0, 1, 2]],
-        ..Mesh::default()
-    }
-}
-
-/// Two triangles. Texture coordinates are projections of each corner on the two edges that meet in the first one,
-/// divided by the edges' lengths.
-fn plane_mesh(corners: [Vec3; 4]) -> Mesh {
-    let [a, b, _, d] = corners.map(|c| c.as_dvec3());
-    let (u_edge, v_edge) = (b - a, d - a);
-    let project = |p: Vec3| {
-        let q = p.as_dvec3() - a;
-        Vec2::new(
-            (q.dot(u_edge) / u_edge.length_squared()) as f32,
-            (q.dot(v_edge) / v_edge.length_squared()) as f32,
-        )
-    };
-    Mesh { uvs: corners.map(project).to_vec(), ..fan_mesh(&corners) }
-}
-
-/// A convex polygon as a fan of triangles.
-fn fan_mesh(corners: &[Vec3]) -> Mesh {
-    let triangles = (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect();
-    Mesh { positions: corners.to_vec(), triangles, ..Mesh::default() }
 }
 
 /// A tree that instances share.
@@ -308,9 +286,7 @@ impl GeometryBuilder {
             meshes.map(|(ByPtr(mesh), times)| times * count(mesh)).sum()
         };
         // Room for shapes that are not meshes.
-        let is_small =
-            |placed: &&PlacedShape| matches!(placed.shape, Shape::Triangle { .. } | Shape::Plane { .. });
-        let more = 4 * inputs.shapes.iter().filter(is_small).count() + 8 * inputs.panels.len();
+        let more = inputs.flat_shapes().sum::<usize>();
         let g = &mut self.geometry;
         g.positions.reserve_exact(total(|mesh| mesh.positions.len()) + more);
         g.normals.reserve_exact(total(|mesh| mesh.normals.len()) + more);

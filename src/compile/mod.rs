@@ -16,6 +16,7 @@ mod memo;
 mod misplaced;
 mod open_surfaces;
 mod photometric;
+mod shape_meshes;
 mod sky;
 mod textured_emission;
 mod textures;

@@ -1,6 +1,8 @@
 //! The components that an entity can carry. Lengths are in metres, angles in
 //! radians, colours linear Rec. 709.
 
+use std::borrow::Cow;
+
 use crate::math::{DMat3, DQuat, Mat4, Quat, Rgb, Vec2, Vec3};
 
 use super::assets::{ImageId, MaterialId, MeshId, TextureId};
@@ -142,12 +144,17 @@ forms! {
 
 impl Shape {
     /// The corners of a flat convex shape, in order around it.
-    pub(crate) fn fan(&self) -> Option<&[Vec3]> {
+    pub(crate) fn flat_corners(&self) -> Option<Cow<'_, [Vec3]>> {
         match self {
-            Shape::Triangle { vertices, .. } => Some(vertices),
-            Shape::Plane { corners } => Some(corners),
+            Shape::Triangle { vertices, .. } => Some(Cow::Borrowed(vertices)),
+            Shape::Plane { corners } => Some(Cow::Borrowed(corners)),
             Shape::Sphere { .. } | Shape::Mesh(_) => None,
         }
+    }
+
+    /// The triangles of a flat convex shape with that many corners: a fan around the first one.
+    pub(crate) fn fan(corners: usize) -> impl Iterator<Item = [u32; 3]> {
+        (2..corners as u32).map(|at| [0, at - 1, at])
     }
 }
 
