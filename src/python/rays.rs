@@ -219,7 +219,7 @@ fn rows<'a, T: numpy::Element, const N: usize>(
     array: &'a PyReadonlyArray2<T>,
 ) -> PyResult<&'a [[T; N]]> {
     if array.shape()[1] != N {
-        return Err(wrong(format!("{what} have the shape (N, {N}), not {:?}", array.shape())));
+        return Err(wrong(format!("{what} must have the shape (N, {N}), not {:?}", array.shape())));
     }
     Ok(array.as_slice()?.as_chunks::<N>().0)
 }

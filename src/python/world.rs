@@ -120,13 +120,13 @@ type Arrays<'py> = (
 fn mesh((name, vertices, faces, normals, uvs, colors): &Arrays) -> PyResult<Mesh> {
     let rows = |what: &str, array: &PyReadonlyArray2<f32>, width: usize| {
         if array.shape()[1] != width {
-            return Err(wrong(format!("{what} have the shape (N, {width}), not {:?}", array.shape())));
+            return Err(wrong(format!("{what} must have the shape (N, {width}), not {:?}", array.shape())));
         }
         Ok(array.as_slice()?.to_vec())
     };
     let points = |values: Vec<f32>| values.chunks_exact(3).map(Vec3::from_slice).collect::<Vec<_>>();
     if faces.shape()[1] != 3 {
-        return Err(wrong(format!("faces have the shape (F, 3), not {:?}", faces.shape())));
+        return Err(wrong(format!("faces must have the shape (F, 3), not {:?}", faces.shape())));
     }
     let positions = points(rows("vertices", vertices, 3)?);
     let triangles: Vec<[u32; 3]> = faces.as_slice()?.as_chunks::<3>().0.to_vec();
@@ -458,7 +458,7 @@ fn region([x0, y0, x1, y1]: [u32; 4], [width, height]: [u32; 2]) -> PyResult<Reg
         return Ok(Region { x0, y0, x1, y1 });
     }
     Err(wrong(format!(
-        "crop is (x0, y0, x1, y1) with x0 < x1 <= {width} and y0 < y1 <= {height}, not {:?}",
+        "crop must be (x0, y0, x1, y1) with x0 < x1 <= {width} and y0 < y1 <= {height}, not {:?}",
         (x0, y0, x1, y1)
     )))
 }

@@ -267,13 +267,13 @@ def test_colours_of_meshes_multiply_those_of_materials():
     mesh.visual = SimpleNamespace(kind="face", face_colors=np.column_stack([of_faces, [255, 255]]).astype(np.uint8))
     assert np.allclose(middle(mesh), [left, right])
     mesh.visual = SimpleNamespace(kind="texture")
-    with pytest.warns(rayfront.SceneWarning, match="texture and the material of the mesh are not taken"):
+    with pytest.warns(rayfront.SceneWarning, match="texture and the material of the mesh are not used"):
         middle(mesh)
     with pytest.raises(ValueError, match="3 colors for 4 vertices and 2 faces"):
         rayfront.Mesh(vertices, faces, colors=np.ones((3, 3)))
     with pytest.raises(TypeError, match="not int64"):
         rayfront.Mesh(vertices, faces, colors=np.full((4, 3), 200))
-    with pytest.raises(ValueError, match="below 0 or NaN"):
+    with pytest.raises(ValueError, match="colors must be at least 0"):
         rayfront.Mesh(vertices, faces, colors=np.full((4, 3), np.nan))
 
 
@@ -475,10 +475,10 @@ def test_slips_are_told():
         (lambda: scene.any(np.zeros((2, 1)), [1, 1, 1]), r"\(N, 3\)"),
         (lambda: ball().render(size=64), "a width and a height"),
         (lambda: ball().render(size=(64.5, 36)), "a width and a height"),
-        (lambda: ball().render(spp=-1), "spp must be a whole number, not below 0"),
+        (lambda: ball().render(spp=-1), "spp must be a whole number of at least 0"),
         (lambda: ball().render(spp=2.5), "spp must be a whole number"),
-        (lambda: ball().render(camera=0), "camera is a name"),
-        (lambda: ball().render(crop=5), "crop is"),
+        (lambda: ball().render(camera=0), "camera must be one of"),
+        (lambda: ball().render(crop=5), "crop must be"),
     ]:
         with pytest.raises((TypeError, ValueError), match=says):
             wrong()

@@ -3,9 +3,9 @@
     import rayfront
     rayfront.load("model.glb").render(size=(640, 360), spp=64).save("model.png")
 
-`load` reads a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh (`.ply`, `.obj`). `World` makes one of dicts with the
-names that scene files have; every form that they know is an attribute of this module, such as `rayfront.Sphere(radius_m=1)`
-or `rayfront.Path`. `Scene` traces rays through meshes, spheres and instances.
+`load` reads a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh (`.ply`, `.obj`). `World` makes a scene of dicts with the
+keys of scene files; each form of scene files is an attribute of this module, such as `rayfront.Sphere(radius_m=1)` or
+`rayfront.Path`. `Scene` traces rays through meshes, spheres and instances.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ __all__ = [
 
 
 class SceneWarning(UserWarning):
-    """A scene is probably not as it was meant."""
+    """The image of a scene is probably not as intended."""
 
 
 class Finding(NamedTuple):
-    """Something that is probably not as it was meant: about what, what it is, and what mends it."""
+    """Something that is probably not as intended: its subject, the problem, and the remedy."""
 
     about: str | None
     what: str
@@ -49,9 +49,9 @@ class Finding(NamedTuple):
 
 
 class Variant:
-    """A form of something, as scene files have it: a name, alone or with values.
+    """A form, as in scene files: a name, with or without values.
 
-    A name that Python keeps for itself is written with an underscore behind it: `LookAt(from_=(0, 1, 4), to=(0, 0, 0))`.
+    A keyword of Python takes an underscore at its end: `LookAt(from_=(0, 1, 4), to=(0, 0, 0))`.
     """
 
     def __init__(self, name, values=(), fields=None):
@@ -59,7 +59,7 @@ class Variant:
 
     def __call__(self, *values, **fields):
         if values and fields:
-            raise TypeError(f"{self._name}: values have names, or none of them has")
+            raise TypeError(f"{self._name}: give all values by keyword, or none")
         return Variant(self._name, values, fields)
 
     def __repr__(self):
@@ -67,11 +67,11 @@ class Variant:
 
 
 class Mesh(Variant):
-    """A mesh: of arrays, or of a file (`.ply`, `.obj`).
+    """A mesh from arrays, or from a file (`.ply`, `.obj`).
 
     vertices (N, 3), faces (F, 3), normals (N, 3) and uvs (N, 2); or one object with `vertices` and `faces`, such as a
     mesh of trimesh; or a path. colors: (N, 3), or (F, 3) for faces, linear if they are floats and sRGB if they are uint8;
-    they multiply the material's colour. Those of a trimesh mesh are taken.
+    they multiply the material's colour. The colors of a trimesh mesh are used.
     """
 
     def __init__(self, vertices, faces=None, normals=None, uvs=None, colors=None):
@@ -99,8 +99,8 @@ class Mesh(Variant):
 class World:
     """A scene: entities, the materials that they share, and how to render them.
 
-    `entities` is a list of dicts of components, `materials` a dict of them by name, `settings` a dict: the names are those of
-    scene files, and what is left out has the same defaults. `folder` is what names of files are relative to.
+    `entities` is a list of dicts of components, `materials` a dict of materials by name, `settings` a dict. Keys and defaults
+    are those of scene files. Paths of files are relative to `folder`.
 
         World(
             settings={"size": (320, 180), "samples": 16, "transport": rayfront.Path},
@@ -124,7 +124,7 @@ class World:
         lines += [(f"entities[{i}]", _ron(item, meshes) + ",") for i, item in enumerate(entities)]
         lines += [(None, "],"), (None, ")")]
         self.text = "\n".join(line for _, line in lines)
-        """What a scene file would say."""
+        """The text of the scene as a scene file."""
         arrays = [(name, *mesh.arrays) for name, mesh in meshes.values()]
         try:
             self._native = _native.World.parse(self.text, os.fspath(folder), arrays)
@@ -139,24 +139,24 @@ class World:
 
     @property
     def cameras(self):
-        """Names of the cameras; the first one is looked through unless another is named."""
+        """The names of the cameras; the first one is the default."""
         return self._native.cameras
 
     @property
     def warnings(self):
-        """What is odd but no error."""
+        """Oddities that are no errors."""
         return self._native.warnings
 
     def parts(self, query=None):
-        """What a query selects, such as 'Light' or 'Material["gl*"]': (name, components as a scene file has them) each.
+        """Returns the parts that a query selects, such as 'Light' or 'Material["gl*"]': a name and its components each.
 
-        Without a query: all entities and materials.
+        The components are texts as in a scene file. Without a query: all entities and materials.
         """
         return self._native.parts(query)
 
     @property
     def size(self):
-        """Width and height of the image, unless `render` is told another."""
+        """Width and height of the image; `render(size=…)` overrides it."""
         return tuple(self._native.size)
 
     def render(
@@ -178,32 +178,32 @@ class World:
         transport=None,
         progress=None,
     ):
-        """Renders it; what is not said is as the scene says.
+        """Renders the scene. Arguments override its settings.
 
-        size: width and height in pixels. spp: samples a pixel. layers: names out of depth, normal, albedo, position, entity,
-        material, coverage, samples, variance. schedule: wavefront or recursive, the image is the same. threads: 0 is one for
-        each core. denoise: also an image without noise. crop: only the columns x0 to x1 and rows y0 to y1, as (x0, y0, x1, y1).
-        noise: stop once it is below that part of the image's brightness, such as 0.01. depth: bounces. exposure (in stops, or
-        "auto") and tonemap (clamp, scale-by-maximum, reinhard, aces, agx, pbr-neutral): how pictures show it, not what `numpy`
-        gives. transport: path, whitted or auto. progress: called with the part that is done, 0 to 1.
+        size: width and height in pixels. spp: samples per pixel. layers: some of depth, normal, albedo, position, entity,
+        material, coverage, samples, variance. schedule: wavefront or recursive; the image is the same. threads: 0 is one for
+        each core. denoise: also returns an image without noise. crop: only the columns x0 to x1 and rows y0 to y1, as (x0, y0, x1, y1).
+        noise: stops once the noise is below this fraction of the image's brightness, such as 0.01. depth: bounces. exposure (in stops, or
+        "auto") and tonemap (clamp, scale-by-maximum, reinhard, aces, agx, pbr-neutral): the display of images, not the
+        values of `numpy`. transport: path, whitted or auto. progress: called with the fraction that is done, 0 to 1.
 
-        What is probably not as it was meant, such as a scene without light, is told as a `SceneWarning`. Other Python threads
-        go on meanwhile, and Ctrl-C ends it.
+        A probable mistake, such as a scene without light, raises a `SceneWarning`. Other Python threads keep running, and
+        Ctrl-C ends the rendering.
         """
         if isinstance(layers, str):
             layers = (layers,)
-        # Settings want these as forms, so they may be given as such here, too.
+        # Settings take forms, so forms are valid here, too.
         tonemap, transport = (value._name if isinstance(value, Variant) else value for value in (tonemap, transport))
         size = None if size is None else _size(size)
         for what, value in (("spp", spp), ("seed", seed), ("threads", threads), ("depth", depth)):
             if value is not None and (isinstance(value, bool) or not hasattr(value, "__index__") or value < 0):
-                raise ValueError(f"{what} must be a whole number, not below 0: it is {value!r}")
+                raise ValueError(f"{what} must be a whole number of at least 0, not {value!r}")
         if camera is not None and not isinstance(camera, str):
-            raise ValueError(f"camera is a name, one of {self.cameras}, not {camera!r}")
+            raise ValueError(f"camera must be one of {self.cameras}, not {camera!r}")
         if crop is not None:
             sides = list(crop) if isinstance(crop, (tuple, list, np.ndarray)) else []
             if len(sides) != 4 or any(side != int(side) or side < 0 for side in sides):
-                raise ValueError(f"crop is (x0, y0, x1, y1) in pixels, not {crop!r}")
+                raise ValueError(f"crop must be (x0, y0, x1, y1) in pixels, not {crop!r}")
             crop = [int(side) for side in sides]
         rendering = self._native.render(
             size, spp, seed, camera, list(layers), schedule, threads, denoise, crop, noise, depth, exposure, tonemap, transport, progress
@@ -213,7 +213,7 @@ class World:
         return rendering
 
     def check(self, size=None, camera=None):
-        """What is probably not as it was meant, a `Finding` each: no light, a camera within a wall, lamps in wrong units …"""
+        """Returns probable mistakes as `Finding`s: no light, a camera within a wall, lights in wrong units …"""
         size = None if size is None else _size(size)
         return [Finding(*finding) for finding in self._native.check(size, camera)]
 
@@ -237,35 +237,36 @@ def load(
     double_sided=False,
     size=None,
 ):
-    """Reads a scene, a model or a mesh, with the camera and light that it lacks.
+    """Reads a scene, a model or a mesh; adds the camera and the light that it lacks.
 
-    time: the moment of animations, in seconds. variant, scene: of a glTF file. env: what is around it, a picture, "studio",
-    "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries of
-    what is removed, or of what alone is kept. look_at: from where to where, ((x, y, z), (x, y, z)). orbit: by how many degrees cameras
-    turn about what they look at, (right, up). zoom: how many times nearer. ground: a grey floor. light_units ("auto", "candela", "watt"), solid_glass and double_sided: how glTF files are meant. size: of the
-    image, for which a camera that is added makes room.
+    time: the moment of animations, in seconds. variant, scene: of a glTF file. env: the environment: a picture, "studio",
+    "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries
+    that select what is removed, or kept. look_at: the camera's position and its target, ((x, y, z), (x, y, z)). orbit: the angles
+    in degrees by which cameras orbit their target, (right, up). zoom: the factor by which they come nearer. ground: adds a grey
+    floor. light_units ("auto", "candela", "watt"), solid_glass and double_sided: the interpretation of glTF files. size: the size
+    of the image, for which an added camera is placed.
     """
     scene = None if scene is None else str(scene)
     lists = [[text] if isinstance(text, str) else list(text) for text in (set, hide, only)]
     if look_at is not None:
         places = np.asarray(look_at, dtype=np.float64) if not isinstance(look_at, str) else np.zeros(0)
         if places.shape != (2, 3):
-            raise ValueError(f"look_at is two places, ((x, y, z), (x, y, z)), not {look_at!r}")
+            raise ValueError(f"look_at must be two points, ((x, y, z), (x, y, z)), not {look_at!r}")
         look_at = places.tolist()
     if orbit is not None:
         orbit = np.asarray(orbit, dtype=np.float64).tolist()
         if not isinstance(orbit, list) or len(orbit) != 2:
-            raise ValueError(f"orbit is two angles in degrees, (right, up), not {orbit!r}")
+            raise ValueError(f"orbit must be two angles in degrees, (right, up), not {orbit!r}")
     size = None if size is None else _size(size)
     how = (look_at, orbit, zoom, ground, light_units, solid_glass, double_sided, size)
     return World._of(_native.World.load(os.fspath(path), time, variant, scene, env, *lists, *how))
 
 
 class Hits(NamedTuple):
-    """What rays have met: one value for each of them.
+    """The hits of rays: one value for each ray.
 
-    t counts in lengths of the direction, and is infinite for a miss; u and v are the weights of a triangle's second and third
-    corner; instance, shape and primitive are numbers, -1 for a miss.
+    t is in lengths of the direction, and infinite for a miss; u and v are the weights of a triangle's second and third corner;
+    instance, shape and primitive are numbers, -1 for a miss.
     """
 
     t: np.ndarray
@@ -277,33 +278,33 @@ class Hits(NamedTuple):
 
 
 class SceneBuilder:
-    """Shapes, and where they are placed: what is not placed is not there."""
+    """Shapes and their placements. A shape without a placement is not hit."""
 
     def __init__(self, quality="default"):
         self._native = _native.Builder(quality)
 
     def add_mesh(self, vertices, faces=None):
-        """A shape: vertices (N, 3) and faces (F, 3), or an object that has them. Gives its number."""
+        """Adds a mesh, vertices (N, 3) and faces (F, 3) or an object that has both, and returns its number."""
         return self._native.add_mesh(*_mesh(vertices, faces))
 
     def add_spheres(self, spheres):
-        """A shape of spheres (N, 4): centres and radii. Gives its number."""
+        """Adds a shape of spheres (N, 4), centres and radii, and returns its number."""
         return self._native.add_spheres(_columns("spheres", spheres, 4))
 
     def place(self, shape, to_world=None):
-        """Places a shape by a matrix (3, 4) or (4, 4); none: where it is. Gives the instance's number."""
+        """Places a shape by a matrix (3, 4) or (4, 4), by default the identity, and returns the instance's number."""
         matrix = _affine(np.eye(4) if to_world is None else to_world)
         if shape < 0:
-            raise ValueError(f"a shape has the number that add_mesh or add_spheres gave, not {shape}")
+            raise ValueError(f"shape must be a number that add_mesh or add_spheres returned, not {shape}")
         return self._native.place(shape, matrix.ravel().tolist())
 
     def build(self):
-        """The scene; the builder is used up."""
+        """Builds the scene. The builder cannot be used again."""
         return Scene._of(self._native.build())
 
 
 class Scene:
-    """What rays go through: a mesh, or what a `SceneBuilder` has put together.
+    """A scene for ray queries: a mesh, or the result of a `SceneBuilder`.
 
         scene = Scene(vertices, faces)          # (N, 3) and (F, 3), or an object that has both
         hits = scene.closest(origins, directions)
@@ -321,30 +322,30 @@ class Scene:
         return scene
 
     def closest(self, origins, directions, t_min=0.0, t_max=np.inf, *, coherence="unknown", threads=0):
-        """The nearest hit of each ray origin + t * direction with t_min < t <= t_max; t_min below 0 counts as 0.
+        """Returns the nearest hit of each ray origin + t * direction with t_min < t <= t_max; t_min below 0 counts as 0.
 
-        origins, directions: (N, 3); t_min, t_max: a number, or one for each ray. coherence: what is known of rays that follow
-        each other, "coherent", "scattered" or "unknown"; it changes the time alone. threads: 0 is one for each core.
+        origins, directions: (N, 3); t_min, t_max: a number, or one for each ray. coherence: the relation of successive rays,
+        "coherent", "scattered" or "unknown"; it only affects the time. threads: 0 is one for each core.
         """
         return Hits(*self._native.closest(*_rays(origins, directions, t_min, t_max), coherence, threads))
 
     def any(self, origins, directions, t_min=0.0, t_max=np.inf, *, coherence="unknown", threads=0):
-        """Whether each ray meets anything."""
+        """Returns for each ray whether it hits anything."""
         return self._native.any(*_rays(origins, directions, t_min, t_max), coherence, threads)
 
     @property
     def bounds(self):
-        """The least and the largest corner, (2, 3), padded by what rounding takes; None if there is nothing."""
+        """The bounding box's corners, (2, 3), padded by the rounding error; None for an empty scene."""
         bounds = self._native.bounds
         return None if bounds is None else np.array(bounds, dtype=np.float32)
 
     @property
     def memory_bytes(self):
-        """Bytes that it takes."""
+        """The scene's memory in bytes."""
         return self._native.memory_bytes
 
 
-# The forms that scene files know, but for `Mesh`.
+# The forms of scene files, except `Mesh`.
 _FORMS = """
     Aces Agx Albedo All Alpha Area Auto Bilinear BlackmanHarris Blend Blinn BlinnPhong Blue Box Center Clamp Constant
     Coverage Default Depth Directional Disc Entity Environment Fast Fixed Gaussian Gradient Green High Image Independent
@@ -357,29 +358,29 @@ globals().update({name: Variant(name) for name in _FORMS})
 
 
 def _colors(colors):
-    """Linear colours of what may be sRGB."""
+    """Converts colours to linear ones; bytes are sRGB."""
     if colors is None:
         return None
     colors = np.asarray(colors)
     if colors.ndim != 2 or colors.shape[1] not in (3, 4):
-        raise ValueError(f"colors have the shape (N, 3), not {colors.shape}")
+        raise ValueError(f"colors must have the shape (N, 3), not {colors.shape}")
     colors = colors[:, :3]
     if colors.dtype != np.uint8:
         if not np.issubdtype(colors.dtype, np.floating):
-            raise TypeError(f"colors are uint8 (sRGB) or floats (linear), not {colors.dtype}")
+            raise TypeError(f"colors must be uint8 (sRGB) or floats (linear), not {colors.dtype}")
         if not (colors >= 0).all():
-            raise ValueError("no color is below 0 or NaN")
+            raise ValueError("colors must be at least 0")
         return _floats(colors)
     part = colors / 255
     return _floats(np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4))
 
 
 def _colors_of(mesh):
-    """The colours that a mesh of trimesh has; its textures cannot be taken."""
+    """The colours of a trimesh mesh; its textures are not supported."""
     visual = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     if kind == "texture":
-        what = "the texture and the material of the mesh are not taken: export it as .glb and load that"
+        what = "the texture and the material of the mesh are not used: export it as .glb and load that"
         _warnings.warn(what, SceneWarning, stacklevel=3)
     return {"vertex": lambda: visual.vertex_colors, "face": lambda: visual.face_colors}.get(kind, lambda: None)()
 
@@ -391,7 +392,7 @@ def _floats(array):
 def _columns(what, array, count):
     array = _floats(array)
     if array.ndim != 2 or array.shape[1] != count:
-        raise ValueError(f"{what} have the shape (N, {count}), not {array.shape}")
+        raise ValueError(f"{what} must have the shape (N, {count}), not {array.shape}")
     return array
 
 
@@ -404,23 +405,23 @@ def _mesh(vertices, faces):
         vertices, faces = vertices.vertices, vertices.faces
     faces = np.asarray(faces)
     if faces.size and not np.issubdtype(faces.dtype, np.integer):
-        raise TypeError(f"faces hold whole numbers, not {faces.dtype}")
+        raise TypeError(f"faces must be whole numbers, not {faces.dtype}")
     if faces.size and (faces.min() < 0 or faces.max() > 0xFFFFFFFF):
-        raise ValueError("faces hold numbers of vertices, from 0")
+        raise ValueError("faces must be indices of vertices, from 0")
     if faces.ndim != 2 or faces.shape[1] != 3:
-        raise ValueError(f"faces have the shape (F, 3), not {faces.shape}: only triangles are taken")
+        raise ValueError(f"faces must have the shape (F, 3), not {faces.shape}: only triangles are supported")
     return _columns("vertices", vertices, 3), np.ascontiguousarray(faces, dtype=np.uint32)
 
 
 def _size(size):
     sides = list(size) if isinstance(size, (tuple, list, np.ndarray)) else []
     if len(sides) != 2 or any(side != int(side) or side < 1 for side in sides):
-        raise ValueError(f"a size is a width and a height in pixels, such as (640, 360), not {size!r}")
+        raise ValueError(f"size must be a width and a height in pixels, such as (640, 360), not {size!r}")
     return [int(side) for side in sides]
 
 
 def _rays(origins, directions, t_min, t_max):
-    # One origin or direction may be that of all rays.
+    # A single origin or direction is used for all rays.
     origins, directions = (
         _columns(what, np.atleast_2d(_floats(array)), 3)
         for what, array in (("origins", origins), ("directions", directions))
@@ -440,7 +441,7 @@ def _rays(origins, directions, t_min, t_max):
 
 
 def _in_place(error, lines, meshes):
-    """The same error, in terms of what was given instead of a line and a column of the text."""
+    """The error with the place in the arguments instead of a line and a column of the text."""
     for name in meshes:
         if str(error).startswith(f"{name}: "):
             place = next((place for place, line in lines if f'Mesh("{name}")' in line), None)
@@ -455,12 +456,12 @@ def _in_place(error, lines, meshes):
     return ValueError(f"{place or 'World'}: {found[3]}\n  {shown}\n  {' ' * (column - start)}^")
 
 
-# Fields whose keys are names that somebody gave.
+# Fields whose keys are names of the user.
 _BY_NAME = {"materials", "overrides"}
 
 
 def _ron(value, meshes, by_name=False):
-    """The text that a scene file would have; meshes of arrays get names by which the reader finds them."""
+    """The value as in a scene file; meshes of arrays get names by which the reader finds them."""
     if isinstance(value, Mesh) and value.arrays is not None:
         name, _ = meshes.setdefault(id(value), (f"array-{len(meshes)}.ply", value))
         return f'Mesh("{name}")'
@@ -486,7 +487,7 @@ def _ron(value, meshes, by_name=False):
         return _string(os.fspath(value))
     if isinstance(value, np.ndarray) and value.shape in ((3, 4), (4, 4)):
         return _matrix(value, meshes)
-    # No list of a scene holds numbers: what looks like one is a vector.
+    # Lists of numbers are vectors: scene files have no lists of numbers.
     if isinstance(value, list) and value and all(isinstance(item, (int, float, np.number)) for item in value):
         value = tuple(value)
     if isinstance(value, list) and len(value) in (3, 4) and all(_is_row(row) for row in value):
@@ -495,11 +496,11 @@ def _ron(value, meshes, by_name=False):
         return "[" + ", ".join(_ron(item, meshes) for item in value) + "]"
     if isinstance(value, (tuple, np.ndarray)):
         return "(" + ", ".join(_ron(item, meshes) for item in value) + ")"
-    raise TypeError(f"{value!r} has no place in a scene")
+    raise TypeError(f"{value!r} cannot be written in a scene file")
 
 
 def _is_row(row):
-    """Whether it is a row of a matrix."""
+    """Tests for a row of a matrix."""
     is_list = isinstance(row, (list, tuple)) and len(row) == 4
     return is_list and all(isinstance(number, (int, float, np.number)) for number in row)
 
@@ -508,9 +509,9 @@ def _affine(rows):
     """The first three rows of a matrix."""
     matrix = np.asarray(rows, dtype=np.float64)
     if matrix.shape not in ((3, 4), (4, 4)):
-        raise ValueError(f"a matrix has the shape (3, 4) or (4, 4), not {matrix.shape}")
+        raise ValueError(f"a matrix must have the shape (3, 4) or (4, 4), not {matrix.shape}")
     if len(matrix) == 4 and not np.allclose(matrix[3], [0, 0, 0, 1], atol=1e-6):
-        raise ValueError("the last row of a matrix is 0, 0, 0, 1: the last column says where things go")
+        raise ValueError("the last row of a matrix must be 0, 0, 0, 1: translations are in the last column")
     return matrix[:3]
 
 

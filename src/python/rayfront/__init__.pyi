@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 
 _Path = str | PathLike[str]
+_Number = float | Variant
+_Color = ArrayLike | str | Variant
 Layer = Literal["depth", "normal", "albedo", "position", "entity", "material", "coverage", "samples", "variance"]
 Tonemap = Literal["clamp", "scale-by-maximum", "reinhard", "aces", "agx", "pbr-neutral"]
 Coherence = Literal["unknown", "coherent", "scattered"]
@@ -36,52 +38,52 @@ class Mesh(Variant):
     ) -> None: ...
 
 class Rendering:
-    """What has been rendered."""
+    """A rendered image."""
 
     def numpy(self) -> NDArray[np.float32]:
         """Linear radiance with the primaries of Rec. 709: (height, width, 3), top row first."""
     @property
     def denoised(self) -> NDArray[np.float32] | None:
-        """The same without noise, if that was asked for."""
+        """The denoised radiance, if it was requested."""
     @property
     def layers(self) -> dict[str, NDArray[Any]]:
-        """What else was asked for, by name: (height, width), or (height, width, 3)."""
+        """The requested layers by name: (height, width), or (height, width, 3)."""
     @property
     def names(self) -> dict[str, dict[int, str]]:
-        """What the numbers in the layers `entity` and `material` stand for: `names["entity"][3]`."""
+        """The names for the numbers in the layers `entity` and `material`: `names["entity"][3]`."""
     @property
     def pose(self) -> NDArray[np.float32]:
-        """From the camera's space, in which it looks along -Z and up is +Y, to the world's: (4, 4)."""
+        """The matrix from camera space, which looks along -Z with +Y up, to world space: (4, 4)."""
     @property
     def intrinsics(self) -> NDArray[np.float32] | None:
-        """Focal lengths and the principal point in pixels: (3, 3). None of an orthographic camera."""
+        """Focal lengths and the principal point in pixels: (3, 3). None for an orthographic camera."""
     @property
     def film_hash(self) -> str:
-        """Of the exact sums of all samples: equal films have equal ones, whatever machine made them."""
+        """The hash of the exact sums of all samples; it is equal on all machines."""
     @property
     def size(self) -> list[int]:
         """Width and height in pixels."""
     @property
     def samples(self) -> float:
-        """Samples a pixel, on average."""
+        """The average number of samples per pixel."""
     @property
     def exposure(self) -> float:
-        """Stops by which pictures are exposed: `render(exposure=…)` gives another rendering the same."""
+        """The exposure in stops; `render(exposure=…)` gives another rendering the same exposure."""
     @property
     def noise(self) -> float | None:
-        """The noise that is left, as a part of the image's brightness; None after one sample."""
+        """The estimated noise, as a fraction of the image's brightness; None after one sample."""
     @property
     def warnings(self) -> list[str]:
-        """What is probably not as it was meant."""
+        """Probable mistakes."""
     @property
     def notes(self) -> list[str]:
-        """What every scene of its kind is told, such as that a camera was added."""
+        """Notes, such as that a camera was added."""
     def srgb(self, denoised: bool = ...) -> NDArray[np.uint8]:
-        """As screens show it, exposed and tone mapped as the scene says: (height, width, 3)."""
+        """The image for screens, with the scene's exposure and tone curve: (height, width, 3)."""
     def save(self, path: _Path, bits: Literal[8, 16] = ..., denoised: bool = ...) -> None:
-        """Writes a `.png` (exposed and tone mapped as the scene says), an `.exr` with all layers, or an `.hdr`.
+        """Writes a `.png` (with the scene's exposure and tone curve), an `.exr` with all layers, or an `.hdr`.
 
-        bits: a channel, of PNG files. denoised: without noise, if that was asked for.
+        bits: bits per channel of PNG files. denoised: writes the denoised image, if it was requested.
         """
     def __array__(self, dtype: Any = ..., copy: bool | None = ...) -> NDArray[Any]: ...
     def _repr_png_(self) -> bytes: ...
@@ -125,7 +127,7 @@ class World:
     def check(self, size: Sequence[int] | None = ..., camera: str | None = ...) -> list[Finding]: ...
 
 def allow_outside() -> None:
-    """From now on, scenes of this process may refer to files outside their folders: for scenes that you trust."""
+    """Lets scenes of this process refer to files outside their folders: for scenes that you trust."""
 
 def load(
     path: _Path,
@@ -189,18 +191,59 @@ class Scene:
     @property
     def memory_bytes(self) -> int: ...
 
+# The forms of scene files, generated from their tables.
 Aces: Variant
 Agx: Variant
 Albedo: Variant
 All: Variant
 Alpha: Variant
-Area: Variant
+
+class _Area(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        power_w: _Color,
+        size_m: ArrayLike,
+        outline: Variant = ...,
+        samples: int = ...,
+        pattern: Variant = ...,
+        visible: bool = ...,
+    ) -> Variant: ...
+
+Area: _Area
 Auto: Variant
 Bilinear: Variant
-BlackmanHarris: Variant
+
+class _BlackmanHarris(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius: _Number = ...,
+    ) -> Variant: ...
+
+BlackmanHarris: _BlackmanHarris
 Blend: Variant
 Blinn: Variant
-BlinnPhong: Variant
+
+class _BlinnPhong(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        diffuse: _Color = ...,
+        kd: _Color = ...,
+        specular: _Color = ...,
+        ks: _Color = ...,
+        shininess: _Number = ...,
+        highlight: Variant = ...,
+        kr: _Color = ...,
+        kt: _Color = ...,
+        ior: _Number = ...,
+        priority: int = ...,
+        emission: _Color = ...,
+        caustics: bool = ...,
+    ) -> Variant: ...
+
+BlinnPhong: _BlinnPhong
 Blue: Variant
 Box: Variant
 Center: Variant
@@ -209,13 +252,39 @@ Constant: Variant
 Coverage: Variant
 Default: Variant
 Depth: Variant
-Directional: Variant
+
+class _Directional(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        irradiance: _Color,
+        angle_degrees: _Number = ...,
+    ) -> Variant: ...
+
+Directional: _Directional
 Disc: Variant
 Entity: Variant
-Environment: Variant
+
+class _Environment(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radiance: _Color = ...,
+        image: _Path = ...,
+    ) -> Variant: ...
+
+Environment: _Environment
 Fast: Variant
 Fixed: Variant
-Gaussian: Variant
+
+class _Gaussian(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius: _Number = ...,
+    ) -> Variant: ...
+
+Gaussian: _Gaussian
 Gradient: Variant
 Green: Variant
 High: Variant
@@ -226,7 +295,15 @@ Jittered: Variant
 Keys: Variant
 Linear: Variant
 LookAt: Variant
-Mask: Variant
+
+class _Mask(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        cutoff: _Number = ...,
+    ) -> Variant: ...
+
+Mask: _Mask
 Material: Variant
 Matrix: Variant
 Mirror: Variant
@@ -235,16 +312,91 @@ Normal: Variant
 Off: Variant
 On: Variant
 Opaque: Variant
-Orthographic: Variant
+
+class _Orthographic(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        height_m: _Number = ...,
+    ) -> Variant: ...
+
+Orthographic: _Orthographic
 Path: Variant
 PbrNeutral: Variant
 Phong: Variant
-Photometric: Variant
-Pinhole: Variant
-Plane: Variant
-Point: Variant
+
+class _Photometric(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        power_w: _Color,
+        profile: _Path,
+    ) -> Variant: ...
+
+Photometric: _Photometric
+
+class _Pinhole(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        vertical_fov_degrees: _Number = ...,
+    ) -> Variant: ...
+
+Pinhole: _Pinhole
+
+class _Plane(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        corners: ArrayLike,
+    ) -> Variant: ...
+
+Plane: _Plane
+
+class _Point(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        power_w: _Color,
+        falloff: Variant = ...,
+    ) -> Variant: ...
+
+Point: _Point
 Position: Variant
-Principled: Variant
+
+class _Principled(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        base_color: _Color = ...,
+        alpha: _Number = ...,
+        alpha_mode: Variant = ...,
+        metallic: _Number = ...,
+        roughness: _Number = ...,
+        normal: Variant | Mapping[str, Any] = ...,
+        bump: Mapping[str, Any] = ...,
+        emission: _Color = ...,
+        double_sided: bool = ...,
+        unlit: bool = ...,
+        ior: _Number = ...,
+        specular: _Number = ...,
+        specular_color: _Color = ...,
+        transmission: _Number = ...,
+        volume: Mapping[str, Any] = ...,
+        dispersion: _Number = ...,
+        diffuse_transmission: _Number = ...,
+        diffuse_transmission_color: _Color = ...,
+        clearcoat: _Number = ...,
+        clearcoat_roughness: _Number = ...,
+        clearcoat_normal: Variant | Mapping[str, Any] = ...,
+        sheen_color: _Color = ...,
+        sheen_roughness: _Number = ...,
+        anisotropy: Mapping[str, Any] = ...,
+        iridescence: Mapping[str, Any] = ...,
+        caustics: bool = ...,
+    ) -> Variant: ...
+
+Principled: _Principled
 Rectangle: Variant
 Red: Variant
 Regular: Variant
@@ -252,17 +404,77 @@ Reinhard: Variant
 Repeat: Variant
 Samples: Variant
 ScaleByMaximum: Variant
-Sky: Variant
+
+class _Sky(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        elevation_degrees: _Number = ...,
+        azimuth_degrees: _Number = ...,
+        haze: _Number = ...,
+        radiance: _Color = ...,
+    ) -> Variant: ...
+
+Sky: _Sky
 Smooth: Variant
 Sobol: Variant
-Sphere: Variant
-Spot: Variant
+
+class _Sphere(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius_m: _Number = ...,
+    ) -> Variant: ...
+
+Sphere: _Sphere
+
+class _Spot(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        power_w: _Color,
+        inner_degrees: _Number = ...,
+        outer_degrees: _Number = ...,
+        falloff: Variant = ...,
+    ) -> Variant: ...
+
+Spot: _Spot
 Srgb: Variant
 Step: Variant
-Tent: Variant
+
+class _Tent(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius: _Number = ...,
+    ) -> Variant: ...
+
+Tent: _Tent
 Texture: Variant
-ThinLens: Variant
-Triangle: Variant
+
+class _ThinLens(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        vertical_fov_degrees: _Number = ...,
+        lens_radius_m: _Number,
+        focus_distance_m: _Number,
+        aperture: _Path = ...,
+        pattern: Variant = ...,
+    ) -> Variant: ...
+
+ThinLens: _ThinLens
+
+class _Triangle(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        vertices: ArrayLike,
+        normals: ArrayLike = ...,
+        uvs: ArrayLike = ...,
+    ) -> Variant: ...
+
+Triangle: _Triangle
 Trilinear: Variant
 Unbiased: Variant
 Uniform: Variant

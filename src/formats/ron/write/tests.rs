@@ -1,5 +1,7 @@
-//! Generates the tables of `scenes/README.md` from the code, and checks that they are up to date.
+//! Generates the tables of `scenes/README.md` and the types of the Python module from the code, and checks that they are
+//! up to date.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::assets::AssetPaths;
@@ -7,8 +9,8 @@ use super::texture::WrittenTextures;
 use crate::math::Rgb;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 use crate::world::{
-    Anisotropy, Aov, Assets, BlinnPhong, Camera, Falloff, Iridescence, Light, Principled, Settings, Shape,
-    Volume,
+    AlphaMode, Anisotropy, Aov, Assets, BlinnPhong, Camera, Falloff, Iridescence, Light, PixelFilter,
+    Principled, Settings, Shape, Volume,
 };
 
 /// The human-readable type of a field.
@@ -153,13 +155,92 @@ fn table_of_forms(of: &mut dyn Forms) -> String {
     text
 }
 
+/// The type of a field's values in Python.
+fn python_type(slot: &Slot) -> &'static str {
+    match slot {
+        Slot::Flag(_) => "bool",
+        Slot::Number(..) | Slot::OptionalNumber(..) | Slot::Degrees(..) | Slot::Azimuth(_) => "_Number",
+        Slot::Whole(..) | Slot::OptionalWhole(..) | Slot::Seed(_) | Slot::Priority(_) => "int",
+        Slot::Color(..) | Slot::ColorMap(..) => "_Color",
+        Slot::NumberMap(..) => "_Number",
+        Slot::Image(_) | Slot::Profile(_) => "_Path",
+        Slot::Form(_) | Slot::ChannelMap(..) | Slot::DataMap(_) => "Variant",
+        Slot::Part(_) | Slot::OptionalPart(_) | Slot::Bumps(_) => "Mapping[str, Any]",
+        Slot::Normals(_) => "Variant | Mapping[str, Any]",
+        _ => "ArrayLike",
+    }
+}
+
+/// A class for a form, whose call has the form's fields as keywords.
+fn python_class(name: &str, fields: &[Field]) -> String {
+    let mut parameters = String::new();
+    for Field { name, aliases, required, slot, .. } in fields {
+        let default = if *required { "" } else { " = ..." };
+        for key in std::iter::once(name).chain(*aliases) {
+            parameters += &format!("        {key}: {}{default},\n", python_type(slot));
+        }
+    }
+    format!(
+        "\nclass _{name}(Variant):\n    def __call__(  # type: ignore[override]\n        self,\n        *,\n{parameters}    ) -> Variant: ...\n\n{name}: _{name}\n"
+    )
+}
+
+/// The end of the Python module's types: every form that its list names, with the fields of those that have a table.
+fn python_forms() -> String {
+    let mut classes = BTreeMap::new();
+    let forms: [&mut dyn Forms; 5] = [
+        &mut Shape::Sphere { radius_m: 1.0 },
+        &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() },
+        &mut Camera::Orthographic { height_m: 1.0 },
+        &mut PixelFilter::Box,
+        &mut AlphaMode::Opaque,
+    ];
+    for of in forms {
+        for (index, form) in of.names().iter().enumerate() {
+            of.set_form(index);
+            let fields = of.fields();
+            if fields.iter().any(|field| !field.name.is_empty()) {
+                classes.insert(*form, python_class(form, &fields));
+            }
+        }
+    }
+    classes.insert("BlinnPhong", python_class("BlinnPhong", &all_fields(&mut BlinnPhong::default())));
+    classes.insert("Principled", python_class("Principled", &all_fields(&mut Principled::default())));
+    let module = read("src/python/rayfront/__init__.py");
+    let (_, list) = module.split_once("_FORMS = \"\"\"").expect("the list of forms");
+    let names = list.split("\"\"\"").next().unwrap_or_default().split_whitespace();
+    names.map(|name| classes.remove(name).unwrap_or_else(|| format!("{name}: Variant\n"))).collect()
+}
+
+fn read(file: &str) -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("a file of ours")
+}
+
+/// Compares a file of ours with its generated contents, or writes it if `UPDATE` is set.
+#[track_caller]
+fn is_up_to_date(file: &str, new: &str) {
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join(file), new).expect("a file of ours");
+    } else {
+        assert!(read(file) == new, "{file} is not as the code: UPDATE=1 cargo test --lib as_the_code");
+    }
+}
+
+#[test]
+fn types_of_the_python_module_are_as_the_code() {
+    const MARK: &str = "# The forms of scene files, generated from their tables.\n";
+    let types = "src/python/rayfront/__init__.pyi";
+    let own = read(types);
+    let (own, _) = own.split_once(MARK).expect("the mark");
+    is_up_to_date(types, &format!("{own}{MARK}{}", python_forms()));
+}
+
 /// Compares the guide's tables, which extend from `<!-- fields of NAME -->` to the next empty line, with those of the
 /// code; writes them if `UPDATE` is set.
 #[test]
-fn tables_of_the_guide_are_those_of_the_code() {
-    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/README.md");
-    let old = std::fs::read_to_string(&guide).expect("the guide");
-    let mut new = old.clone();
+fn tables_of_the_guide_are_as_the_code() {
+    let guide = "scenes/README.md";
+    let mut new = read(guide);
     let forms: [(&str, &mut dyn Forms); 3] = [
         ("shapes", &mut Shape::Sphere { radius_m: 1.0 }),
         ("lights", &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() }),
@@ -181,12 +262,5 @@ fn tables_of_the_guide_are_those_of_the_code() {
         let end = new[start..].find("\n\n").map_or(new.len(), |length| start + length + 1);
         new.replace_range(start..end, &table);
     }
-    if std::env::var_os("UPDATE").is_some() {
-        std::fs::write(&guide, &new).expect("the guide");
-    } else {
-        assert!(
-            old == new,
-            "scenes/README.md is not as the code: UPDATE=1 cargo test --release tables_of_the_guide"
-        );
-    }
+    is_up_to_date(guide, &new);
 }
