@@ -559,8 +559,8 @@ fn unbiased_adaptive_renderings_can_be_split_into_parts() {
     assert!(rows.eq(crop), "the crop shows other pixels");
     // Killed midway and continued.
     let long = format!("{options} --spp 512");
-    let line = format!("{long} -o long.film --checkpoint 2ms --quiet");
-    stopped("-KILL", Duration::from_millis(30), &here, &line, "long.film");
+    let saved = format!("{long} -o long.film --checkpoint 2ms --quiet");
+    stopped("-KILL", Duration::from_millis(30), &here, &saved, "long.film");
     assert_eq!(here.hash("resume long.film"), here.hash(&format!("{long} -o other.film")));
     // A pilot of another rendering is refused.
     let other = line.replace("--seed 5", "--seed 6");
