@@ -24,7 +24,7 @@ pub fn with_keys(
     })?;
     let mut edited = text.to_owned();
     let mut changes: Vec<(usize, usize, String)> =
-        keys.iter().map(|(key, value)| change(text, raw, key, value)).collect();
+        keys.iter().map(|(key, value)| change(&source, text, raw, key, value)).collect();
     // From the end, so that earlier offsets stay valid.
     changes.sort_by_key(|(start, ..)| std::cmp::Reverse(*start));
     for (start, end, value) in changes {
@@ -34,14 +34,19 @@ pub fn with_keys(
 }
 
 /// The start and end of a key's value in the text, and its replacement. A missing key is inserted first.
-fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, String) {
+fn change<'a>(
+    source: &SceneText<'a>,
+    text: &str,
+    entity: Raw<'a>,
+    key: &str,
+    value: &str,
+) -> (usize, usize, String) {
     let place = |part: &str| scan::offset_of(text, part).unwrap_or(0);
-    for item in scan::items(entity.0) {
+    for item in source.values(entity.0) {
         if let Some((found, old)) = scan::key_and_value(item)
             && found == key
         {
-            let start = place(old);
-            return (start, start + length(old), value.to_owned());
+            return (place(old), end(source, text, old), value.to_owned());
         }
     }
     // Inserts the key after the opening parenthesis.
@@ -49,12 +54,12 @@ fn change(text: &str, entity: Raw, key: &str, value: &str) -> (usize, usize, Str
     (start, start, format!("{key}: {value}, "))
 }
 
-/// The length of a value (a name, parentheses, or both) without the blanks and comments after it.
-fn length(value: &str) -> usize {
+/// The end of a value (a name, brackets, or both) in the text, without the blanks and comments after it.
+fn end<'a>(source: &SceneText<'a>, text: &str, value: &'a str) -> usize {
     let (_, rest) = scan::split_identifier(value);
     let body = scan::skip_blank(rest);
-    let after = if body.starts_with('(') { scan::skip_brackets(body) } else { rest };
-    value.len() - after.len()
+    let after = if body.starts_with('(') { source.after_brackets(body) } else { rest };
+    scan::offset_of(text, after).unwrap_or(text.len())
 }
 
 #[cfg(test)]

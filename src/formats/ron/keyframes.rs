@@ -141,7 +141,7 @@ impl<'a> SceneText<'a> {
         }
         self.clock().asked.set(true);
         let body = self.variant(raw).and_then(|variant| variant.body).unwrap_or("()");
-        let (keys, between) = match super::scan::items(body)[..] {
+        let (keys, between) = match self.values(body).collect::<Vec<_>>()[..] {
             [keys] => (keys, Between::Linear),
             [keys, between] => (keys, self.choice(Raw(between), "interpolation", BETWEEN)?),
             _ => return Err(self.expected(raw, FORM)),

@@ -1,8 +1,9 @@
 //! Scene files in [RON](https://github.com/ron-rs/ron): a list of entities whose keys are their components. [`load`]
 //! reads them, [`save`] writes them.
 //!
-//! `ron` checks that the text is well formed (`source`). Values stay slices of the text until they are converted to
-//! components one by one (`value`, `lower`), so that every error has the line and column of its value.
+//! `ron` checks that the text is well formed (`source`), and one pass finds the spans of all values (`tree`). Values stay
+//! slices of the text until they are converted to components one by one (`value`, `lower`), so that every error has the
+//! line and column of its value.
 
 mod edit;
 mod keyframes;
@@ -12,6 +13,7 @@ mod scan;
 mod source;
 #[cfg(test)]
 mod tests;
+mod tree;
 mod value;
 mod write;
 

@@ -84,56 +84,6 @@ pub(super) fn find_unclosed(text: &str) -> Option<Unclosed> {
     open.pop()
 }
 
-/// The values between the brackets that `text` begins with, without leading blanks. Text after the closing bracket is
-/// ignored.
-pub(super) fn items(text: &str) -> Vec<&str> {
-    let mut items = Vec::new();
-    let (mut depth, mut offset, mut start) = (0_usize, 0, 0);
-    while offset < text.len() {
-        let (token, length) = token(&text[offset..]);
-        let (ends_item, next_depth) = match token {
-            BracketToken::Open(_) => (false, depth + 1),
-            BracketToken::Close(_) => (depth <= 1, depth.saturating_sub(1)),
-            BracketToken::Comma => (depth == 1, depth),
-            _ => (false, depth),
-        };
-        if depth == 0 && next_depth == 1 {
-            start = offset + length;
-        }
-        if ends_item {
-            let item = skip_blank(&text[start..offset]);
-            if !item.is_empty() {
-                items.push(item);
-            }
-            start = offset + length;
-        }
-        depth = next_depth;
-        offset += length;
-        if depth == 0 {
-            break;
-        }
-    }
-    items
-}
-
-/// The text after the brackets that `text` begins with.
-pub(super) fn skip_brackets(text: &str) -> &str {
-    let (mut depth, mut offset) = (0_usize, 0);
-    while offset < text.len() {
-        let (token, length) = token(&text[offset..]);
-        match token {
-            BracketToken::Open(_) => depth += 1,
-            BracketToken::Close(_) => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        offset += length;
-        if depth == 0 {
-            break;
-        }
-    }
-    &text[offset..]
-}
-
 /// Splits `key: value`; none if there is no colon.
 pub(super) fn key_and_value(item: &str) -> Option<(&str, &str)> {
     let (mut depth, mut offset) = (0_usize, 0);
@@ -153,7 +103,7 @@ pub(super) fn key_and_value(item: &str) -> Option<(&str, &str)> {
 }
 
 /// The tokens that matter for matching brackets.
-enum BracketToken {
+pub(super) enum BracketToken {
     /// An opening bracket, in quotes.
     Open(&'static str),
     /// A closing bracket: the opening bracket that it matches, in quotes.
@@ -166,7 +116,7 @@ enum BracketToken {
 }
 
 /// The token at the start of `text`, which must not be empty, and its length in bytes.
-fn token(text: &str) -> (BracketToken, usize) {
+pub(super) fn token(text: &str) -> (BracketToken, usize) {
     let literal = |length: Option<usize>, what| match length {
         Some(length) => (BracketToken::Other, length),
         None => (BracketToken::Unclosed(what), text.len()),
@@ -301,14 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn items_are_split_at_commas_outside_brackets_and_strings() {
-        assert_eq!(
-            items("(1, (2, 3) ,/* , */ \"4,)\", r#\"\"),\"#, ',' , br\"\\\",) // x"),
-            ["1", "(2, 3) ", "\"4,)\"", "r#\"\"),\"#", "',' ", "br\"\\\""]
-        );
-        assert!(items("( )").is_empty());
-        assert!(items("").is_empty());
-        assert!(items("5").is_empty());
+    fn keys_end_at_the_first_colon_outside_brackets_and_strings() {
         assert_eq!(key_and_value("\"a:b\" : (c: 1)"), Some(("\"a:b\"", "(c: 1)")));
         assert_eq!(key_and_value("(c: 1)"), None);
     }

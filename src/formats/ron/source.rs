@@ -1,8 +1,8 @@
 //! The text of a scene, and errors with line and column.
 //!
-//! `ron` parses the text once to check that it is well formed. After that, values are [`Raw`]: slices of the text,
-//! split only as far as the schema requires. Every error can thus be located by the slice of its value, and `ron` need
-//! not parse nested values twice, as it would with its own raw values.
+//! `ron` parses the text once to check that it is well formed, and [`BracketTree`] once to find the spans of its values.
+//! Values are [`Raw`]: slices of the text. Every error can thus be located by the slice of its value, and `ron` need not
+//! parse nested values twice, as it would with its own raw values.
 
 use std::cell::OnceCell;
 use std::path::Path;
@@ -13,6 +13,7 @@ use serde::de::{Deserialize, IgnoredAny};
 
 use super::keyframes::Clock;
 use super::scan;
+use super::tree::BracketTree;
 use crate::error::{LoadError, did_you_mean, meant};
 
 /// A value's text as in the file, without leading blanks.
@@ -34,6 +35,8 @@ pub(super) struct SceneText<'a> {
     path: &'a Path,
     options: ron::Options,
     clock: Clock,
+    /// The spans of the values.
+    tree: BracketTree,
     /// The byte offset of each line, once it is needed.
     line_starts: OnceCell<Vec<usize>>,
 }
@@ -47,6 +50,7 @@ impl<'a> SceneText<'a> {
             path,
             options,
             clock: Clock { time_s, ..Clock::default() },
+            tree: BracketTree::new(text),
             line_starts: OnceCell::new(),
         }
     }
@@ -67,10 +71,19 @@ impl<'a> SceneText<'a> {
         // Skips attributes, such as #![enable(implicit_some)].
         while rest.starts_with('#') {
             let Some(bracket) = rest.find('[') else { break };
-            let attribute = scan::skip_brackets(&rest[bracket..]);
-            rest = scan::skip_blank(attribute);
+            rest = scan::skip_blank(self.after_brackets(&rest[bracket..]));
         }
         Ok(Raw(rest))
+    }
+
+    /// The values between the brackets that a slice of the text begins with.
+    pub(super) fn values(&self, bracketed: &str) -> impl ExactSizeIterator<Item = &'a str> {
+        self.tree.values(self.text, bracketed)
+    }
+
+    /// The text after the brackets that a slice of the text begins with.
+    pub(super) fn after_brackets(&self, bracketed: &'a str) -> &'a str {
+        self.tree.after(self.text, bracketed).unwrap_or(bracketed)
     }
 
     /// The line and column of `place`, a slice of the text, both from 1, the column in characters.
@@ -139,7 +152,7 @@ impl<'a> SceneText<'a> {
     /// The keys and values of the structure `(key: value, …)`; messages call it `what`.
     pub(super) fn members(&self, body: &'a str, what: &str) -> Result<Vec<(&'a str, Raw<'a>)>, LoadError> {
         let mut members = Vec::new();
-        for item in scan::items(body) {
+        for item in self.values(body) {
             let (name, rest) = scan::split_identifier(item);
             let value = scan::skip_blank(rest).strip_prefix(':').map(scan::skip_blank);
             let Some(value) = value.filter(|_| !name.is_empty()) else {

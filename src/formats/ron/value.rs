@@ -108,15 +108,15 @@ impl<'a> SceneText<'a> {
 
     /// Exactly `N` values in parentheses; messages show the expected `form`.
     pub(super) fn tuple<const N: usize>(&self, raw: Raw<'a>, form: &str) -> Result<[Raw<'a>; N], LoadError> {
-        let mut elements = scan::items(raw.0).into_iter();
-        let is_structure = elements.as_slice().first().is_some_and(|first| {
+        let mut elements = self.values(raw.0).peekable();
+        let count = elements.len();
+        let is_structure = elements.peek().is_some_and(|first| {
             let (name, rest) = scan::split_identifier(first);
             !name.is_empty() && scan::skip_blank(rest).starts_with(':')
         });
         if !raw.0.starts_with('(') || is_structure {
             return Err(self.expected(raw, form));
         }
-        let count = elements.len();
         let values = std::array::from_fn(|_| Raw(elements.next().unwrap_or_default()));
         if count == N {
             return Ok(values);
@@ -130,7 +130,7 @@ impl<'a> SceneText<'a> {
         if !raw.0.starts_with('[') {
             return Err(self.expected(raw, &format!("{what} in square brackets")));
         }
-        Ok(scan::items(raw.0).into_iter().map(Raw).collect())
+        Ok(self.values(raw.0).map(Raw).collect())
     }
 
     /// The entries of a map in braces, in the file's order, equal keys included.
@@ -143,7 +143,7 @@ impl<'a> SceneText<'a> {
                 .ok_or_else(|| self.error(item, "expected a key, a colon and a value"))?;
             Ok((Raw(key), Raw(value)))
         };
-        scan::items(raw.0).into_iter().map(entry).collect()
+        self.values(raw.0).map(entry).collect()
     }
 
     /// `(x, y, z)`.
@@ -223,9 +223,12 @@ impl<'a> SceneText<'a> {
     /// The content of `Some(…)`, or the value itself; none for `None`.
     pub(super) fn optional(&self, raw: Raw<'a>) -> Option<Raw<'a>> {
         let (name, rest) = scan::split_identifier(raw.0);
-        match (name, scan::items(scan::skip_blank(rest)).as_slice()) {
-            ("None", _) => None,
-            ("Some", [inner]) => Some(Raw(inner)),
+        match name {
+            "None" => None,
+            "Some" => match self.values(scan::skip_blank(rest)).collect::<Vec<_>>()[..] {
+                [inner] => Some(Raw(inner)),
+                _ => Some(raw),
+            },
             _ => Some(raw),
         }
     }

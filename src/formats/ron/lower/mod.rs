@@ -34,10 +34,10 @@ struct Lowering<'s, 'a> {
 }
 
 /// Replaces the error for unknown fields if the file is a study, which has a title.
-fn as_study(error: LoadError, root: Raw) -> LoadError {
+fn as_study(source: &SceneText, error: LoadError, root: Raw) -> LoadError {
     let is_title = |item: &&str| scan::key_and_value(item).is_some_and(|(key, _)| key == "title");
     match error {
-        LoadError::At { file, line, column, .. } if scan::items(root.0).iter().any(is_title) => {
+        LoadError::At { file, line, column, .. } if source.values(root.0).any(|item| is_title(&item)) => {
             let reason = "this is a study, not a scene: rayfront study measures it".to_owned();
             LoadError::At { file, line, column, reason }
         }
@@ -49,7 +49,7 @@ fn as_study(error: LoadError, root: Raw) -> LoadError {
 pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let root = source.root()?;
     let [entities, settings, materials, edits] =
-        source.keys(root, "a scene", 1, SCENE).map_err(|error| as_study(error, root))?;
+        source.keys(root, "a scene", 1, SCENE).map_err(|error| as_study(source, error, root))?;
     let mut lowering = Lowering {
         source,
         world: World::default(),

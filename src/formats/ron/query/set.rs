@@ -10,6 +10,7 @@ use crate::error::{LoadError, did_you_mean, in_one_line};
 use crate::formats::AssetFiles;
 use crate::formats::ron::lower::reread::{Component, Names, reread, reread_settings};
 use crate::formats::ron::scan;
+use crate::formats::ron::tree::BracketTree;
 use crate::formats::ron::write::{component_text, settings_text};
 use crate::world::{MaterialId, World};
 
@@ -271,11 +272,11 @@ impl Statement<'_> {
         if self.path.is_empty() {
             return Ok(self.value.to_owned());
         }
-        let mut body = old;
+        let (tree, mut body) = (BracketTree::new(old), old);
         for (depth, name) in self.path.iter().enumerate() {
             let (_, rest) = scan::split_identifier(body);
             let brackets = scan::skip_blank(rest);
-            let found = scan::items(brackets).into_iter().find_map(|item| {
+            let found = tree.values(old, brackets).find_map(|item| {
                 scan::key_and_value(item).filter(|(key, _)| key == name).map(|(_, value)| value)
             });
             let is_last = depth + 1 == self.path.len();
@@ -295,8 +296,8 @@ impl Statement<'_> {
                     return Ok(format!("{}{name}: {new}, {}", &old[..=at], &old[at + 1..]));
                 }
                 None => {
-                    let keys: Vec<&str> = scan::items(brackets)
-                        .into_iter()
+                    let keys: Vec<&str> = tree
+                        .values(old, brackets)
                         .filter_map(|item| scan::key_and_value(item).map(|(key, _)| key))
                         .collect();
                     let hint = did_you_mean(name, keys.iter().copied());
@@ -333,8 +334,12 @@ impl Statement<'_> {
             return Ok(self.value.to_owned());
         }
         let numbers = |text: &str| -> Option<Vec<f64>> {
-            let items = if text.starts_with('(') { scan::items(text) } else { vec![text] };
-            items.into_iter().map(|item| item.trim().parse().ok()).collect()
+            match text.starts_with('(') {
+                true => {
+                    BracketTree::new(text).values(text, text).map(|item| item.trim().parse().ok()).collect()
+                }
+                false => Some(vec![text.trim().parse().ok()?]),
+            }
         };
         let Some(old) = numbers(old) else {
             return Err(self.error(self.value, "this changes numbers, and what is there is none: use ="));
