@@ -49,30 +49,48 @@ impl Subject {
 
 /// The change that fixes a problem: a text in which parts of a command line are marked.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Remedy(String);
+pub struct Remedy {
+    /// Plain text and parts of a command line in turn, plain text first.
+    parts: Vec<String>,
+}
 
 impl Remedy {
-    /// Creates a remedy from a text with parts of a command line in backticks: ``or `--env studio` ``.
-    fn marked(text: impl Into<String>) -> Remedy {
-        Remedy(text.into())
-    }
-
     /// The parts of a command line: one, or several to choose from, each with its words.
-    pub fn commands(&self) -> Vec<Vec<&str>> {
-        self.0.split('`').skip(1).step_by(2).map(|command| command.split_whitespace().collect()).collect()
+    pub fn commands(&self) -> Vec<Vec<String>> {
+        self.parts.iter().skip(1).step_by(2).map(|command| shell_words(command)).collect()
     }
 
     /// The text with each part of a command line replaced.
     pub fn with_commands(&self, replace: impl Fn(&str) -> String) -> String {
-        let parts = self.0.split('`').enumerate();
-        parts.map(|(at, part)| if at % 2 == 1 { replace(part) } else { part.to_owned() }).collect()
+        let parts = self.parts.iter().enumerate();
+        parts.map(|(at, part)| if at % 2 == 1 { replace(part) } else { part.clone() }).collect()
     }
 }
 
 impl Display for Remedy {
     fn fmt(&self, f: &mut Formatter) -> std::fmt::Result {
-        f.write_str(&self.0.replace('`', ""))
+        f.write_str(&self.parts.concat())
     }
+}
+
+/// Splits a command line at blanks outside of single quotes; a backslash outside of them takes the next character as it
+/// is.
+fn shell_words(line: &str) -> Vec<String> {
+    let (mut words, mut word, mut is_quoted) = (Vec::new(), None::<String>, false);
+    let mut rest = line.chars();
+    while let Some(c) = rest.next() {
+        match c {
+            '\'' => {
+                is_quoted = !is_quoted;
+                word.get_or_insert_default();
+            }
+            '\\' if !is_quoted => word.get_or_insert_default().extend(rest.next()),
+            c if c.is_whitespace() && !is_quoted => words.extend(word.take()),
+            c => word.get_or_insert_default().push(c),
+        }
+    }
+    words.extend(word);
+    words
 }
 
 impl Diagnostic {
@@ -103,9 +121,19 @@ impl Diagnostic {
         Diagnostic { subject: Some(subject), ..self }
     }
 
-    /// Adds a remedy, with parts of a command line in backticks.
+    /// Adds a remedy, with parts of a command line in backticks: ``or `--env studio` ``.
     pub(crate) fn fixed_by(self, remedy: impl Into<String>) -> Diagnostic {
-        Diagnostic { remedy: Some(Remedy::marked(remedy)), ..self }
+        let parts = remedy.into().split('`').map(str::to_owned).collect();
+        Diagnostic { remedy: Some(Remedy { parts }), ..self }
+    }
+
+    /// Adds a command line, whose words may contain any characters, and a text after it.
+    #[cfg_attr(
+        not(feature = "cli"),
+        allow(dead_code, reason = "only the program prints whole command lines")
+    )]
+    pub(crate) fn fixed_by_command(self, command: String, text: &str) -> Diagnostic {
+        Diagnostic { remedy: Some(Remedy { parts: vec![String::new(), command, text.to_owned()] }), ..self }
     }
 
     /// The whole line, `subject: text (remedy)`, with each part of a command line in the remedy replaced.
@@ -143,6 +171,10 @@ mod tests {
         let remedy = found.remedy.as_ref().unwrap();
         assert_eq!(remedy.commands(), [["--env", "studio"]]);
         assert_eq!(remedy.with_commands(|_| "env=\"studio\"".into()), "add one, or env=\"studio\"");
+        let command = "explain 'it'\\''s `a`.ron' 3,4".to_owned();
+        let shown = Diagnostic::warning("outlier", "a bright sample").fixed_by_command(command, " shows it");
+        assert_eq!(shown.to_string(), "a bright sample (explain 'it'\\''s `a`.ron' 3,4 shows it)");
+        assert_eq!(shown.remedy.unwrap().commands(), [["explain", "it's `a`.ron", "3,4"]]);
         let found = found.about(Subject::named("lamp\n"));
         assert!(found.to_string().starts_with("lamp\\n: there is no light"));
     }

@@ -42,14 +42,15 @@ fn error_of(error: &rayfront::error::CompileError) -> Diagnostic {
 }
 
 /// True if a part of a command line can be typed, perhaps with a value.
-fn is_typed(words: &[&str]) -> bool {
+fn is_typed(words: &[String]) -> bool {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let start = match words[0] {
         "rayfront" => vec![],
         _ => vec!["rayfront", "scene.ron"],
     };
     let ends = [&[][..], &["1"], &["scene.ron"]];
     ends.into_iter().any(|end| {
-        let line = [&start[..], words, end].concat();
+        let line = [&start[..], &words, end].concat();
         understands(&line.into_iter().map(str::to_owned).collect::<Vec<_>>()).is_ok()
     })
 }

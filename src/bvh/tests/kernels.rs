@@ -5,7 +5,7 @@ use super::*;
 /// The arrangement of the rays of a queue.
 #[derive(Clone, Copy, Debug)]
 enum Arrangement {
-    /// Of all kinds that break careless code.
+    /// Rays of all kinds that break careless code.
     Mixed,
     FromOnePoint,
     ToOnePoint,

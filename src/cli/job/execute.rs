@@ -228,7 +228,7 @@ fn faults(
             is_moved: false,
         };
         let replay = command_line::of_explain(&recipe, outlier.pixel, outlier.sample);
-        Diagnostic::warning("outlier", outlier.to_string()).fixed_by(format!("`{replay}` shows its path"))
+        Diagnostic::warning("outlier", outlier.to_string()).fixed_by_command(replay, " shows its path")
     });
     let finding = check::of_image(session.setup(), &shown, told);
     finding.into_iter().chain(outliers).collect()

@@ -28,11 +28,14 @@ use crate::memory;
 use crate::world::World;
 
 /// The memory that reading takes for each byte of text, in bytes.
-const BYTES_OF_TEXT: u64 = 16;
+const BYTES_OF_TEXT: u64 = 32;
 
 /// Reads the scene file at `path` and, through `files`, the meshes and images that it names.
 pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let bytes = files.read(path)?;
+    if u32::try_from(bytes.len()).is_err() {
+        return Err(LoadError::too_large(path, "a scene file must be smaller than 4 GiB"));
+    }
     let _claim = memory::reserve("what it says", BYTES_OF_TEXT * bytes.len() as u64)
         .map_err(LoadError::shortage(path))?;
     match std::str::from_utf8(&bytes) {

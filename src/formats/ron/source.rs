@@ -35,10 +35,10 @@ pub(super) struct SceneText<'a> {
     path: &'a Path,
     options: ron::Options,
     clock: Clock,
-    /// The spans of the values.
-    tree: BracketTree,
+    /// The spans of the values, once the text is known to be well formed.
+    tree: OnceCell<BracketTree>,
     /// The byte offset of each line, once it is needed.
-    line_starts: OnceCell<Vec<usize>>,
+    line_starts: OnceCell<Vec<u32>>,
 }
 
 impl<'a> SceneText<'a> {
@@ -50,7 +50,7 @@ impl<'a> SceneText<'a> {
             path,
             options,
             clock: Clock { time_s, ..Clock::default() },
-            tree: BracketTree::new(text),
+            tree: OnceCell::new(),
             line_starts: OnceCell::new(),
         }
     }
@@ -78,23 +78,29 @@ impl<'a> SceneText<'a> {
 
     /// The values between the brackets that a slice of the text begins with.
     pub(super) fn values(&self, bracketed: &str) -> impl ExactSizeIterator<Item = &'a str> {
-        self.tree.values(self.text, bracketed)
+        self.tree().values(self.text, bracketed)
     }
 
     /// The text after the brackets that a slice of the text begins with.
     pub(super) fn after_brackets(&self, bracketed: &'a str) -> &'a str {
-        self.tree.after(self.text, bracketed).unwrap_or(bracketed)
+        self.tree().after(self.text, bracketed).unwrap_or(bracketed)
+    }
+
+    fn tree(&self) -> &BracketTree {
+        self.tree.get_or_init(|| BracketTree::new(self.text))
     }
 
     /// The line and column of `place`, a slice of the text, both from 1, the column in characters.
     pub(super) fn position(&self, place: &str) -> (usize, usize) {
         let offset = scan::offset_of(self.text, place).unwrap_or(0);
         let starts = self.line_starts.get_or_init(|| {
-            let after_newlines = self.text.match_indices('\n').map(|(newline, _)| newline + 1);
-            std::iter::once(0).chain(after_newlines).collect()
+            let mut starts = Vec::with_capacity(1 + self.text.bytes().filter(|byte| *byte == b'\n').count());
+            starts.push(0);
+            starts.extend(self.text.match_indices('\n').map(|(newline, _)| newline as u32 + 1));
+            starts
         });
-        let line = starts.partition_point(|start| *start <= offset);
-        (line, self.text[starts[line - 1]..offset].chars().count() + 1)
+        let line = starts.partition_point(|start| *start as usize <= offset);
+        (line, self.text[starts[line - 1] as usize..offset].chars().count() + 1)
     }
 
     /// An error at `place`, a slice of the text.
