@@ -13,7 +13,7 @@ const SIZE: [u32; 2] = [128, 96];
 const SAMPLES: u32 = 4;
 
 fn at(translation: Vec3) -> Transform {
-    Transform::Trs { translation, rotation: Quat::IDENTITY, scale: Vec3::ONE }
+    Transform::Trs { translation: translation.as_dvec3(), rotation: Quat::IDENTITY, scale: Vec3::ONE }
 }
 
 fn open_stage() -> Stage {

@@ -31,7 +31,11 @@ fn flake() -> CompiledScene {
     let mut stage = Stage::new([SIDE, SIDE], 1);
     let plain = stage.material(matte(grey(0.8)));
     for (translation, radius_m) in common::sphereflake(4) {
-        let transform = Transform::Trs { translation, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+        let transform = Transform::Trs {
+            translation: translation.as_dvec3(),
+            rotation: Quat::IDENTITY,
+            scale: Vec3::ONE,
+        };
         stage.shape(Shape::Sphere { radius_m }, transform, plain);
     }
     stage.ground(-1.0, plain);

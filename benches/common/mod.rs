@@ -167,7 +167,7 @@ pub fn look(from: Vec3, to: Vec3) -> Transform {
     let right = rotation * Vec3::X;
     let level = (to - from).cross(Vec3::Y).normalize_or(right);
     let rotation = Quat::from_rotation_arc(right, level) * rotation;
-    Transform::Trs { translation: from, rotation, scale: Vec3::ONE }
+    Transform::Trs { translation: from.as_dvec3(), rotation, scale: Vec3::ONE }
 }
 
 /// A material with a diffuse colour.

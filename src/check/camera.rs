@@ -47,7 +47,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
             "tiny-scene",
             None,
             format!("everything is smaller than two pixels: the scene is {size:.1e} m across"),
-            format!("move the camera nearer to {}", text(scene.bounds.center())),
+            format!("move the camera nearer to {}", text(checked, scene.bounds.center())),
         ));
         return;
     }
@@ -111,8 +111,9 @@ fn is_in_the_image(checked: &Checked) -> bool {
     is_seen(bounds.center()) || (0..8).map(corner).any(is_seen)
 }
 
-/// Formats a point as in a scene file.
-fn text(v: Vec3) -> String {
+/// Formats a place in the scene as in a scene file.
+fn text(checked: &Checked, place: Vec3) -> String {
+    let v = checked.scene.in_world(place);
     format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z)
 }
 
@@ -130,7 +131,7 @@ fn sees_nothing(checked: &Checked) -> Diagnostic {
     finding(
         "nothing-in-view",
         None,
-        format!("the camera sees nothing: everything is {where_to}, about {}", text(center)),
-        format!("transform: LookAt(from: {}, to: {})", text(from), text(center)),
+        format!("the camera sees nothing: everything is {where_to}, about {}", text(checked, center)),
+        format!("transform: LookAt(from: {}, to: {})", text(checked, from), text(checked, center)),
     )
 }

@@ -75,7 +75,8 @@ pub(super) fn check(checked: &Checked, all: bool, findings: &mut Vec<Diagnostic>
 fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
     let Checked { world, scene, .. } = checked;
     let order = world.in_order();
-    let transforms = transforms::to_world(world, &order).ok()?;
+    let mut transforms = transforms::to_world(world, &order).ok()?;
+    transforms::relative_to(&mut transforms, scene.origin);
     let sheets = thin_sheets(world, &order, &transforms);
     let reach = |id: MaterialId| {
         let medium = scene.materials.get(id.0 as usize).map_or(Medium::CLEAR, |record| record.medium);
@@ -107,7 +108,7 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
             continue;
         }
         left = left.checked_sub(triangles.len())?;
-        let matrix = &transforms[&entity];
+        let matrix = &transforms::placement(world, &shape, &transforms[&entity]);
         let mirrored = matrix.matrix3.determinant() < 0.0;
         let place = |vertex: u32| transforms::point(matrix, positions[vertex as usize]);
         let edges = MeshEdges::of(&positions, triangles.iter().copied());

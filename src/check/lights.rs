@@ -4,7 +4,7 @@ use super::probes::{Met, ProbeTracer, directions};
 use super::{Checked, finding};
 use crate::compile::{emits, no_light};
 use crate::error::{Diagnostic, words};
-use crate::math::{DAffine3, Rgb, Vec3};
+use crate::math::{DAffine3, DVec3, Rgb, Vec3};
 use crate::scene::material::Coverage;
 use crate::world::{Light, Transport, transforms};
 
@@ -41,7 +41,8 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
             "`--transport path`, or add an entity with light: Point(power_w: 100)",
         ));
     }
-    let Ok(placed) = transforms::to_world(world, &world.in_order()) else { return };
+    let Ok(mut placed) = transforms::to_world(world, &world.in_order()) else { return };
+    transforms::relative_to(&mut placed, scene.origin);
     let mut tracer = ProbeTracer::to_lights(scene);
     let mut query = world.entities.query::<(hecs::Entity, &Light)>();
     let mut lamps: Vec<_> = query.iter().collect();
@@ -127,7 +128,7 @@ impl PlacedLight {
         if met.iter().all(Option::is_none) {
             let to = checked.scene.bounds.center() - self.place;
             let what = "it shines past everything";
-            let (x, y, z) = (to + self.place).into();
+            let DVec3 { x, y, z } = checked.scene.in_world(to + self.place);
             // A light that emits into all directions emits towards the scene, if from afar.
             let aims = self.cos_limit > -1.0;
             return (aims && (to.dot(self.axis) <= 0.0 || is_dark)).then(|| {

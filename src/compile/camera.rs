@@ -16,24 +16,31 @@ pub fn camera_names(world: &World) -> Vec<String> {
     cameras.map(|e| world.name_of(e)).collect()
 }
 
-pub(super) fn compile(
+/// Returns the camera entity with a name, or the first one.
+pub(super) fn find(
     world: &World,
     order: &[Entity],
-    transforms: &WorldTransforms,
     name: Option<&str>,
-) -> Result<(CompiledCamera, Option<Aperture>), CompileError> {
+) -> Result<(Entity, world::Camera), CompileError> {
     let mut cameras = order.iter().filter_map(|&entity| {
         let camera = world.entities.get::<&world::Camera>(entity).ok()?;
         Some((entity, *camera))
     });
-    let found = match name {
-        None => cameras.next().ok_or(CompileError::NoCamera)?,
+    match name {
+        None => cameras.next().ok_or(CompileError::NoCamera),
         Some(name) => cameras.find(|(entity, _)| world.name_of(*entity) == name).ok_or_else(|| {
             let known = camera_names(world);
             let known = if known.is_empty() { "none".into() } else { known.join(", ") };
             CompileError::UnknownCamera { name: name.into(), known }
-        })?,
-    };
+        }),
+    }
+}
+
+pub(super) fn compile(
+    world: &World,
+    transforms: &WorldTransforms,
+    found: (Entity, world::Camera),
+) -> Result<(CompiledCamera, Option<Aperture>), CompileError> {
     let matrix = &transforms[&found.0];
     // Only position and direction count; a scale would otherwise change the angle of view.
     let forward = direction(matrix, Vec3::NEG_Z);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::memo::Memo;
 use super::{
     camera, contacts, emitters, environment, geometry, ineffective_values, lights, materials, misplaced,
-    open_surfaces, textures, unsupported_by_transport, validate,
+    open_surfaces, origin, textures, unsupported_by_transport, validate,
 };
 use crate::bvh::Bvh;
 use crate::error::CompileError;
@@ -51,8 +51,11 @@ pub fn compile_after(
     let order = world.in_order();
     misplaced::check(world)?;
     validate::check(world, &order)?;
-    let transforms = transforms::to_world(world, &order)?;
-    let (camera, aperture) = camera::compile(world, &order, &transforms, camera)?;
+    let mut transforms = transforms::to_world(world, &order)?;
+    let found = camera::find(world, &order, camera)?;
+    let origin = origin::choose(world, &order, &transforms, &transforms[&found.0]);
+    transforms::relative_to(&mut transforms, origin);
+    let (camera, aperture) = camera::compile(world, &transforms, found)?;
     let textures_before = before.map(|before| &before.textures);
     let textures =
         Memo::reuse_or_make(textures_before, textures::TextureInputs::new(&world.assets), |inputs| {
@@ -104,6 +107,7 @@ pub fn compile_after(
     )?;
     let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
     let mut scene = CompiledScene {
+        origin,
         camera,
         aperture,
         geometry: joined,
@@ -277,8 +281,8 @@ mod tests {
                 let mesh = Mesh { positions, uvs, triangles: vec![[0, 1, 2]], ..Mesh::default() };
                 world.assets.add_made_mesh(mesh)
             });
-            let at = |x: f32| Transform::Trs {
-                translation: Vec3::new(x, 0.0, 0.0),
+            let at = |x: f64| Transform::Trs {
+                translation: crate::math::DVec3::new(x, 0.0, 0.0),
                 rotation: crate::math::Quat::IDENTITY,
                 scale: Vec3::ONE,
             };

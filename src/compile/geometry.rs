@@ -24,7 +24,9 @@ use crate::error::CompileError;
 use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec3};
 use crate::memory::{self, Reservation};
 use crate::scene::{CompiledScene, Geometry, Part};
-use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
+use crate::world::transforms::{
+    WorldTransforms, entity_error, normal_matrix, placement, point, uniform_scale,
+};
 use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
 
 /// The compiled shapes.
@@ -100,7 +102,7 @@ impl GeometryInputs {
                 // A plane's corners may go around either way: it is a sheet, visible from both sides.
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
             }
-            let (shape, matrix) = ((*shape).clone(), transforms[&entity]);
+            let (shape, matrix) = ((*shape).clone(), placement(world, &shape, &transforms[&entity]));
             shapes.push(PlacedShape { entity: entity.id(), shape, matrix, material, replaced });
         }
         let settings = &world.settings;

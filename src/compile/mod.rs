@@ -15,6 +15,7 @@ mod materials;
 mod memo;
 mod misplaced;
 mod open_surfaces;
+mod origin;
 mod photometric;
 mod shape_meshes;
 mod sky;

@@ -12,7 +12,7 @@ use crate::math::{DAffine3, Vec3};
 use crate::world::boundary::{
     JoinedSurfaces, MOST_TESTED, MeshEdges, area, inside, is_crack, joined, six_volumes,
 };
-use crate::world::transforms::{WorldTransforms, point};
+use crate::world::transforms::{WorldTransforms, placement, point};
 use crate::world::{Material, MaterialId, Mesh, Shape, World};
 
 /// The winding number below which a surface is a sheet: half-way between those of a flat surface and of a body.
@@ -100,7 +100,7 @@ impl OpenSurfaceInputs {
             ids.sort_unstable();
             ids.dedup();
             let materials: Vec<_> = ids.into_iter().filter_map(|id| Some((id, glass(id)?))).collect();
-            let (name, matrix) = (world.name_of(entity), transforms[&entity]);
+            let (name, matrix) = (world.name_of(entity), placement(world, &shape, &transforms[&entity]));
             let surface = GlassSurface { entity: entity.id(), name, corners, matrix, materials, own };
             Some(surface).filter(|surface| !surface.materials.is_empty())
         };
@@ -350,7 +350,7 @@ mod tests {
         for (triangles, scale) in shapes {
             let id = world.assets.add_mesh(mesh(triangles));
             let (translation, rotation) = (Vec3::X, Quat::from_rotation_z(0.3));
-            let place = Transform::Trs { translation, rotation, scale: *scale };
+            let place = Transform::Trs { translation: translation.as_dvec3(), rotation, scale: *scale };
             world.entities.spawn((Shape::Mesh(id), glass, place));
         }
         world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 },));

@@ -80,6 +80,7 @@ pub fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
     let Mesh {
         name: _,
         source: _,
+        origin,
         positions,
         normals,
         uvs,
@@ -90,6 +91,9 @@ pub fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
         triangles,
         triangle_materials,
     } = mesh;
+    if !origin.is_finite() {
+        return Err("its origin must be finite".to_owned());
+    }
     let vertices = positions.len();
     let columns = [
         ("normals", normals.len(), vertices),

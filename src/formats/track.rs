@@ -17,7 +17,7 @@ pub(super) struct Track {
     /// The times of the keys in seconds, ascending; at least one.
     pub times: Vec<f32>,
     /// For each time `width` values; with tangents, three times as many: incoming tangent, value, outgoing tangent.
-    pub values: Vec<f32>,
+    pub values: Vec<f64>,
     /// The number of components of a value.
     pub width: usize,
     /// The interpolation between the keys.
@@ -27,10 +27,10 @@ pub(super) struct Track {
 impl Track {
     /// Makes a track of values without tangents. These are chosen so that a value between two keys never lies beyond
     /// either (Fritsch and Butland 1984, "A method for constructing local monotone piecewise cubic interpolants").
-    pub fn smooth(times: Vec<f32>, values: &[f32], width: usize) -> Track {
+    pub fn smooth(times: Vec<f32>, values: &[f64], width: usize) -> Track {
         let last = times.len() - 1;
         let slope = |key: usize, i: usize| {
-            (values[(key + 1) * width + i] - values[key * width + i]) / (times[key + 1] - times[key])
+            (values[(key + 1) * width + i] - values[key * width + i]) / f64::from(times[key + 1] - times[key])
         };
         let tangent = |key: usize, i: usize| {
             if key == 0 || key == last {
@@ -40,7 +40,7 @@ impl Track {
             if before * after <= 0.0 {
                 return 0.0;
             }
-            let (left, right) = (times[key] - times[key - 1], times[key + 1] - times[key]);
+            let [left, right] = [times[key] - times[key - 1], times[key + 1] - times[key]].map(f64::from);
             let weight = (left + 2.0 * right) / (3.0 * (left + right));
             before * after / (weight * after + (1.0 - weight) * before)
         };
@@ -54,7 +54,7 @@ impl Track {
     }
 
     /// The values at a time: before the first key and after the last one, theirs. `turns` is true for rotations.
-    pub fn value(&self, time: f32, turns: bool) -> Vec<f32> {
+    pub fn value(&self, time: f32, turns: bool) -> Vec<f64> {
         let cubic = self.interpolation == Interpolation::Cubic;
         let parts = if cubic { 3 } else { 1 };
         let part = |key: usize, part: usize| {
@@ -68,8 +68,9 @@ impl Track {
         if before == last || self.interpolation == Interpolation::Step {
             return part(before, middle).to_vec();
         }
-        let span = self.times[after] - self.times[before];
-        let t = (time - self.times[before]) / span;
+        let [start, end] = [before, after].map(|key| f64::from(self.times[key]));
+        let span = end - start;
+        let t = (f64::from(time) - start) / span;
         let (a, b) = (part(before, middle), part(after, middle));
         if cubic {
             let (leaving, arriving) = (part(before, 2), part(after, 0));
@@ -95,14 +96,12 @@ impl Track {
 }
 
 /// Interpolates between two unit quaternions along the shorter arc, at constant speed.
-fn slerp(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
-    let [a, mut b] = [a, b].map(|q| q.map(f64::from));
+fn slerp(a: [f64; 4], mut b: [f64; 4], t: f64) -> [f64; 4] {
     let mut cosine: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
     if cosine < 0.0 {
         cosine = -cosine;
         b = b.map(|c| -c);
     }
-    let t = f64::from(t);
     // For nearly equal ones the sine would be 0.
     let (from, to) = if cosine > 0.9995 {
         (1.0 - t, t)
@@ -111,14 +110,14 @@ fn slerp(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
         let sine = libm::sin(angle);
         (libm::sin((1.0 - t) * angle) / sine, libm::sin(t * angle) / sine)
     };
-    std::array::from_fn(|i| (a[i] * from + b[i] * to) as f32)
+    std::array::from_fn(|i| a[i] * from + b[i] * to)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn track(interpolation: Interpolation, values: &[f32]) -> Track {
+    fn track(interpolation: Interpolation, values: &[f64]) -> Track {
         Track { times: vec![1.0, 3.0], values: values.to_vec(), width: 1, interpolation }
     }
 
@@ -138,9 +137,9 @@ mod tests {
 
     #[test]
     fn turns_take_the_shorter_way() {
-        let half = std::f32::consts::FRAC_1_SQRT_2;
+        let half = std::f64::consts::FRAC_1_SQRT_2;
         let [x, y, z, w] = slerp([0.0, 0.0, 0.0, 1.0], [0.0, 0.0, -half, -half], 0.5);
-        let eighth = std::f32::consts::FRAC_PI_8;
+        let eighth = std::f64::consts::FRAC_PI_8;
         assert!(x == 0.0 && y == 0.0 && (z - eighth.sin()).abs() < 1e-6 && (w - eighth.cos()).abs() < 1e-6);
     }
 

@@ -30,6 +30,15 @@ impl RayBatch {
         self.t_max.push(t_max);
     }
 
+    /// Moves all rays so that `origin`, a point of theirs, lies at (0, 0, 0).
+    #[cfg(feature = "cli")]
+    pub(crate) fn relative_to(&mut self, origin: crate::math::DVec3) {
+        for axis in 0..3 {
+            let moved = |value: &mut f32| *value = (f64::from(*value) - origin[axis]) as f32;
+            self.origin[axis].iter_mut().for_each(moved);
+        }
+    }
+
     /// The number of rays.
     pub fn len(&self) -> usize {
         self.t_max.len()

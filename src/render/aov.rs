@@ -8,7 +8,7 @@ use super::{RenderState, Session};
 use crate::denoise::{Denoised, Noisy, denoise};
 use crate::film::{Features, FilmChannel, Values};
 use crate::integrator::schedule::wavefront::first_hits::FirstHits;
-use crate::math::Rgb;
+use crate::math::{Rgb, Vec3};
 use crate::scene::CompiledScene;
 use crate::world::Aov;
 
@@ -63,6 +63,13 @@ impl Session {
         aovs.iter().flat_map(|aov| self.channels_of(*aov, &features)).collect()
     }
 
+    /// The mean position of hits in world space; 0 without hits.
+    fn place(&self, features: &Features) -> [f32; 3] {
+        let position = Vec3::from_array(features.position);
+        let is_hit = features.coverage > 0.0;
+        if is_hit { self.scene().in_world(position).as_vec3().to_array() } else { features.position }
+    }
+
     fn channels_of(&self, aov: Aov, features: &[Features]) -> Vec<FilmChannel> {
         let floats = |name, of: &dyn Fn(&Features) -> f32| FilmChannel {
             name,
@@ -85,9 +92,9 @@ impl Session {
                 floats("albedo.B", &|f| f.albedo.b),
             ],
             Aov::Position => vec![
-                floats("position.X", &|f| f.position[0]),
-                floats("position.Y", &|f| f.position[1]),
-                floats("position.Z", &|f| f.position[2]),
+                floats("position.X", &|f| self.place(f)[0]),
+                floats("position.Y", &|f| self.place(f)[1]),
+                floats("position.Z", &|f| self.place(f)[2]),
             ],
             Aov::Entity => vec![ids("entity.id", &|f| f.entity)],
             // A material has one id, whichever of its records a surface uses.

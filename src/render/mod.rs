@@ -3,13 +3,13 @@
 //! ```
 //! use rayfront::render::{Options, Session};
 //! use rayfront::world::{Camera, Light, Falloff, Shape, World, Transform};
-//! use rayfront::math::{Quat, Rgb, Vec3};
+//! use rayfront::math::{DVec3, Quat, Rgb, Vec3};
 //!
 //! let mut world = World::default();
 //! world.settings.size = [32, 32];
 //! world.settings.samples = 4;
 //! let at = |x, y, z| Transform::Trs {
-//!     translation: Vec3::new(x, y, z), rotation: Quat::IDENTITY, scale: Vec3::ONE,
+//!     translation: DVec3::new(x, y, z), rotation: Quat::IDENTITY, scale: Vec3::ONE,
 //! };
 //! world.entities.spawn((Camera::Pinhole { vertical_fov: 0.8 }, at(0.0, 0.0, 5.0)));
 //! world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, Transform::IDENTITY));

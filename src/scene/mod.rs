@@ -20,7 +20,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::bvh::{AnyHitFilter, Bvh, Stack, closest_ray};
 use crate::error::Diagnostic;
-use crate::math::{Aabb, NONE, Ray, Rgb, Vec3, Vector};
+use crate::math::{Aabb, DVec3, NONE, Ray, Rgb, Vec3, Vector};
 use crate::simd::Isa;
 pub use bodies::Bodies;
 pub use camera::{Aperture, CompiledCamera, Projection};
@@ -38,6 +38,10 @@ pub use textures::Textures;
 /// behind pointers, so clones are cheap.
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
+    /// The point of world space that all positions of the scene are relative to: (0, 0, 0) unless shapes are far from
+    /// there.
+    #[doc(hidden)]
+    pub origin: DVec3,
     /// The camera.
     #[doc(hidden)]
     pub camera: CompiledCamera,
@@ -115,6 +119,11 @@ impl SceneMemory {
 }
 
 impl CompiledScene {
+    /// Returns a position of the scene in world space.
+    pub(crate) fn in_world(&self, position: Vec3) -> DVec3 {
+        self.origin + position.as_dvec3()
+    }
+
     /// The id of the material that a record belongs to.
     pub(crate) fn material_id(&self, record: u32) -> u32 {
         let own = self.materials.len() - self.sheets.len();
@@ -215,8 +224,9 @@ impl CompiledScene {
     /// The name of the first part that differs from another scene in any bit. Slow.
     #[doc(hidden)]
     pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
-        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 20] {
+        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 21] {
             [
+                ("the origin", &of.origin),
                 ("the camera", &of.camera),
                 ("its aperture", &of.aperture),
                 ("geometry", &of.geometry),

@@ -13,7 +13,7 @@ use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::RenderSetup;
 use crate::integrator::setup::reuse_groups::ReuseGroups;
-use crate::math::Vec3;
+use crate::math::{DVec3, Vec3};
 use crate::memory;
 use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, Recipe};
@@ -281,16 +281,16 @@ impl LiveScene {
         let usual = if to_middle > 0.01 * size { to_middle } else { size };
         let axes = [scene.camera.right, scene.camera.up, scene.camera.forward].map(|axis| axis.as_dvec3());
         let camera = self.authored.camera.unwrap_or(Camera::Pinhole { vertical_fov: 1.0 });
-        OrbitCamera::new(scene.camera.origin.as_dvec3(), axes, camera, f64::from(ahead.unwrap_or(usual)))
+        OrbitCamera::new(scene.in_world(scene.camera.origin), axes, camera, f64::from(ahead.unwrap_or(usual)))
     }
 
     /// The depth of the first hit in a pixel along the camera's axis, and its position; none if nothing is hit.
-    pub fn depth(&self, [x, y]: [u32; 2]) -> Option<(f32, Vec3)> {
+    pub fn depth(&self, [x, y]: [u32; 2]) -> Option<(f32, DVec3)> {
         let region = crate::film::Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
         let options = Options { region: Some(region), ..Options::default() };
         let features = Session::of(self.setup(), 1, options).features();
         let first = features.first().filter(|features| features.coverage > 0.0)?;
-        Some((first.depth_m, Vec3::from_array(first.position)))
+        Some((first.depth_m, self.compiled.scene.in_world(Vec3::from_array(first.position))))
     }
 
     /// Moves the camera; it counts as moved by hand.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::math::{Rgb, Vec2, Vec3, Vec4};
+use crate::math::{DVec3, Rgb, Vec2, Vec3, Vec4};
 
 use super::material::Material;
 use super::source_files::SourceFiles;
@@ -119,7 +119,9 @@ pub struct Mesh {
     pub name: String,
     /// The file it was read from, if any; a saved scene refers to it.
     pub source: Option<PathBuf>,
-    /// Vertex positions in metres.
+    /// The point that positions are relative to, in metres: meshes far from (0, 0, 0) keep their details.
+    pub origin: DVec3,
+    /// Vertex positions in metres, relative to [`Mesh::origin`].
     pub positions: Vec<Vec3>,
     /// Shading normals, one per vertex, or empty for flat shading. They need not be of unit length; a zero normal means
     /// flat shading at that vertex.
@@ -158,7 +160,7 @@ impl Mesh {
 
     /// A hash of all of the mesh.
     pub(crate) fn hash(&self) -> u128 {
-        let Self { name, source, positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
+        let Self { name, source, origin, positions, normals, uvs, uvs1, tangents, colors, alphas, .. } = self;
         let mut hasher = Xxh3::new();
         let mut column = |bytes: &[u8]| {
             hasher.update(&bytes.len().to_le_bytes());
@@ -168,6 +170,7 @@ impl Mesh {
         column(source.as_deref().map_or(&[], |path| path.as_os_str().as_encoded_bytes()));
         let colors: Vec<[f32; 3]> = colors.iter().map(|color| color.to_array()).collect();
         let materials: Vec<u32> = self.triangle_materials.iter().map(|id| id.0).collect();
+        column(bytemuck::cast_slice(&origin.to_array()));
         column(bytemuck::cast_slice(positions));
         column(bytemuck::cast_slice(normals));
         column(bytemuck::cast_slice(uvs));

@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use crate::math::{DMat3, DQuat, Mat4, Quat, Rgb, Vec2, Vec3};
+use crate::math::{DAffine3, DMat3, DQuat, DVec3, Quat, Rgb, Vec2, Vec3};
 
 use super::assets::{ImageId, MaterialId, MeshId, TextureId};
 use super::fields::{Range, forms, radians};
@@ -45,21 +45,21 @@ pub struct Parent(pub hecs::Entity);
 pub enum Transform {
     /// A scale, then a rotation, then a translation.
     Trs {
-        /// In metres.
-        translation: Vec3,
+        /// In metres. Double precision places things exactly, however far from the origin.
+        translation: DVec3,
         /// A unit quaternion.
         rotation: Quat,
         /// A factor for each axis; may be negative, but not zero.
         scale: Vec3,
     },
-    /// An affine matrix (last row 0 0 0 1) that can be inverted.
-    Matrix(Mat4),
+    /// An affine matrix that can be inverted.
+    Matrix(DAffine3),
 }
 
 impl Transform {
     /// The identity transform.
     pub const IDENTITY: Transform =
-        Transform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+        Transform::Trs { translation: DVec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
 
     /// Returns the transform that places the origin at `from` (in metres), with −Z towards `to` and +Y as close to `up`
     /// as that allows; `up` may have any length.
@@ -68,10 +68,10 @@ impl Transform {
     ///
     /// [`LookAtFault::SamePoint`] if `from` equals `to`, [`LookAtFault::NoUp`] if `up` is zero, and
     /// [`LookAtFault::Parallel`] if the sine of the angle between `up` and the direction of view is below 10⁻⁶.
-    pub fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Result<Transform, LookAtFault> {
+    pub fn look_at(from: DVec3, to: DVec3, up: Vec3) -> Result<Transform, LookAtFault> {
         /// The sine of the angle below which two directions count as parallel.
         const PARALLEL: f64 = 1e-6;
-        let backward = from.as_dvec3() - to.as_dvec3();
+        let backward = from - to;
         if from == to {
             return Err(LookAtFault::SamePoint);
         }

@@ -15,6 +15,7 @@ pub(crate) mod components;
 pub(crate) mod fields;
 pub(crate) mod material;
 pub(crate) mod orbit_camera;
+pub(crate) mod origin;
 pub(crate) mod settings;
 pub(crate) mod source_files;
 pub(crate) mod transforms;

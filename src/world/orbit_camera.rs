@@ -20,9 +20,9 @@ pub struct OrbitCamera {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// The position, in metres.
-    pub from: Vec3,
+    pub from: DVec3,
     /// The point that it looks at.
-    pub to: Vec3,
+    pub to: DVec3,
     /// The up vector; +Y unless the camera is tilted.
     pub up: Vec3,
 }
@@ -122,8 +122,8 @@ impl OrbitCamera {
     }
 
     /// Sets the pivot, and focuses on it.
-    pub fn focus(&mut self, point: Vec3) {
-        self.pivot = point.as_dvec3();
+    pub fn focus(&mut self, point: DVec3) {
+        self.pivot = point;
         let depth = self.depth() as f32;
         if let Camera::ThinLens { focus_distance_m, .. } = &mut self.camera {
             *focus_distance_m = rounded(f64::from(depth), f64::from(depth)) as f32;
@@ -161,7 +161,7 @@ impl OrbitCamera {
     /// Returns the pose for a scene file, rounded to visible precision so that the saved pose is the displayed one.
     pub fn pose(&self) -> Pose {
         let depth = self.depth();
-        let point = |p: DVec3| p.to_array().map(|c| rounded(c, depth) as f32).into();
+        let point = |p: DVec3| p.map(|c| rounded(c, depth));
         let is_level = self.axes.x_axis.y.abs() < 1e-6 && self.axes.y_axis.y > 0.0;
         let up = if is_level { DVec3::Y } else { self.axes.y_axis };
         let up = Vec3::from(up.to_array().map(|c| rounded(c, 1.0) as f32));
@@ -200,7 +200,7 @@ mod tests {
         let mut rig = rig();
         rig.orbit([-0.5, 0.0]);
         let Pose { from, to, up } = rig.pose();
-        assert!((from - Vec3::new(10.0, 0.0, 0.0)).length() < 1e-4, "{from}");
+        assert!((from - DVec3::new(10.0, 0.0, 0.0)).length() < 1e-4, "{from}");
         assert!(to.length() < 1e-4, "{to}");
         assert_eq!(up, Vec3::Y);
         rig.orbit([0.3, 0.2]);
@@ -216,16 +216,16 @@ mod tests {
         let mut rig = rig();
         // The image is ten metres high at the pivot.
         rig.pan([0.1, 0.0]);
-        assert_eq!(rig.pose().from, Vec3::new(-1.0, 0.0, 10.0));
+        assert_eq!(rig.pose().from, DVec3::new(-1.0, 0.0, 10.0));
         rig.pan([0.0, 0.2]);
-        assert_eq!(rig.pose().to, Vec3::new(-1.0, 2.0, 0.0));
+        assert_eq!(rig.pose().to, DVec3::new(-1.0, 2.0, 0.0));
     }
 
     #[test]
     fn zoom_halves_the_distance_or_the_orthographic_height() {
         let mut rig = rig();
         rig.zoom(2.0);
-        assert_eq!((rig.pose().from.z, rig.pose().to), (5.0, Vec3::ZERO));
+        assert_eq!((rig.pose().from.z, rig.pose().to), (5.0, DVec3::ZERO));
         rig.camera = Camera::Orthographic { height_m: 4.0 };
         rig.zoom(2.0);
         assert_eq!((rig.pose().from.z, &rig.camera), (5.0, &Camera::Orthographic { height_m: 2.0 }));
@@ -265,14 +265,14 @@ mod tests {
     #[test]
     fn lens_focuses_on_the_pivot() {
         let mut rig = rig();
-        rig.focus(Vec3::new(1.0, 1.0, 3.0));
+        rig.focus(DVec3::new(1.0, 1.0, 3.0));
         rig.set_lens(0.1);
         let focus = |rig: &OrbitCamera| match rig.camera {
             Camera::ThinLens { focus_distance_m, .. } => Some(focus_distance_m),
             _ => None,
         };
         assert_eq!(focus(&rig), Some(7.0));
-        rig.focus(Vec3::new(0.0, 0.0, -2.0));
+        rig.focus(DVec3::new(0.0, 0.0, -2.0));
         assert_eq!(focus(&rig), Some(12.0));
         rig.set_lens(0.0);
         assert_eq!(focus(&rig), None);

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use hecs::Entity;
 
-use super::{Parent, Transform, World};
+use super::{Parent, Shape, Transform, World};
 use crate::error::CompileError;
 use crate::math::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
@@ -18,6 +18,20 @@ pub fn to_world(world: &World, order: &[Entity]) -> Result<WorldTransforms, Comp
         resolve(world, entity, &mut done)?;
     }
     Ok(done)
+}
+
+/// Moves the origin of world space to a point.
+pub(crate) fn relative_to(transforms: &mut WorldTransforms, origin: DVec3) {
+    if origin != DVec3::ZERO {
+        transforms.values_mut().for_each(|matrix| matrix.translation -= origin);
+    }
+}
+
+/// Returns the matrix that places a shape's vertices, from its entity's matrix.
+pub(crate) fn placement(world: &World, shape: &Shape, matrix: &DAffine3) -> DAffine3 {
+    let Shape::Mesh(id) = shape else { return *matrix };
+    let origin = world.assets.meshes.get(id.0 as usize).map_or(DVec3::ZERO, |mesh| mesh.origin);
+    DAffine3 { translation: matrix.transform_point3(origin), ..*matrix }
 }
 
 fn resolve(world: &World, entity: Entity, done: &mut WorldTransforms) -> Result<(), CompileError> {
@@ -42,7 +56,7 @@ fn resolve(world: &World, entity: Entity, done: &mut WorldTransforms) -> Result<
         let local = world.entities.get::<&Transform>(entity).map(|t| *t).unwrap_or_default();
         let matrix = parent_matrix * to_matrix(&local);
         let determinant = matrix.matrix3.determinant();
-        if !matrix.is_finite() || !determinant.is_finite() {
+        if !(matrix.is_finite() && matrix.translation.as_vec3().is_finite() && determinant.is_finite()) {
             let reason =
                 "its transform is NaN, infinite or far too large, or turns by a rotation of length zero";
             return Err(entity_error(world, entity, reason));
@@ -73,12 +87,9 @@ fn to_matrix(transform: &Transform) -> DAffine3 {
                 rotation.y_axis * scale.y,
                 rotation.z_axis * scale.z,
             );
-            DAffine3 { matrix3, translation: translation.as_dvec3() }
+            DAffine3 { matrix3, translation: *translation }
         }
-        Transform::Matrix(m) => {
-            let column = |i: usize| m.col(i).truncate().as_dvec3();
-            DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
-        }
+        Transform::Matrix(matrix) => *matrix,
     }
 }
 
@@ -127,7 +138,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn trs(translation: Vec3, rotation: Quat, scale: Vec3) -> Transform {
-        Transform::Trs { translation, rotation, scale }
+        Transform::Trs { translation: translation.as_dvec3(), rotation, scale }
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod compare;
 mod corpus;
 mod edits;
 mod energy;
+mod far;
 mod films;
 mod findings;
 #[path = "../fuzz/src/targets.rs"]

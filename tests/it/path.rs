@@ -11,7 +11,11 @@ use rayfront::world::{
 use crate::support::{self, Picture, mean};
 
 fn at(translation: Vec3) -> Transform {
-    Transform::Trs { translation, rotation: rayfront::math::Quat::IDENTITY, scale: Vec3::ONE }
+    Transform::Trs {
+        translation: translation.as_dvec3(),
+        rotation: rayfront::math::Quat::IDENTITY,
+        scale: Vec3::ONE,
+    }
 }
 
 /// A path-traced world with a camera at the origin.

@@ -81,7 +81,7 @@ pub fn film(world: &World, options: Options) -> Film {
 
 /// A translation.
 pub fn at(x: f32, y: f32, z: f32) -> Transform {
-    Transform::Trs { translation: Vec3::new(x, y, z), rotation: Quat::IDENTITY, scale: Vec3::ONE }
+    Transform::Trs { translation: Vec3::new(x, y, z).as_dvec3(), rotation: Quat::IDENTITY, scale: Vec3::ONE }
 }
 
 /// A grey light without an area.

@@ -80,8 +80,12 @@ pub fn run(arguments: &Explain) -> Result<ExitCode, Failure> {
 }
 
 /// Formats components with few digits for reading; the JSON has all of them.
-fn triple([a, b, c]: Components) -> String {
-    let digits = |value: f32| {
+fn triple(components: Components) -> String {
+    place(components.map(f64::from))
+}
+
+fn place([a, b, c]: [f64; 3]) -> String {
+    let digits = |value: f64| {
         let text = format!("{value:.5}");
         if value != 0.0 && value.abs() < 1e-3 { format!("{value:.3e}") } else { text }
     };
@@ -97,7 +101,7 @@ fn text(lives: &[SampleTrace], film: &Film) -> String {
     for life in lives {
         lines.push(format!("sample {}  radiance {}", life.sample, triple(life.radiance())));
         for (number, path) in life.paths.iter().enumerate() {
-            lines.extend(path_lines(number, path));
+            lines.extend(path_lines(life, number, path));
         }
         if life.drawn.1 > 0 {
             let (light, count) = life.drawn;
@@ -108,13 +112,13 @@ fn text(lives: &[SampleTrace], film: &Film) -> String {
     lines.join("\n") + "\n"
 }
 
-fn path_lines(number: usize, path: &Followed) -> Vec<String> {
+fn path_lines(life: &SampleTrace, number: usize, path: &Followed) -> Vec<String> {
     let from = path.from.map_or("from the camera".into(), |(parent, depth)| {
         format!("forked off path {parent} at bounce {depth}")
     });
     let mut lines = vec![format!("  path {number}, {from}")];
     for step in &path.steps {
-        lines.extend(step_lines(step));
+        lines.extend(step_lines(life, step));
         if step.depth == 0 && path.shares.is_some() && path.steps.len() > 1 {
             lines.push("    from here on what it finds is shared: it is weighted in the end".into());
         }
@@ -132,10 +136,10 @@ fn path_lines(number: usize, path: &Followed) -> Vec<String> {
     lines
 }
 
-fn step_lines(step: &Step) -> Vec<String> {
+fn step_lines(life: &SampleTrace, step: &Step) -> Vec<String> {
     let mut lines = vec![
         format!("    bounce {}  queue {}", step.depth, step.queue),
-        format!("      ray         {} towards {}", triple(step.origin), triple(step.direction)),
+        format!("      ray         {} towards {}", place(life.in_world(step.origin)), triple(step.direction)),
         format!("      throughput  {}", triple(step.throughput)),
     ];
     let Some(vertex) = &step.vertex else {
@@ -154,7 +158,7 @@ fn step_lines(step: &Step) -> Vec<String> {
             format!(", instance {}", vertex.hit.instance)
         }
     ));
-    lines.push(format!("      at          {}", triple(vertex.position)));
+    lines.push(format!("      at          {}", place(life.in_world(vertex.position))));
     let normals = if vertex.normal == vertex.geometric_normal {
         triple(vertex.normal)
     } else {

@@ -14,7 +14,7 @@ use crate::film::Region;
 use crate::formats::gltf::{ModelSummary, contents};
 use crate::integrator::RenderSetup;
 use crate::integrator::setup::NoPhotons;
-use crate::math::{Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec3};
 use crate::memory;
 use crate::render::MemoryEstimate;
 use crate::render::photons::{self, PhotonBytes};
@@ -105,7 +105,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
         "spheres": scene.geometry.spheres.len(),
         "instances": scene.geometry.instances.len(),
         "meshes": meshes,
-        "bounds_m": [rounded(scene.bounds.min), rounded(scene.bounds.max)],
+        "bounds_m": [rounded(scene.in_world(scene.bounds.min)), rounded(scene.in_world(scene.bounds.max))],
         "bvh": {
             "nodes": scene.bvh.nodes.len(),
             "triangle_blocks": scene.bvh.triangles.len(),
@@ -167,7 +167,7 @@ fn emitters(world: &World, scene: &CompiledScene) -> Vec<Value> {
     }
     let materials = shown.into_iter().map(|(id, entities)| {
         let name = scene.material_names.get(id as usize);
-        let radiance = radiance(world, id).to_array().map(significant);
+        let radiance = radiance(world, id).to_array().map(|channel| significant(f64::from(channel)));
         json!({"material": name, "radiance": radiance, "entities": entities})
     });
     lights.into_iter().chain(materials).collect()
@@ -201,33 +201,34 @@ fn kind_of(light: &Light) -> &'static str {
 }
 
 /// Rounds to five significant digits, without the padding of boxes and the rounding of matrices.
-fn significant(value: f32) -> f64 {
-    let value = f64::from(value);
+fn significant(value: f64) -> f64 {
     if value.abs() < 1e-9 { 0.0 } else { format!("{value:.4e}").parse().unwrap_or(value) }
 }
 
-fn rounded(v: Vec3) -> [f64; 3] {
+fn rounded(v: DVec3) -> [f64; 3] {
     v.to_array().map(significant)
 }
 
 fn describe_light(scene: &CompiledScene, light: &WhittedLight) -> String {
     let (kind, row) = scene.emitters.row(light.emitter);
-    let place = |v: Vec3| {
+    let text = |v: DVec3| {
         let [x, y, z] = rounded(v);
         format!("({x}, {y}, {z})")
     };
+    let place = |v: Vec3| text(scene.in_world(v));
+    let way = |v: Vec3| text(v.as_dvec3());
     match kind {
         kind::POINT => format!("point at {}", place(PointRow::of(row).position)),
         kind::SPOT | kind::PHOTOMETRIC => {
             let PointRow { position, axis, .. } = PointRow::of(row);
             let what = if kind == kind::SPOT { "spot" } else { "photometric" };
-            format!("{what} at {} along {}", place(position), place(axis))
+            format!("{what} at {} along {}", place(position), way(axis))
         }
-        kind::DIRECTIONAL => format!("directional along {}", place(-DirectionalRow::of(row).to_light)),
+        kind::DIRECTIONAL => format!("directional along {}", way(-DirectionalRow::of(row).to_light)),
         _ => {
             let PlanarRow { corner, e1: up, e2: across, .. } = PlanarRow::of(row);
             let center = place(corner + (up + across) * 0.5);
-            let (w, h) = (significant(across.length()), significant(up.length()));
+            let [w, h] = [across, up].map(|side| significant(f64::from(side.length())));
             let WhittedLight { samples, pattern, .. } = light;
             let round = scene.emitters.flags[light.emitter as usize] & flag::ROUND != 0;
             let what = if round { "disc" } else { "area" };

@@ -67,9 +67,10 @@ pub struct Trace {
 
 pub fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     let threads = thread_pool(arguments.threads)?;
-    let rays = load_rays(&arguments.rays, most_rays())?;
+    let mut rays = load_rays(&arguments.rays, most_rays())?;
     let reference = reference(arguments, rays.len())?;
     let scene = threads.install(|| load(arguments))?;
+    rays.relative_to(scene.compiled.origin);
     arguments.out.iter().try_for_each(|path| writable(path))?;
     if let Some(out) = &arguments.out
         && [&arguments.scene, &arguments.rays].into_iter().any(|read| are_same(read, out))

@@ -11,7 +11,7 @@ use super::document::Document;
 use super::pose::Moved;
 use crate::error::LoadError;
 use crate::formats::track::{Interpolation, Track};
-use crate::math::Vec3;
+use crate::math::DVec3;
 
 const F32: &[ComponentType] = &[ComponentType::F32];
 const FRACTIONS: &[ComponentType] =
@@ -42,10 +42,14 @@ pub(super) fn at_time(document: &Document, time: f32) -> Result<HashMap<usize, M
             let value = track.value(time, property == Property::Rotation);
             let moved = moved.entry(node.value()).or_default();
             match (property, &value[..]) {
-                (Property::Translation, &[x, y, z]) => moved.translation = Some(Vec3::new(x, y, z)),
-                (Property::Scale, &[x, y, z]) => moved.scale = Some(Vec3::new(x, y, z)),
-                (Property::Rotation, &[x, y, z, w]) => moved.rotation = Some([x, y, z, w]),
-                (Property::MorphTargetWeights, weights) => moved.weights = Some(weights.to_vec()),
+                (Property::Translation, &[x, y, z]) => moved.translation = Some(DVec3::new(x, y, z)),
+                (Property::Scale, &[x, y, z]) => moved.scale = Some(DVec3::new(x, y, z).as_vec3()),
+                (Property::Rotation, &[x, y, z, w]) => {
+                    moved.rotation = Some([x, y, z, w].map(|part| part as f32))
+                }
+                (Property::MorphTargetWeights, weights) => {
+                    moved.weights = Some(weights.iter().map(|weight| *weight as f32).collect());
+                }
                 _ => {}
             }
         }
@@ -91,5 +95,6 @@ fn read(document: &Document, sampler: &Sampler, property: Property, at: &str) ->
         let (values, times) = (values.len(), times.len());
         return Err(document.error(place, format!("{values} numbers do not fit {times} times")));
     }
+    let values = values.into_iter().map(f64::from).collect();
     Ok(Track { times, values, width, interpolation })
 }

@@ -115,6 +115,13 @@ impl<'b> Container<'b> {
         Root::deserialize(json).ok()
     }
 
+    /// The translations and matrices of all nodes, in double precision: the crate rounds them. Empty if they are not as
+    /// expected, which [`Container::parse`] says.
+    pub(super) fn placements(&self) -> Vec<Placement> {
+        let nodes: Result<Placements, _> = serde_json::from_slice(self.json);
+        nodes.map_or_else(|_| Vec::new(), |read| read.nodes)
+    }
+
     fn json_error(&self, error: &serde_json::Error, path: &Path) -> LoadError {
         let (line, column) = (error.line(), error.column());
         let reason = error.to_string();
@@ -155,6 +162,20 @@ struct Head {
 struct Asset {
     version: Value,
     min_version: Option<Value>,
+}
+
+#[derive(Deserialize)]
+struct Placements {
+    #[serde(default)]
+    nodes: Vec<Placement>,
+}
+
+/// The place of a node in its parent.
+#[derive(Deserialize)]
+pub(super) struct Placement {
+    pub translation: Option<[f64; 3]>,
+    /// Column by column.
+    pub matrix: Option<[f64; 16]>,
 }
 
 /// A version as text; files before 2.0 may give it as a number.

@@ -11,7 +11,7 @@ use gltf::json::{Index, Root};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-use super::container::Container;
+use super::container::{Container, Placement};
 use super::meshopt::MeshoptView;
 use super::uri::{self, Resource};
 use crate::error::Diagnostic;
@@ -31,6 +31,8 @@ const ALWAYS_ALLOWED: u64 = 16 << 20;
 pub(super) struct Document<'p> {
     pub path: &'p Path,
     pub root: Root,
+    /// By node; see [`Container::placements`].
+    pub placements: Vec<Placement>,
     /// The bytes of each buffer, or the reason why they are missing.
     buffers: Vec<Result<Rc<[u8]>, String>>,
     /// The decompressed contents of compressed buffer views.
@@ -44,6 +46,7 @@ impl<'p> Document<'p> {
     pub(super) fn open(bytes: &[u8], path: &'p Path, sources: &SourceFiles) -> Result<Self, LoadError> {
         let container = Container::open(bytes, path)?;
         let root = container.parse(path)?;
+        let placements = container.placements();
         let mut files = HashMap::new();
         let mut buffers = Vec::with_capacity(root.buffers.len());
         for (index, buffer) in root.buffers.iter().enumerate() {
@@ -64,7 +67,7 @@ impl<'p> Document<'p> {
         let in_files: u64 = files.values().flatten().map(|bytes| bytes.len() as u64).sum();
         let budget = ALWAYS_ALLOWED + LARGEST_EXPANSION * (bytes.len() as u64 + in_files);
         let decompressed = vec![OnceCell::new(); root.buffer_views.len()];
-        Ok(Self { path, root, buffers, decompressed, budget: Cell::new(budget) })
+        Ok(Self { path, root, placements, buffers, decompressed, budget: Cell::new(budget) })
     }
 
     /// An error at a place in the JSON, such as `/meshes/0/primitives/1`.

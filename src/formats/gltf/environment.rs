@@ -6,7 +6,7 @@ use super::extensions::light::{ImageLight, ImageLightOfScene, ImageLights};
 use super::{GltfNode, Import};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
-use crate::math::{DQuat, Rgb, Vec3};
+use crate::math::{DQuat, DVec3, Rgb, Vec3};
 use crate::world::{Image, Light, Texels, Transform};
 
 /// The largest number of rows of the image; it has twice as many columns.
@@ -45,7 +45,7 @@ impl Import<'_> {
             parent: None,
             name: light.name.clone().filter(|name| !name.is_empty()),
             transform: Transform::Trs {
-                translation: Vec3::ZERO,
+                translation: DVec3::ZERO,
                 rotation: rotation.normalize().as_quat(),
                 scale: Vec3::ONE,
             },

@@ -47,8 +47,8 @@ impl Import<'_> {
                 return Err(document.error(format!("{at}/ROTATION"), reason));
             }
             let rotation = rotation.normalize();
-            let matrix =
-                DAffine3::from_scale_rotation_translation(scale.as_dvec3(), rotation, translation.as_dvec3());
+            let translation = translation.as_dvec3();
+            let matrix = DAffine3::from_scale_rotation_translation(scale.as_dvec3(), rotation, translation);
             instances.push((Transform::Trs { translation, rotation: rotation.as_quat(), scale }, matrix));
         }
         Ok(Some(instances))

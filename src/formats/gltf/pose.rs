@@ -3,9 +3,10 @@
 use gltf::json;
 
 use super::Import;
+use super::container::Placement;
 use super::document::Document;
 use crate::error::LoadError;
-use crate::math::{DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3};
+use crate::math::{DAffine3, DMat4, DQuat, DVec3, Vec3};
 use crate::world::Transform;
 
 /// A transform is flat if |determinant| over the product of the axes' lengths is below this.
@@ -14,7 +15,7 @@ const FLAT: f64 = 1e-8;
 /// The animated properties of a node, which replace its own.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moved {
-    pub translation: Option<Vec3>,
+    pub translation: Option<DVec3>,
     /// A quaternion of any length except zero.
     pub rotation: Option<[f32; 4]>,
     pub scale: Option<Vec3>,
@@ -34,7 +35,13 @@ impl Import<'_> {
         let Some(node) = self.document.root.nodes.get(number) else {
             return Ok((Transform::IDENTITY, DAffine3::IDENTITY));
         };
-        transform(self.document, node, self.moved.get(&number), &format!("/nodes/{number}"))
+        transform(
+            self.document,
+            node,
+            self.document.placements.get(number),
+            self.moved.get(&number),
+            &format!("/nodes/{number}"),
+        )
     }
 
     /// The transform from a node's space to the scene's.
@@ -57,25 +64,30 @@ impl Import<'_> {
 fn transform(
     document: &Document,
     node: &json::Node,
+    precise: Option<&Placement>,
     moved: Option<&Moved>,
     at: &str,
 ) -> Result<(Transform, DAffine3), LoadError> {
     let too_large = |key: &str| document.error(format_args!("{at}/{key}"), "a number is too large");
     let moved = moved.cloned().unwrap_or_default();
     if let Some(columns) = node.matrix.filter(|_| !moved.is_moved()) {
-        let matrix = Mat4::from_cols_array(&columns);
-        if !matrix.is_finite() {
+        let columns = precise.and_then(|place| place.matrix).unwrap_or(columns.map(f64::from));
+        let matrix = DMat4::from_cols_array(&columns);
+        if !matrix.as_mat4().is_finite() {
             return Err(too_large("matrix"));
         }
         if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
             let reason = "the matrix is not affine: its last row must be 0 0 0 1";
             return Err(document.error(format_args!("{at}/matrix"), reason));
         }
-        return Ok((Transform::Matrix(matrix), DAffine3::from_mat4(wide(&matrix))));
+        let matrix = DAffine3::from_mat4(matrix);
+        return Ok((Transform::Matrix(matrix), matrix));
     }
-    let translation = moved.translation.unwrap_or(Vec3::from_array(node.translation.unwrap_or_default()));
+    let translation = precise.and_then(|place| place.translation);
+    let translation = translation.unwrap_or(node.translation.unwrap_or_default().map(f64::from));
+    let translation = moved.translation.unwrap_or(DVec3::from_array(translation));
     let scale = moved.scale.unwrap_or(Vec3::from_array(node.scale.unwrap_or([1.0; 3])));
-    if !translation.is_finite() {
+    if !translation.as_vec3().is_finite() {
         return Err(too_large("translation"));
     }
     if !scale.is_finite() {
@@ -92,13 +104,9 @@ fn transform(
     let local = DAffine3::from_scale_rotation_translation(
         scale.as_dvec3(),
         rotation.as_dquat().normalize(),
-        translation.as_dvec3(),
+        translation,
     );
     Ok((Transform::Trs { translation, rotation, scale }, local))
-}
-
-fn wide(matrix: &Mat4) -> DMat4 {
-    DMat4::from_cols_array(&matrix.to_cols_array().map(f64::from))
 }
 
 /// True if a transform leaves no volume: files hide objects with a scale of 0.

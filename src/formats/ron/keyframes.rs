@@ -7,7 +7,7 @@ use std::cell::Cell;
 use super::source::{Raw, SceneText};
 use crate::error::LoadError;
 use crate::formats::track::{Interpolation, Track};
-use crate::math::{Quat, Rgb, Vec2, Vec3};
+use crate::math::{DQuat, DVec3, Quat, Rgb, Vec2, Vec3};
 
 const NAME: &str = "Keys";
 const FORM: &str = "Keys([(seconds, value), …])";
@@ -39,85 +39,94 @@ pub(super) trait Keyed: Sized {
     const TURNS: bool = false;
 
     /// The value as numbers, always the same count for a type.
-    fn numbers(self) -> Vec<f32>;
+    fn numbers(self) -> Vec<f64>;
 
     /// The value from such numbers.
-    fn of(numbers: &[f32]) -> Self;
+    fn of(numbers: &[f64]) -> Self;
 }
 
 impl Keyed for f32 {
-    fn numbers(self) -> Vec<f32> {
-        vec![self]
+    fn numbers(self) -> Vec<f64> {
+        vec![f64::from(self)]
     }
 
-    fn of(numbers: &[f32]) -> Self {
-        numbers[0]
+    fn of(numbers: &[f64]) -> Self {
+        numbers[0] as f32
     }
 }
 
 impl Keyed for f64 {
-    fn numbers(self) -> Vec<f32> {
-        vec![self as f32]
+    fn numbers(self) -> Vec<f64> {
+        vec![self]
     }
 
-    fn of(numbers: &[f32]) -> Self {
-        f64::from(numbers[0])
+    fn of(numbers: &[f64]) -> Self {
+        numbers[0]
     }
 }
 
 impl Keyed for [f64; 3] {
-    fn numbers(self) -> Vec<f32> {
-        self.map(|number| number as f32).to_vec()
+    fn numbers(self) -> Vec<f64> {
+        self.to_vec()
     }
 
-    fn of(numbers: &[f32]) -> Self {
-        std::array::from_fn(|i| f64::from(numbers[i]))
+    fn of(numbers: &[f64]) -> Self {
+        std::array::from_fn(|i| numbers[i])
     }
 }
 
 impl Keyed for Vec2 {
-    fn numbers(self) -> Vec<f32> {
-        self.to_array().to_vec()
+    fn numbers(self) -> Vec<f64> {
+        self.to_array().map(f64::from).to_vec()
     }
 
-    fn of(numbers: &[f32]) -> Self {
-        Vec2::from_slice(numbers)
+    fn of(numbers: &[f64]) -> Self {
+        Vec2::new(numbers[0] as f32, numbers[1] as f32)
     }
 }
 
 impl Keyed for Vec3 {
-    fn numbers(self) -> Vec<f32> {
+    fn numbers(self) -> Vec<f64> {
+        self.as_dvec3().numbers()
+    }
+
+    fn of(numbers: &[f64]) -> Self {
+        DVec3::of(numbers).as_vec3()
+    }
+}
+
+impl Keyed for DVec3 {
+    fn numbers(self) -> Vec<f64> {
         self.to_array().to_vec()
     }
 
-    fn of(numbers: &[f32]) -> Self {
-        Vec3::from_slice(numbers)
+    fn of(numbers: &[f64]) -> Self {
+        DVec3::from_slice(numbers)
     }
 }
 
 impl Keyed for Rgb {
-    fn numbers(self) -> Vec<f32> {
-        vec![self.r, self.g, self.b]
+    fn numbers(self) -> Vec<f64> {
+        self.to_array().map(f64::from).to_vec()
     }
 
-    fn of(numbers: &[f32]) -> Self {
-        Rgb::new(numbers[0], numbers[1], numbers[2])
+    fn of(numbers: &[f64]) -> Self {
+        Rgb::from(Vec3::of(numbers).to_array())
     }
 }
 
 impl Keyed for Quat {
     const TURNS: bool = true;
 
-    fn numbers(self) -> Vec<f32> {
-        self.to_array().to_vec()
+    fn numbers(self) -> Vec<f64> {
+        self.to_array().map(f64::from).to_vec()
     }
 
     /// Normalises an interpolation of unit quaternions; a unit quaternion is kept as it is.
-    fn of(numbers: &[f32]) -> Self {
-        let exact = Quat::from_slice(numbers);
-        let precise = exact.as_dquat();
+    fn of(numbers: &[f64]) -> Self {
+        let precise = DQuat::from_slice(numbers);
         let length = precise.length_squared().sqrt();
-        if (length - 1.0).abs() < 1e-7 { exact } else { (precise / length).as_quat() }
+        if (length - 1.0).abs() < 1e-7 { precise.as_quat() } else { (precise / length).as_quat() }
     }
 }
 
@@ -175,10 +184,10 @@ impl<'a> SceneText<'a> {
 }
 
 /// Replaces quaternions by their negatives, which are the same rotations, where these are nearer to the previous key.
-fn shorter_ways(values: &mut [Vec<f32>]) {
+fn shorter_ways(values: &mut [Vec<f64>]) {
     for key in 1..values.len() {
         let [before, after] = [&values[key - 1], &values[key]];
-        let cosine: f32 = before.iter().zip(after).map(|(a, b)| a * b).sum();
+        let cosine: f64 = before.iter().zip(after).map(|(a, b)| a * b).sum();
         if cosine < 0.0 {
             values[key].iter_mut().for_each(|number| *number = -*number);
         }

@@ -9,7 +9,7 @@ use super::scan;
 use super::source::{Raw, SceneText, VariantText};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
 
 /// The largest magnitude of a body's priority.
 const MOST_PRIORITY: f32 = 1000.0;
@@ -151,6 +151,18 @@ impl<'a> SceneText<'a> {
         self.keyed(raw, |raw| {
             let [x, y, z] = self.tuple(raw, "(x, y, z)")?;
             Ok(Vec3::new(self.number(x)?, self.number(y)?, self.number(z)?))
+        })
+    }
+
+    /// `(x, y, z)` in double precision, within the range of single precision.
+    pub(super) fn point(&self, raw: Raw<'a>) -> Result<DVec3, LoadError> {
+        let coordinate = |raw: Raw<'a>| -> Result<f64, LoadError> {
+            self.number::<f32>(raw)?;
+            self.number(raw)
+        };
+        self.keyed(raw, |raw| {
+            let [x, y, z] = self.tuple(raw, "(x, y, z)")?;
+            Ok(DVec3::new(coordinate(x)?, coordinate(y)?, coordinate(z)?))
         })
     }
 

@@ -3,7 +3,7 @@
 use glam::BVec3;
 
 use crate::math::{Aabb, DAffine3, DVec3, Vec3};
-use crate::world::transforms::{self, WorldTransforms};
+use crate::world::transforms::{self, WorldTransforms, placement};
 use crate::world::{Mesh, Shape, World};
 
 /// The most vertices that are used, each counted as often as its mesh is placed. If there are more, the corners of
@@ -26,8 +26,9 @@ impl BoundingPoints {
     fn up_to(world: &World, most_vertices: usize) -> Option<BoundingPoints> {
         let transforms: WorldTransforms = transforms::to_world(world, &world.in_order()).ok()?;
         let mut query = world.entities.query::<(hecs::Entity, &Shape)>();
-        let placed =
-            query.iter().filter_map(|(entity, shape)| Some((*transforms.get(&entity)?, shape.clone())));
+        let placed = query.iter().filter_map(|(entity, shape)| {
+            Some((placement(world, shape, transforms.get(&entity)?), shape.clone()))
+        });
         let mut points: Vec<Vec<Vec3>> = world.assets.meshes.iter().map(|mesh| used_vertices(mesh)).collect();
         let is_something = |(_, shape): &(_, Shape)| match shape {
             Shape::Mesh(id) => points.get(id.0 as usize).is_some_and(|points| !points.is_empty()),
@@ -99,15 +100,15 @@ mod tests {
     use super::*;
     use crate::world::{Parent, Transform};
 
-    fn moved(to: Vec3, scale: Vec3) -> Transform {
+    fn moved(to: DVec3, scale: Vec3) -> Transform {
         Transform::Trs { translation: to, rotation: glam::Quat::IDENTITY, scale }
     }
 
     fn world() -> World {
         let mut world = World::default();
-        let root = world.entities.spawn((moved(Vec3::new(10.0, 0.0, 0.0), Vec3::ONE),));
+        let root = world.entities.spawn((moved(DVec3::new(10.0, 0.0, 0.0), Vec3::ONE),));
         let egg = Shape::Sphere { radius_m: 1.0 };
-        world.entities.spawn((egg, moved(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0)), Parent(root)));
+        world.entities.spawn((egg, moved(DVec3::ZERO, Vec3::new(1.0, 2.0, 3.0)), Parent(root)));
         // The first nine are used, the last is not.
         let mut positions = vec![Vec3::ZERO; 7];
         positions.extend([Vec3::new(0.0, -5.0, 0.0), Vec3::new(1.0, 0.0, 8.0), Vec3::splat(100.0)]);

@@ -155,5 +155,5 @@ fn looking_from(place: DVec3) -> Transform {
     let axes = DMat3::from_cols(right, backward.cross(right), backward);
     let rotation = glam::DQuat::from_mat3(&axes).normalize();
     let rotation = Quat::from_array(rotation.to_array().map(|c| c as f32));
-    Transform::Trs { translation: place.as_vec3(), rotation, scale: Vec3::ONE }
+    Transform::Trs { translation: place, rotation, scale: Vec3::ONE }
 }

@@ -16,7 +16,7 @@ use crate::formats::study::{
 };
 use crate::formats::{Files, LoadOptions};
 use crate::integrator::Stop;
-use crate::math::{Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec3};
 use crate::memory;
 use crate::query::HitBatch;
 use crate::render::{DEFAULT_WAVE, Options, Session, on_threads};
@@ -128,7 +128,7 @@ fn made_up(mesh: crate::world::Mesh) -> World {
     let mesh = world.assets.add_mesh(mesh);
     world.entities.spawn((Shape::Mesh(mesh), Transform::IDENTITY));
     let at = |x, y, z| Transform::Trs {
-        translation: Vec3::new(x, y, z),
+        translation: DVec3::new(x, y, z),
         rotation: crate::math::Quat::IDENTITY,
         scale: Vec3::ONE,
     };

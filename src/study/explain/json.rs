@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 
 use super::{ExplainedLightRay, SampleTrace, Shares, Step};
+use crate::integrator::observe::Components;
 use crate::integrator::observe::decision::PathEvent;
-use crate::math::NONE;
+use crate::math::{DVec3, NONE};
 
 /// Returns a sample with all its paths.
 pub fn life(life: &SampleTrace) -> Value {
@@ -16,7 +17,7 @@ pub fn life(life: &SampleTrace) -> Value {
                 "branch": path.branch,
                 "forked_off_path": path.from.map(|(parent, _)| parent),
                 "forked_off_bounce": path.from.map(|(_, depth)| depth),
-                "steps": path.steps.iter().map(step).collect::<Vec<_>>(),
+                "steps": path.steps.iter().map(|one| step(life, one)).collect::<Vec<_>>(),
                 "radiance": path.radiance,
                 "shares": path.shares.as_ref().map(shares),
                 "end": path.why.name(),
@@ -37,7 +38,12 @@ fn shares(shares: &Shares) -> Value {
     json!({"before": before, "own": own, "shared": shared, "vertices": vertices})
 }
 
-fn step(step: &Step) -> Value {
+/// A position in world space. Without an offset it is printed with the digits of single precision.
+fn position(life: &SampleTrace, position: Components) -> Value {
+    if life.origin == DVec3::ZERO { json!(position) } else { json!(life.in_world(position)) }
+}
+
+fn step(life: &SampleTrace, step: &Step) -> Value {
     let vertex = step.vertex.as_ref().map(|vertex| {
         json!({
             "entity": vertex.entity,
@@ -45,7 +51,7 @@ fn step(step: &Step) -> Value {
             "t": vertex.hit.t,
             "primitive": vertex.hit.primitive,
             "instance": (vertex.hit.instance != NONE).then_some(vertex.hit.instance),
-            "position": vertex.position,
+            "position": position(life, vertex.position),
             "geometric_normal": vertex.geometric_normal,
             "normal": vertex.normal,
             "gives_off": vertex.own,
@@ -58,7 +64,7 @@ fn step(step: &Step) -> Value {
     json!({
         "bounce": step.depth,
         "queue": step.queue,
-        "origin": step.origin,
+        "origin": position(life, step.origin),
         "direction": step.direction,
         "throughput": step.throughput,
         "vertex": vertex,

@@ -11,7 +11,7 @@ use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::observe::{Components, Continuation, Event, EventKind, PathKey};
 use crate::integrator::path::bounces::LobeKind;
 use crate::integrator::{RenderSetup, Schedule};
-use crate::math::Hit;
+use crate::math::{DVec3, Hit, Vec3};
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
 use crate::scene::emitters::EmitterSource;
@@ -21,6 +21,8 @@ pub use recipe::Recipe;
 /// A sample, from the camera to the ends of all its paths.
 #[derive(Clone, Debug)]
 pub struct SampleTrace {
+    /// The point of world space that positions are relative to (see [`CompiledScene::origin`]).
+    pub origin: DVec3,
     /// The number of the sample.
     pub sample: u32,
     /// The camera's path, followed by the forks, each after the path that it split off from.
@@ -30,6 +32,11 @@ pub struct SampleTrace {
 }
 
 impl SampleTrace {
+    /// Returns a position in world space.
+    pub fn in_world(&self, position: Components) -> [f64; 3] {
+        (self.origin + Vec3::from_array(position).as_dvec3()).to_array()
+    }
+
     /// Returns the radiance that the sample adds to the film.
     pub fn radiance(&self) -> Components {
         let mut sum = self.drawn.0;
@@ -376,7 +383,9 @@ impl Story<'_> {
     /// Starts a new sample or path, unless the ray continues the current one. Returns the name of the ray's queue.
     fn begin(&mut self, place: PathKey) -> &'static str {
         if self.lives.last().is_none_or(|life| life.sample != place.sample) {
-            self.lives.push(SampleTrace { sample: place.sample, paths: Vec::new(), drawn: ([0.0; 3], 0) });
+            let origin = self.setup.scene.origin;
+            let drawn = ([0.0; 3], 0);
+            self.lives.push(SampleTrace { origin, sample: place.sample, paths: Vec::new(), drawn });
         }
         let begun = self.begun.get(&place);
         let mut from = begun.map(|(_, from)| (*from, place.depth.saturating_sub(1)));

@@ -1,6 +1,6 @@
 use super::*;
 use crate::film::sums::QUANTUM;
-use crate::math::{Quat, Rgb, Vec3};
+use crate::math::{DVec3, Quat, Rgb, Vec3};
 use crate::world::{BlinnPhong, Camera, ColorInput, Falloff, Light, Material, Name, Shape, Transform};
 
 /// A glass ball in front of a wall with the default material.
@@ -10,7 +10,7 @@ fn world() -> World {
     world.settings.samples = 3;
     world.settings.max_depth = 2;
     let at = |x, y, z| Transform::Trs {
-        translation: Vec3::new(x, y, z),
+        translation: DVec3::new(x, y, z),
         rotation: Quat::IDENTITY,
         scale: Vec3::ONE,
     };
@@ -84,7 +84,11 @@ fn path_traced(change: impl Fn(&mut World)) -> World {
     let mesh = world.assets.add_mesh(mesh);
     for (name, x) in [("left", -3.0), ("right", 3.0)] {
         let translation = Vec3::new(x, 0.0, 0.0);
-        let place = Transform::Trs { translation, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+        let place = Transform::Trs {
+            translation: translation.as_dvec3(),
+            rotation: Quat::IDENTITY,
+            scale: Vec3::ONE,
+        };
         world.entities.spawn((Name(name.into()), Shape::Mesh(mesh), place, glow));
     }
     change(&mut world);

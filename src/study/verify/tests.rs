@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::*;
 use crate::integrator::Stage;
 use crate::integrator::observe::EventKind;
-use crate::math::{Quat, Rgb, Vec3};
+use crate::math::{DVec3, Quat, Rgb, Vec3};
 use crate::world::{BlinnPhong, Camera, ColorInput, Falloff, Light, Material, Shape, Transform, World};
 
 /// A mirror ball on a floor.
@@ -14,7 +14,7 @@ fn world() -> World {
     world.settings.size = [20, 20];
     world.settings.samples = 2;
     let at = |x, y, z| Transform::Trs {
-        translation: Vec3::new(x, y, z),
+        translation: DVec3::new(x, y, z),
         rotation: Quat::IDENTITY,
         scale: Vec3::ONE,
     };

@@ -32,7 +32,7 @@ pub fn quad(uvs: Corners) -> Mesh {
 }
 
 pub fn placed(translation: Vec3, rotation: Quat, scale: f32) -> Transform {
-    Transform::Trs { translation, rotation, scale: Vec3::splat(scale) }
+    Transform::Trs { translation: translation.as_dvec3(), rotation, scale: Vec3::splat(scale) }
 }
 
 /// Settings only: one pixel and direct light.

@@ -1,6 +1,6 @@
 //! A partly transparent surface transmits the rest, for camera rays, for shadow rays, and for its own emission.
 
-use rayfront::math::{Mat4, Quat, Rgb, Vec3};
+use rayfront::math::{DVec3, Mat4, Quat, Rgb, Vec3};
 use rayfront::world::{
     AlphaMode, Background, Channel, Mesh, Principled, ScalarInput, Shape, Transform, Transport, World,
 };
@@ -62,8 +62,11 @@ fn transmittances_of_sheets_multiply_for_any_placement() {
 #[test]
 fn both_walls_of_hollow_shapes_attenuate() {
     let mut all = Relations::default();
-    let stretched =
-        Transform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::new(1.0, 1.2, 0.8) };
+    let stretched = Transform::Trs {
+        translation: DVec3::ZERO,
+        rotation: Quat::IDENTITY,
+        scale: Vec3::new(1.0, 1.2, 0.8),
+    };
     for (name, transform) in [("sphere", Transform::IDENTITY), ("ellipsoid", stretched)] {
         let mut world = window(1024);
         place(&mut world, Shape::Sphere { radius_m: 2.0 }, veil(0.5), transform);
@@ -74,7 +77,7 @@ fn both_walls_of_hollow_shapes_attenuate() {
         let material = stage::add(&mut world, &veil(0.5));
         let mesh = world.assets.add_mesh(stage::ball(2));
         for radius in [1.0, 2.0] {
-            let transform = Transform::Matrix(Mat4::from_scale(Vec3::splat(radius)));
+            let transform = stage::affine(Mat4::from_scale(Vec3::splat(radius)));
             world.entities.spawn((Shape::Mesh(mesh), material, transform));
         }
         world.settings.copied_triangles = copied;

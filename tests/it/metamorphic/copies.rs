@@ -44,7 +44,7 @@ fn scene(transport: Transport, mesh: &Mesh, material: usize, placed: Placed) -> 
             let mesh = world.assets.add_mesh(baked(mesh, matrix));
             world.entities.spawn((Shape::Mesh(mesh), material, Transform::IDENTITY));
         } else {
-            world.entities.spawn((Shape::Mesh(shared), material, Transform::Matrix(matrix)));
+            world.entities.spawn((Shape::Mesh(shared), material, stage::affine(matrix)));
         }
     }
     world.settings.copied_triangles = if placed == Placed::Instances { 0 } else { 1 << 18 };

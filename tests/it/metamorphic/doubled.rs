@@ -14,7 +14,7 @@ const WAYS: [&str; 3] = ["one mesh", "two meshes", "instances"];
 
 /// Adds two coincident meshes of one material.
 fn both(world: &mut World, first: Mesh, second: Mesh, material: &Material, matrix: Mat4, way: &str) {
-    let (material, transform) = (stage::add(world, material), Transform::Matrix(matrix));
+    let (material, transform) = (stage::add(world, material), stage::affine(matrix));
     if way == "one mesh" {
         let mesh = world.assets.add_mesh(stage::joined(first, &second));
         world.entities.spawn((Shape::Mesh(mesh), material, transform));
@@ -70,7 +70,7 @@ fn two_single_sided_sheets_equal_a_double_sided_one() {
     let mut all = Relations::default();
     for from in [-2.5, 2.5] {
         let mut once = scene(Transport::Path, from);
-        place_mesh(&mut once, sheet(), two_sided(0.8), Transform::Matrix(aslant()));
+        place_mesh(&mut once, sheet(), two_sided(0.8), stage::affine(aslant()));
         let once = Seen::of(&once);
         for way in WAYS {
             for (a, b) in [(sheet(), reversed(sheet())), (reversed(sheet()), sheet())] {
@@ -95,7 +95,7 @@ fn features_of_two_single_sided_sheets_equal_a_double_sided_one() {
     };
     for from in [-2.5, 2.5] {
         let mut once = scene(Transport::Path, from);
-        place_mesh(&mut once, sheet(), two_sided(0.8), Transform::Matrix(aslant()));
+        place_mesh(&mut once, sheet(), two_sided(0.8), stage::affine(aslant()));
         let once = columns(&once);
         for way in WAYS {
             let mut twice = scene(Transport::Path, from);
@@ -122,7 +122,7 @@ fn two_single_sided_balls_equal_a_double_sided_one() {
             world
         };
         let mut once = scene();
-        place_mesh(&mut once, stage::ball(2), two_sided(0.6), Transform::Matrix(aslant()));
+        place_mesh(&mut once, stage::ball(2), two_sided(0.6), stage::affine(aslant()));
         let once = Seen::of(&once);
         for way in WAYS {
             let mut twice = scene();
@@ -138,7 +138,7 @@ fn coincident_opaque_sheets_equal_one() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
         let mut once = scene(transport, 2.5);
-        place_mesh(&mut once, sheet(), two_sided(0.7), Transform::Matrix(aslant()));
+        place_mesh(&mut once, sheet(), two_sided(0.7), stage::affine(aslant()));
         let once = Seen::of(&once);
         for way in WAYS {
             let mut twice = scene(transport, 2.5);
@@ -210,7 +210,7 @@ fn fully_transparent_surfaces_hide_no_coincident_one() {
         })
     };
     let mut alone = scene(Transport::Path, 2.5);
-    place_mesh(&mut alone, sheet(), two_sided(0.7), Transform::Matrix(aslant()));
+    place_mesh(&mut alone, sheet(), two_sided(0.7), stage::affine(aslant()));
     let alone = Seen::of(&alone);
     for mode in [AlphaMode::Blend, AlphaMode::Mask { cutoff: 0.5 }] {
         for first in [false, true] {
@@ -220,7 +220,7 @@ fn fully_transparent_surfaces_hide_no_coincident_one() {
                 layers.reverse();
             }
             for layer in layers {
-                place_mesh(&mut world, sheet(), layer, Transform::Matrix(aslant()));
+                place_mesh(&mut world, sheet(), layer, stage::affine(aslant()));
             }
             all.same(&Seen::of(&world), &alone, &format!("{mode:?}, first {first}"));
         }
@@ -234,7 +234,7 @@ fn under(lamps: &[(Mesh, Material)]) -> World {
     camera(&mut world, [0.0, 1.5, 0.0], [0.0, 0.0, 0.0], 1.0);
     place_mesh(&mut world, stage::floor(4.0, 0.0), stage::matte(0.6), Transform::IDENTITY);
     for (mesh, material) in lamps {
-        place_mesh(&mut world, mesh.clone(), material.clone(), Transform::Matrix(aslant_lamp()));
+        place_mesh(&mut world, mesh.clone(), material.clone(), stage::affine(aslant_lamp()));
     }
     world
 }

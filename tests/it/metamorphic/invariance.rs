@@ -4,7 +4,7 @@
 use rayfront::compile::compile;
 use rayfront::internals::film::{Film, Region};
 use rayfront::internals::integrator::Schedule;
-use rayfront::math::{Mat4, Quat, Rgb, Vec2, Vec3};
+use rayfront::math::{DAffine3, DVec3, Mat4, Quat, Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
 use rayfront::world::{
     Assets, Background, ColorInput, Light, Material, Parent, Shape, Transform, Transport, Volume, World,
@@ -59,9 +59,9 @@ fn spawn(world: &mut World, thing: usize, material: &Material) {
 }
 
 /// Everything below a transform, with the power of lights adapted to the new distances.
-fn moved(mut world: World, matrix: Mat4, scale: f32) -> World {
+fn moved(mut world: World, transform: Transform, scale: f32) -> World {
     let all = world.in_order();
-    let root = world.entities.spawn((Transform::Matrix(matrix),));
+    let root = world.entities.spawn((transform,));
     for entity in all {
         world.entities.insert_one(entity, Parent(root)).expect("it is there");
     }
@@ -89,14 +89,33 @@ fn images_do_not_depend_on_scale_and_rotation() {
             let world = || room(transport, index, &THINGS);
             let plain = Seen::of(&world());
             for scale in [1000.0, 0.001] {
-                let matrix = Mat4::from_scale(Vec3::splat(scale));
+                let matrix = stage::affine(Mat4::from_scale(Vec3::splat(scale)));
                 let what = format!("{name}, {transport:?}, times {scale}");
                 all.same(&Seen::of(&moved(world(), matrix, scale)), &plain, &what);
             }
             let shift = Mat4::from_translation(Vec3::new(3.0, -7.0, 1.0));
-            let turned = Seen::of(&moved(world(), shift * Mat4::from_quat(turn), 1.0));
+            let turned = Seen::of(&moved(world(), stage::affine(shift * Mat4::from_quat(turn)), 1.0));
             // The sky stays above.
             all.same(&turned, &plain, &format!("{name}, {transport:?}, turned"));
+        }
+    }
+}
+
+/// Far from the origin of the world, where single precision has steps of half a metre and more: the same image.
+#[test]
+fn images_do_not_depend_on_the_distance_from_the_origin() {
+    let mut all = Relations::default();
+    let far = [DVec3::new(450_123.4, 312.7, -5_412_345.6), DVec3::new(1e7, -2e7 / 3.0, 3e6), DVec3::Y * 1e9];
+    for (index, name) in stage::names().into_iter().enumerate().step_by(3) {
+        for (transport, far) in stage::BOTH.into_iter().flat_map(|transport| far.map(|far| (transport, far)))
+        {
+            let plain = Seen::of(&room(transport, index, &THINGS));
+            let moved = moved(
+                room(transport, index, &THINGS),
+                Transform::Matrix(DAffine3::from_translation(far)),
+                1.0,
+            );
+            all.same(&Seen::of(&moved), &plain, &format!("{name}, {transport:?}, at {far}"));
         }
     }
 }
@@ -105,7 +124,7 @@ fn images_do_not_depend_on_scale_and_rotation() {
 #[test]
 fn spheres_rotate_with_their_normal_maps() {
     let mut all = Relations::default();
-    let turn = Mat4::from_quat(Quat::from_rotation_x(0.7) * Quat::from_rotation_z(-0.4));
+    let turn = stage::affine(Mat4::from_quat(Quat::from_rotation_x(0.7) * Quat::from_rotation_z(-0.4)));
     for (index, name) in stage::names().into_iter().enumerate() {
         let world = || {
             let mut world = room(Transport::Path, index, &[0, 1, 4, 7]);

@@ -81,7 +81,7 @@ fn glass(transport: Transport, mesh: Mesh, material: Material) -> Seen {
     stage::sky(&mut world);
     camera(&mut world, [0.0, 0.5, 3.0], [0.0, 0.0, 0.0], 0.8);
     place_mesh(&mut world, stage::floor(2.0, -1.3), stage::matte(0.5), Transform::IDENTITY);
-    place_mesh(&mut world, mesh, material, Transform::Matrix(Mat4::from_rotation_y(0.3)));
+    place_mesh(&mut world, mesh, material, stage::affine(Mat4::from_rotation_y(0.3)));
     Seen::of(&world)
 }
 
@@ -188,10 +188,10 @@ fn constant_normal_map_equals_a_tilted_normal() {
         if !mapped {
             mesh.normals = vec![tilt; 4];
         }
-        place_mesh(&mut world, mesh, material, Transform::Matrix(Mat4::from_rotation_x(-0.4)));
+        place_mesh(&mut world, mesh, material, stage::affine(Mat4::from_rotation_x(-0.4)));
         let lamp = stage::quad([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
         let turn = Mat4::from_translation(Vec3::new(1.5, 1.0, 2.0)) * Mat4::from_rotation_y(3.5);
-        place_mesh(&mut world, lamp, front_lamp(4.0, |_| ()), Transform::Matrix(turn));
+        place_mesh(&mut world, lamp, front_lamp(4.0, |_| ()), stage::affine(turn));
         Seen::of(&world)
     };
     let changes: [(&str, Change); 6] = [

@@ -27,7 +27,7 @@ fn materials_are_lit_alike_by_light_sampling_and_hits() {
         let mut world = scene(Mesh::default(), stage::matte(0.0), 12, 3072);
         let material = stage::material(&mut world.assets, index);
         place_mesh(&mut world, stage::shell(), material, Transform::IDENTITY);
-        let above = Transform::Matrix(Mat4::from_translation(Vec3::new(0.2, 0.0, -0.2)));
+        let above = stage::affine(Mat4::from_translation(Vec3::new(0.2, 0.0, -0.2)));
         place_mesh(&mut world, stage::ceiling(1.2, 1.6), front_lamp(3.0, |_| ()), above);
         place(&mut world, Shape::Sphere { radius_m: 0.5 }, lamp(4.0), stage::at(-1.8, 0.6, 0.0));
         all.same(&Seen::of(&world), &Seen::found(&world), name);
@@ -59,7 +59,7 @@ fn emitters_of_all_shapes_are_sampled_consistently() {
                     };
                     // Something visible where the emitter faces away.
                     world.settings.background = Background::Constant(Rgb::splat(0.15));
-                    place(&mut world, shape, material.clone(), Transform::Matrix(matrix));
+                    place(&mut world, shape, material.clone(), stage::affine(matrix));
                     if instances {
                         stage::as_instances(&mut world);
                     }

@@ -14,7 +14,7 @@ fn scene(transport: Transport, mesh: Mesh, material: usize, from: [f32; 3]) -> W
     stage::sky(&mut world);
     place_mesh(&mut world, stage::floor(4.0, -1.3), stage::matte(0.5), Transform::IDENTITY);
     world.entities.spawn((stage::point_light(300.0), stage::at(2.0, 4.0, 2.0)));
-    let transform = Transform::Matrix(Mat4::from_rotation_y(0.4));
+    let transform = stage::affine(Mat4::from_rotation_y(0.4));
     place_mesh(&mut world, mesh, material, transform);
     world
 }
@@ -129,7 +129,7 @@ fn mirrored_meshes_keep_their_front() {
             for (name, mesh, from, visible) in &cases {
                 let mut world = stage::world(Transport::Path, 16, 16);
                 camera(&mut world, *from, [0.0, 0.3, 0.0], 0.7);
-                let transform = Transform::Matrix(Mat4::from_scale(scale));
+                let transform = stage::affine(Mat4::from_scale(scale));
                 place_mesh(&mut world, mesh.clone(), front_lamp(1.0, |_| ()), transform);
                 if instances {
                     stage::as_instances(&mut world);
@@ -150,7 +150,7 @@ fn under(mesh: Mesh, scale: Vec3, instances: bool) -> World {
     place_mesh(&mut world, stage::floor(4.0, 0.0), stage::matte(0.6), Transform::IDENTITY);
     let turn = Mat4::from_quat(Quat::from_rotation_z(std::f32::consts::PI));
     let down = Mat4::from_translation(Vec3::new(0.0, 2.0, 0.0)) * turn * Mat4::from_scale(scale);
-    place_mesh(&mut world, mesh, front_lamp(4.0, |_| ()), Transform::Matrix(down));
+    place_mesh(&mut world, mesh, front_lamp(4.0, |_| ()), stage::affine(down));
     if instances {
         stage::as_instances(&mut world);
     }
@@ -198,14 +198,14 @@ fn shapes_that_emit_outwards_are_dark_inside() {
                 place(&mut world, Shape::Sphere { radius_m: 3.0 }, front_lamp(1.0, change), transform)
             }
             None => {
-                let transform = Transform::Matrix(Mat4::from_scale(Vec3::splat(3.0)));
+                let transform = stage::affine(Mat4::from_scale(Vec3::splat(3.0)));
                 place_mesh(&mut world, stage::ball(2), front_lamp(1.0, change), transform);
             }
         }
         world
     };
-    let mirror = Transform::Matrix(Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)));
-    let stretched = Transform::Matrix(Mat4::from_scale(Vec3::new(1.0, 1.1, 1.0)));
+    let mirror = stage::affine(Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)));
+    let stretched = stage::affine(Mat4::from_scale(Vec3::new(1.0, 1.1, 1.0)));
     // The last one is a mesh.
     let shapes = [Some(Transform::IDENTITY), Some(mirror), Some(stretched), None];
     for (place, shape) in shapes.into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Worlds, meshes and materials for the tests' images.
 
-use rayfront::math::{Mat4, Rgb, Vec2, Vec3, Vec4};
+use rayfront::math::{DAffine3, Mat4, Rgb, Vec2, Vec3, Vec4};
 use rayfront::world::{
     AlphaMode, Anisotropy, Assets, Background, BlinnPhong, Camera, Channel, ColorInput, Image, ImageId,
     Material, MaterialId, Mesh, NormalMap, PixelFilter, Principled, ScalarInput, Shape, Texels, Texture,
@@ -36,7 +36,12 @@ pub fn looking(from: [f32; 3], to: [f32; 3]) -> Transform {
     let up = if z.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
     let x = up.cross(z).normalize();
     let y = z.cross(x);
-    Transform::Matrix(Mat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), from.extend(1.0)))
+    affine(Mat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), from.extend(1.0)))
+}
+
+/// The transform of an affine matrix.
+pub fn affine(matrix: Mat4) -> Transform {
+    Transform::Matrix(DAffine3::from_mat4(matrix.as_dmat4()))
 }
 
 /// Adds a camera with an angle of view in radians.

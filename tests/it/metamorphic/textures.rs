@@ -66,7 +66,7 @@ fn scene(transport: Transport, what: Use, mesh: &dyn Fn() -> Mesh, look: impl Fn
     world.settings.background = Background::Constant(Rgb::splat(0.05));
     camera(&mut world, [0.4, 1.6, 2.2], [0.0, 0.0, 0.0], 0.8);
     let texture = fine(&mut world, look);
-    place_mesh(&mut world, mesh(), material(texture, what), Transform::Matrix(Mat4::from_rotation_y(0.2)));
+    place_mesh(&mut world, mesh(), material(texture, what), stage::affine(Mat4::from_rotation_y(0.2)));
     world.entities.spawn((stage::point_light(100.0), stage::at(0.5, 2.0, 1.0)));
     Seen::of(&world)
 }

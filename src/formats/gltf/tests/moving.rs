@@ -1,7 +1,7 @@
 //! Morph targets, skins and animations.
 
 use super::*;
-use crate::math::Vec3;
+use crate::math::{DVec3, Vec3};
 use crate::world::Transform;
 
 fn at(file: &Value, time: Option<f32>) -> Read {
@@ -62,9 +62,9 @@ fn animations_move_nodes_at_the_given_time() {
         Transform::Trs { translation, .. } => translation,
         Transform::Matrix(_) => panic!(),
     };
-    assert_eq!(place(None), Vec3::splat(9.0));
-    assert_eq!(place(Some(0.5)), Vec3::new(1.0, 0.0, 0.5));
-    assert_eq!([place(Some(-1.0)), place(Some(7.0))], [Vec3::ZERO, Vec3::new(4.0, 0.0, 2.0)]);
+    assert_eq!(place(None), DVec3::splat(9.0));
+    assert_eq!(place(Some(0.5)), DVec3::new(1.0, 0.0, 0.5));
+    assert_eq!([place(Some(-1.0)), place(Some(7.0))], [DVec3::ZERO, DVec3::new(4.0, 0.0, 2.0)]);
 }
 
 #[test]

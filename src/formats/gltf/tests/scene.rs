@@ -41,7 +41,7 @@ fn nodes_become_entities_that_share_meshes() {
     };
     assert_eq!((rotation.to_array(), scale), ([0.0, 0.0, 1.0, 0.0], Vec3::new(1.0, 1.0, -1.0)));
     let Transform::Matrix(matrix) = *world.entities.get::<&Transform>(order[2]).unwrap() else { panic!() };
-    assert_eq!(matrix.transform_point3(Vec3::ONE), Vec3::new(2.0, 2.0, 7.0));
+    assert_eq!(matrix.transform_point3(DVec3::ONE), DVec3::new(2.0, 2.0, 7.0));
 }
 
 #[test]

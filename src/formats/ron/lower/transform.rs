@@ -3,7 +3,7 @@
 
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, SceneText, VariantText};
-use crate::math::{DMat3, DQuat, DVec3, Mat4, Quat, Vec3};
+use crate::math::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
 use crate::world::{LookAtFault, Transform};
 
 /// The largest difference of |q|² from 1 for which a quaternion is kept as it is. Rounding to f32 causes less, so saved
@@ -48,7 +48,7 @@ fn translate_rotate_scale<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Tr
         }
     };
     Ok(Transform::Trs {
-        translation: translate.map_or(Ok(Vec3::ZERO), |raw| source.vec3(raw))?,
+        translation: translate.map_or(Ok(DVec3::ZERO), |raw| source.point(raw))?,
         rotation,
         scale: factors.map_or(Ok(Vec3::ONE), |raw| scale(source, raw))?,
     })
@@ -103,8 +103,8 @@ fn look_at<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Trans
     let [from, to, up] = source.variant_keys(variant, 2, ["from", "to", "up"])?;
     let place = to.map_or(variant.name, |raw| raw.0);
     let up_place = up.map_or(place, |raw| raw.0);
-    let [from, to, up] = [from, to, up].map(|raw| raw.map(|raw| source.vec3(raw)).transpose());
-    let (from, to, up) = (from?.unwrap_or_default(), to?.unwrap_or_default(), up?);
+    let [from, to] = [from, to].map(|raw| raw.map_or(Ok(DVec3::ZERO), |raw| source.point(raw)));
+    let (from, to, up) = (from?, to?, up.map(|raw| source.vec3(raw)).transpose()?);
     let looking = match (Transform::look_at(from, to, up.unwrap_or(Vec3::Y)), up) {
         // The view is straight down or up, and no `up` is given.
         (Err(LookAtFault::Parallel), None) => Transform::look_at(from, to, Vec3::NEG_Z),
@@ -125,7 +125,7 @@ fn matrix<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transf
     const FORM: &str = "Matrix(((a, b, c, d), (e, f, g, h), (i, j, k, l))), three rows of four";
     let body = Raw(variant.body.unwrap_or(variant.name));
     let [inner] = source.tuple(body, FORM)?;
-    let mut rows = [[0.0_f32; 4]; 3];
+    let mut rows = [[0.0_f64; 4]; 3];
     let raw_rows: [Raw; 3] = source.tuple(inner, FORM)?;
     for (row, raw) in rows.iter_mut().zip(raw_rows) {
         let numbers: [Raw; 4] = source.tuple(raw, "a row (a, b, c, d)")?;
@@ -133,20 +133,18 @@ fn matrix<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transf
             *number = source.number(raw)?;
         }
     }
-    let [x, y, z] = rows;
-    let matrix = Mat4::from_cols_array_2d(&[x, y, z, [0.0, 0.0, 0.0, 1.0]]).transpose();
-    if !is_invertible(matrix) {
+    let column = |index: usize| DVec3::from_array(rows.map(|row| row[index]));
+    let axes = DMat3::from_cols(column(0), column(1), column(2));
+    if !is_invertible(axes) {
         return Err(source.error(inner.0, "the matrix has no inverse: it makes things flat"));
     }
-    Ok(Transform::Matrix(matrix))
+    Ok(Transform::Matrix(DAffine3::from_mat3_translation(axes, column(3))))
 }
 
-/// Tests if the linear part is invertible, and the inverse within the range of f32.
-fn is_invertible(matrix: Mat4) -> bool {
-    let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().as_dvec3());
-    let axes = DMat3::from_cols(x, y, z);
+/// Tests if a matrix is invertible, and the inverse within the range of f32.
+fn is_invertible(axes: DMat3) -> bool {
     let volume = axes.determinant().abs();
-    let lengths = x.length() * y.length() * z.length();
+    let lengths = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
     let in_range = |axis: DVec3| axis.to_array().iter().all(|c| c.abs() <= f64::from(f32::MAX));
     if volume == 0.0 || volume < FLAT * lengths {
         return false;

@@ -46,7 +46,7 @@ fn entity_at(time_s: f32, keys: &str) -> World {
 
 fn parts(world: &World) -> (Vec3, Quat, Vec3) {
     match only::<Transform>(world) {
-        Transform::Trs { translation, rotation, scale } => (translation, rotation, scale),
+        Transform::Trs { translation, rotation, scale } => (translation.as_vec3(), rotation, scale),
         Transform::Matrix(_) => panic!("a matrix"),
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::{EVERYTHING, Fake, grey, only, read, read_entity};
 use crate::formats::ron::{load, parse};
-use crate::math::{Quat, Rgb, Vec2, Vec3};
+use crate::math::{DVec3, Quat, Rgb, Vec2, Vec3};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
 use crate::world::*;
 
@@ -241,7 +241,7 @@ fn unit_quaternions_are_kept_and_nearly_unit_ones_normalised() {
 fn matrices_are_read_by_rows() {
     let world = read_entity("transform: Matrix(((1, 0, 0, 7), (0, 2, 0, 8), (0, 0, 3, 9)))");
     let Transform::Matrix(matrix) = only::<Transform>(&world) else { panic!("no matrix") };
-    assert_eq!(matrix.transform_point3(Vec3::ONE), Vec3::new(8.0, 10.0, 12.0));
+    assert_eq!(matrix.transform_point3(DVec3::ONE), DVec3::new(8.0, 10.0, 12.0));
 }
 
 #[test]

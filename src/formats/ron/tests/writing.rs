@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::{EVERYTHING, Fake, grey, only, read};
 use crate::formats::ron::{load, parse, save, write};
-use crate::math::{Mat4, Quat, Rgb, Vec2, Vec3};
+use crate::math::{DAffine3, DVec3, Quat, Rgb, Vec2, Vec3};
 use crate::world::assets::Wrap;
 use crate::world::*;
 
@@ -221,7 +221,12 @@ fn transform() -> impl Strategy<Value = Transform> {
     let factor = || prop_oneof![0.001_f32..1000.0, -1000.0_f32..-0.001];
     let scale =
         prop_oneof![factor().prop_map(Vec3::splat), [factor(), factor(), factor()].prop_map(Vec3::from)];
-    let trs = (vector(), rotation, scale).prop_map(|(translation, rotation, scale)| Transform::Trs {
+    // Single precision, as of other files, or double.
+    let translation = prop_oneof![
+        vector().prop_map(Vec3::as_dvec3),
+        [-1e7_f64..1e7, -1.0..1.0, -1e-7..1e-7].prop_map(DVec3::from)
+    ];
+    let trs = (translation, rotation, scale).prop_map(|(translation, rotation, scale)| Transform::Trs {
         translation,
         rotation,
         scale,
@@ -229,10 +234,9 @@ fn transform() -> impl Strategy<Value = Transform> {
     let trs = trs.boxed();
     let matrix = (trs.clone(), -0.5_f32..0.5).prop_map(|(transform, shear)| {
         let Transform::Trs { translation, rotation, scale } = transform else { return transform };
-        let mut matrix = Mat4::from_scale_rotation_translation(scale.signum(), rotation, translation);
-        matrix.y_axis += matrix.x_axis * shear;
-        // The last row is not written, so it must be 0 and not −0.
-        [matrix.x_axis.w, matrix.y_axis.w, matrix.z_axis.w] = [0.0; 3];
+        let (scale, rotation) = (scale.signum().as_dvec3(), rotation.as_dquat());
+        let mut matrix = DAffine3::from_scale_rotation_translation(scale, rotation, translation);
+        matrix.matrix3.y_axis += matrix.matrix3.x_axis * f64::from(shear);
         Transform::Matrix(matrix)
     });
     prop_oneof![Just(Transform::IDENTITY), trs, matrix]

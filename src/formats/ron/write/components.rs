@@ -4,7 +4,7 @@ use super::Written;
 use super::assets::AssetPaths;
 use super::number::{Keys, same, tuple, uniform_or_tuple};
 use super::texture::WrittenTextures;
-use crate::math::{Mat4, Vec3};
+use crate::math::{DAffine3, DVec3, Vec3};
 use crate::world::Transform;
 use crate::world::fields::Forms;
 
@@ -13,7 +13,7 @@ pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
     match transform {
         Transform::Matrix(matrix) => affine(matrix).map(Some),
         Transform::Trs { translation, rotation, scale } => {
-            let [translation, scale] = [translation.to_array(), scale.to_array()];
+            let (translation, scale) = (translation.to_array(), scale.to_array());
             let rotation = rotation.to_array();
             let mut keys = Keys::default();
             keys.push_unless(same(&translation, &[0.0; 3]), "translate", || tuple(&translation))?;
@@ -26,7 +26,7 @@ pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
     }
 }
 
-pub(super) fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Written {
+pub(super) fn look_at(from: DVec3, to: DVec3, up: Vec3) -> Written {
     let mut keys = Keys::default();
     keys.push("from", tuple(&from.to_array())?);
     keys.push("to", tuple(&to.to_array())?);
@@ -34,11 +34,9 @@ pub(super) fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Written {
     Ok(keys.finish("LookAt"))
 }
 
-fn affine(matrix: &Mat4) -> Written {
-    if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
-        return Err("its matrix is not affine: the last row must be 0 0 0 1".to_owned());
-    }
-    let row = |index| tuple(&matrix.row(index).to_array());
+fn affine(matrix: &DAffine3) -> Written {
+    let columns = matrix.to_cols_array_2d();
+    let row = |index: usize| tuple(&columns.map(|column| column[index]));
     Ok(format!("Matrix(({}, {}, {}))", row(0)?, row(1)?, row(2)?))
 }
 

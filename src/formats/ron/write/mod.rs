@@ -23,7 +23,7 @@ use self::assets::AssetPaths;
 use super::lower::reread::Component;
 use crate::error::SaveError;
 use crate::files;
-use crate::math::Vec3;
+use crate::math::{DVec3, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
     Camera, FromModel, Light, MaterialId, Model, Name, Overrides, Parent, Shape, Transform, WithoutCaustics,
@@ -148,7 +148,7 @@ pub fn camera(world: &World, camera: &Camera, scene_path: &Path) -> Result<Strin
 }
 
 /// The transform `LookAt(from: …, to: …, up: …)`, as in a scene file.
-pub fn look_at(from: Vec3, to: Vec3, up: Vec3) -> Result<String, String> {
+pub fn look_at(from: DVec3, to: DVec3, up: Vec3) -> Result<String, String> {
     components::look_at(from, to, up)
 }
 

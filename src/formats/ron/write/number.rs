@@ -4,10 +4,17 @@ use super::Written;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::world::fields::radians;
 
+/// A number of single or double precision.
+pub(super) trait Decimal: Copy + std::fmt::Debug + Into<f64> {}
+
+impl Decimal for f32 {}
+
+impl Decimal for f64 {}
+
 /// The shortest decimal that reads back as `value`.
-pub(super) fn number(value: f32) -> Written {
-    if !value.is_finite() {
-        return Err(format!("{value} cannot be written: a scene's numbers are finite"));
+pub(super) fn number(value: impl Decimal) -> Written {
+    if !value.into().is_finite() {
+        return Err(format!("{value:?} cannot be written: a scene's numbers are finite"));
     }
     let digits = format!("{value:?}");
     Ok(digits.strip_suffix(".0").map_or(digits.clone(), str::to_owned))
@@ -27,7 +34,7 @@ pub(super) fn degrees(angle: f32) -> Written {
 }
 
 /// A tuple, `(1, 2, 3)`.
-pub(super) fn tuple(values: &[f32]) -> Written {
+pub(super) fn tuple(values: &[impl Decimal]) -> Written {
     let numbers: Vec<String> = values.iter().map(|value| number(*value)).collect::<Written<_>>()?;
     Ok(format!("({})", numbers.join(", ")))
 }
@@ -58,8 +65,9 @@ pub(super) fn pairs(pairs: &[Vec2]) -> Written {
 }
 
 /// Tests for bitwise equality, which tells 0 from −0.
-pub(super) fn same(a: &[f32], b: &[f32]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+pub(super) fn same<F: Decimal>(a: &[F], b: &[F]) -> bool {
+    let bits = |value: &F| -> u64 { (*value).into().to_bits() };
+    a.len() == b.len() && a.iter().map(bits).eq(b.iter().map(bits))
 }
 
 /// The keys of a structure, as text.
