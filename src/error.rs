@@ -35,6 +35,12 @@ pub enum LoadError {
         /// The fault and what would be right.
         reason: String,
     },
+    /// Several places in a text file are wrong.
+    #[error("{}", .0.iter().map(LoadError::to_string).collect::<Vec<_>>().join("\n"))]
+    Several(
+        /// The errors, in the order of their places.
+        Vec<LoadError>,
+    ),
     /// A file is wrong at a place that has no line and column.
     #[error("{}", of_file(.file, reason))]
     Invalid {

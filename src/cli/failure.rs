@@ -135,7 +135,9 @@ fn of_file(error: &LoadError) -> Fault {
     match error {
         LoadError::TooLarge { .. } => Fault::Limit,
         LoadError::Option { .. } => Fault::CommandLine,
-        LoadError::Io { .. } | LoadError::At { .. } | LoadError::Invalid { .. } => Fault::File,
+        LoadError::Io { .. } | LoadError::At { .. } | LoadError::Several(_) | LoadError::Invalid { .. } => {
+            Fault::File
+        }
     }
 }
 
@@ -159,6 +161,9 @@ impl From<LoadError> for Failure {
             // The option as typed: `time_s` is --time.
             LoadError::Option { option, reason } => {
                 format!("--{}: {reason}", option.trim_end_matches("_s").replace('_', "-"))
+            }
+            LoadError::Several(errors) => {
+                errors.iter().map(LoadError::to_string).collect::<Vec<_>>().join("\nerror: ")
             }
             error => error.to_string(),
         };

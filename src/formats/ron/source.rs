@@ -4,7 +4,7 @@
 //! Values are [`Raw`]: slices of the text. Every error can thus be located by the slice of its value, and `ron` need not
 //! parse nested values twice, as it would with its own raw values.
 
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell, RefCell};
 use std::path::Path;
 
 use ron::error::SpannedError;
@@ -15,6 +15,9 @@ use super::keyframes::Clock;
 use super::scan;
 use super::tree::BracketTree;
 use crate::error::{LoadError, did_you_mean, meant};
+
+/// The number of faults after which reading stops.
+const MOST_FAULTS: usize = 20;
 
 /// A value's text as in the file, without leading blanks.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +38,10 @@ pub(super) struct SceneText<'a> {
     path: &'a Path,
     options: ron::Options,
     clock: Clock,
+    /// True while faults are collected.
+    collects: Cell<bool>,
+    /// The faults found up to now, if they are collected.
+    faults: RefCell<Vec<LoadError>>,
     /// The spans of the values, once the text is known to be well formed.
     tree: OnceCell<BracketTree>,
     /// The byte offset of each line, once it is needed.
@@ -50,8 +57,52 @@ impl<'a> SceneText<'a> {
             path,
             options,
             clock: Clock { time_s, ..Clock::default() },
+            collects: Cell::new(false),
+            faults: RefCell::default(),
             tree: OnceCell::new(),
             line_starts: OnceCell::new(),
+        }
+    }
+
+    /// Collects faults from here on: see [`SceneText::recover`].
+    pub(super) fn collect_faults(&self) {
+        self.collects.set(true);
+    }
+
+    /// Returns a value; none if it has a fault, while faults are collected. Errors: a fault if they are not, one that has
+    /// no place, and one after the many that an author wants to read at once.
+    pub(super) fn recover<T>(&self, value: Result<T, LoadError>) -> Result<Option<T>, LoadError> {
+        match value {
+            Ok(value) => Ok(Some(value)),
+            Err(error @ LoadError::At { .. }) if self.collects.get() => {
+                let mut faults = self.faults.borrow_mut();
+                faults.push(error);
+                if faults.len() < MOST_FAULTS { Ok(None) } else { Err(self.faults_of(&mut faults)) }
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// True if faults were collected.
+    pub(super) fn has_faults(&self) -> bool {
+        !self.faults.borrow().is_empty()
+    }
+
+    /// Errors: all faults that were collected.
+    pub(super) fn check_faults(&self) -> Result<(), LoadError> {
+        let mut faults = self.faults.borrow_mut();
+        if faults.is_empty() { Ok(()) } else { Err(self.faults_of(&mut faults)) }
+    }
+
+    fn faults_of(&self, faults: &mut Vec<LoadError>) -> LoadError {
+        let mut faults = std::mem::take(faults);
+        faults.sort_by_key(|fault| match fault {
+            LoadError::At { line, column, .. } => (*line, *column),
+            _ => (0, 0),
+        });
+        match faults.len() {
+            1 => faults.swap_remove(0),
+            _ => LoadError::Several(faults),
         }
     }
 

@@ -142,8 +142,10 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
     pub(super) fn read_images(self, source: &SceneText<'a>, world: &mut World) -> Result<(), LoadError> {
         let read = self.files.images(&self.paths);
         for ((image, id), raw) in read.into_iter().zip(self.wanted).zip(self.named) {
-            let image = image.map_err(|error| source.nested(raw, error))?;
-            world.assets.images[id.0 as usize] = image;
+            let image = source.recover(image.map_err(|error| source.nested(raw, error)))?;
+            if let Some(image) = image {
+                world.assets.images[id.0 as usize] = image;
+            }
         }
         Ok(())
     }

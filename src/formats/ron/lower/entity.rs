@@ -35,7 +35,14 @@ impl<'a> Lowering<'_, 'a> {
         let mut family = Family::default();
         let file: Arc<Path> = self.source.path().into();
         for raw in self.source.list(raw, "the entities")? {
-            self.entity((raw, &file), self.source.keys(raw, "an entity", 0, ENTITY)?, &mut family)?;
+            let source = self.source;
+            let keys = source.recover(source.keys(raw, "an entity", 0, ENTITY))?;
+            let read = keys.map_or(Ok(()), |keys| self.entity((raw, &file), keys, &mut family));
+            source.recover(read)?;
+        }
+        // An entity with a fault may have no name.
+        if self.source.has_faults() {
+            return Ok(());
         }
         let parents = self.parents(&mut family)?;
         self.refuse_cycles(&family, &parents)?;
@@ -114,15 +121,16 @@ impl<'a> Lowering<'_, 'a> {
             family.names.insert(name.clone(), (raw, index));
             builder.add(Name(name));
         }
-        builder.add(transform.map_or(Ok(Transform::IDENTITY), |raw| transform::transform(source, raw))?);
-        if let Some(raw) = shape {
-            builder.add(self.shape(raw)?);
+        let place = transform.map_or(Ok(Transform::IDENTITY), |raw| transform::transform(source, raw));
+        builder.add(source.recover(place)?.unwrap_or_default());
+        if let Some(shape) = self.recovered(shape, Self::shape)? {
+            builder.add(shape);
         }
-        if let Some(raw) = material {
-            builder.add(self.material_of_entity(raw)?);
+        if let Some(material) = self.recovered(material, Self::material_of_entity)? {
+            builder.add(material);
         }
-        if let Some(raw) = light {
-            builder.add(self.light(raw)?);
+        if let Some(light) = self.recovered(light, Self::light)? {
+            builder.add(light);
         }
         if let Some(raw) = caustics {
             if light.is_none() {
@@ -133,8 +141,8 @@ impl<'a> Lowering<'_, 'a> {
                 builder.add(WithoutCaustics);
             }
         }
-        if let Some(raw) = camera {
-            builder.add(self.camera(raw)?);
+        if let Some(camera) = self.recovered(camera, Self::camera)? {
+            builder.add(camera);
         }
         let overrides = match (overrides, gltf) {
             (None, _) => Vec::new(),
@@ -147,6 +155,16 @@ impl<'a> Lowering<'_, 'a> {
         family.parents.extend(parent.map(|raw| (index, raw)));
         family.entities.push(self.world.entities.spawn(builder.build()));
         Ok(())
+    }
+
+    /// Reads a component; none if there is none, or if it has a fault and faults are collected.
+    fn recovered<T>(
+        &mut self,
+        raw: Option<Raw<'a>>,
+        read: impl FnOnce(&mut Self, Raw<'a>) -> Result<T, LoadError>,
+    ) -> Result<Option<T>, LoadError> {
+        let component = raw.map(|raw| read(self, raw)).transpose();
+        self.source.recover(component).map(Option::flatten)
     }
 
     /// The parent of each entity, as indices in file order. Parents inside glTF files are left to [`Family::nodes`].

@@ -29,12 +29,14 @@ impl<'a> Lowering<'_, 'a> {
         owner: Option<&str>,
         fields: &mut VisitFields,
     ) -> Result<(), LoadError> {
-        self.source.check_keys(members, what, fields)?;
+        let source = self.source;
+        // A key that is misspelt is not missing, too.
+        let is_spelt = source.recover(source.check_keys(members, what, fields))?.is_some();
         let mut result = Ok(());
         fields(&mut |field| {
             let given = members.iter().find(|(key, _)| field.is_called(key)).map(|(_, raw)| *raw);
-            if result.is_ok() {
-                result = self.set(given, (what, place), owner, field);
+            if result.is_ok() && (is_spelt || given.is_some()) {
+                result = source.recover(self.set(given, (what, place), owner, field)).map(drop);
             }
         });
         result

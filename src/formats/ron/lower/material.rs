@@ -15,9 +15,11 @@ impl<'a> Lowering<'_, 'a> {
             let name = self.source.string(key, "the name of a material")?;
             if self.materials.contains_key(&name) {
                 let reason = format!("there is already a material \"{}\"", shorten(&name));
-                return Err(self.source.error(key.0, reason));
+                self.source.recover(Err::<(), _>(self.source.error(key.0, reason)))?;
+                continue;
             }
-            let material = self.material(value)?;
+            // A material with a fault is known by its name.
+            let material = self.source.recover(self.material(value))?.unwrap_or_default();
             let id = self.world.assets.add_material(Some(name.clone()), material);
             self.materials.insert(name, id);
         }

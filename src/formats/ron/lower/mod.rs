@@ -50,6 +50,7 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
     let root = source.root()?;
     let [entities, settings, materials, edits] =
         source.keys(root, "a scene", 1, SCENE).map_err(|error| as_study(source, error, root))?;
+    source.collect_faults();
     let mut lowering = Lowering {
         source,
         world: World::default(),
@@ -59,15 +60,18 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
     let (mut transport, mut names_depth) = (None, false);
     if let Some(settings) = settings {
         source.clock().refused.set(Some("settings stay what they are: keys are for entities and materials"));
-        (lowering.world.settings, transport, names_depth) = lowering.settings(settings)?;
+        if let Some(read) = source.recover(lowering.settings(settings))? {
+            (lowering.world.settings, transport, names_depth) = read;
+        }
         source.clock().refused.set(None);
     }
     if let Some(materials) = materials {
-        lowering.named_materials(materials)?;
+        source.recover(lowering.named_materials(materials))?;
     }
-    entities.map_or(Ok(()), |raw| lowering.entities(raw))?;
+    source.recover(entities.map_or(Ok(()), |raw| lowering.entities(raw)))?;
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
+    source.check_faults()?;
     world.usual_depth = (!names_depth).then_some(world.settings.max_depth);
     let edits = edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))?;
     let mut changes = query::EditRunner::new(&world);

@@ -1,6 +1,7 @@
 //! Tests that every error is reported with its place, its reason and a remedy.
 
 use super::{Fake, read};
+use crate::error::LoadError;
 use crate::formats::ron::load;
 
 #[test]
@@ -115,4 +116,34 @@ fn files_that_are_unreadable_or_not_utf_8_are_refused() {
     assert!(message.ends_with("a.ron:2:3: this is not UTF-8: save the file in that encoding"), "{message}");
     let message = load(&folder.path().join("b.ron"), &mut Fake::default()).err().unwrap().to_string();
     assert!(message.contains("b.ron: cannot read: "), "{message}");
+}
+
+/// All faults of a file are told at once, in their order, and nothing that only follows from one of them.
+#[test]
+fn all_faults_of_a_file_are_told() {
+    let text = r#"(
+    settings: (samples: 0, sizes: (3, 3)),
+    materials: {"red": (diffuse: (1, 0)), "blue": (difuse: 1)},
+    entities: [
+        (name: "a", shape: Sphere(radius: 1), material: "red", transform: (translate: (1, 2))),
+        (nam: "b"),
+        (parent: "b", camera: Pinhole(vertical_fov_degrees: 200), material: "green"),
+        (parent: "c", shape: Sphere(radius_m: 1)),
+    ],
+)"#;
+    let error = read(text).err().unwrap();
+    let LoadError::Several(faults) = &error else { panic!("{error}") };
+    let places: Vec<_> = faults
+        .iter()
+        .map(|fault| match fault {
+            LoadError::At { line, column, .. } => (*line, *column),
+            other => panic!("{other}"),
+        })
+        .collect();
+    let expected = [(2, 25), (2, 28), (3, 34), (3, 52), (5, 35), (5, 87), (6, 10), (7, 61), (7, 77)];
+    assert_eq!(places, expected, "{error}");
+    assert_eq!(error.to_string().lines().count(), faults.len());
+    let many = format!("(entities: [{}])", "(lamp: 1), ".repeat(1000));
+    let LoadError::Several(faults) = read(&many).err().unwrap() else { panic!() };
+    assert_eq!(faults.len(), 20);
 }

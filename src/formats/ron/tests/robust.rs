@@ -9,14 +9,21 @@ use super::{EVERYTHING, read};
 use crate::error::LoadError;
 use crate::formats::ron::write;
 
+fn is_within(error: &LoadError, text: &str) {
+    match error {
+        LoadError::At { line, column, .. } => {
+            let in_line = text.trim_start_matches('\u{feff}').split('\n').nth(line - 1).unwrap();
+            assert!((1..=in_line.chars().count() + 1).contains(column), "{line}:{column} in {text}");
+        }
+        LoadError::Several(faults) => faults.iter().for_each(|fault| is_within(fault, text)),
+        other => panic!("an error without a place: {other}"),
+    }
+}
+
 /// Reads a text; checks that an error's place is within it, or that the world survives saving.
 fn survives(text: &str) {
     match read(text) {
-        Err(LoadError::At { line, column, .. }) => {
-            let in_line = text.trim_start_matches('\u{feff}').split('\n').nth(line - 1).unwrap();
-            assert!((1..=in_line.chars().count() + 1).contains(&column), "{line}:{column} in {text}");
-        }
-        Err(other) => panic!("an error without a place: {other}"),
+        Err(error) => is_within(&error, text),
         // An accepted scene can be saved, unless a mutation changed its mesh's extension, for example to .pl or .exe.
         Ok(world) => {
             if let Ok(written) = write(&world, Path::new("scenes/test.ron")) {
