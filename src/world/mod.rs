@@ -14,6 +14,9 @@ pub(crate) mod bounds;
 pub(crate) mod components;
 pub(crate) mod fields;
 pub(crate) mod material;
+pub(crate) mod names;
+#[cfg(feature = "formats")]
+pub(crate) mod normals;
 pub(crate) mod orbit_camera;
 pub(crate) mod origin;
 pub(crate) mod settings;
@@ -47,6 +50,8 @@ pub struct World {
     pub warnings: Vec<Diagnostic>,
     /// True if the scene's files contain anything that changes with time.
     pub(crate) is_animated: bool,
+    /// The time of the last change in seconds, if the scene's files give it.
+    pub(crate) animation_end_s: Option<f32>,
     /// True if no file sets the transport, which is then [`World::fitting_transport`].
     pub(crate) transport_is_chosen: bool,
     /// The maximum depth of scenes without glass if no file sets it; [`World::depth_under`] then gives the depth.
@@ -58,6 +63,12 @@ pub struct World {
 const DEPTH_OF_GLASS: u32 = 64;
 
 impl World {
+    /// Extends the time of the last change.
+    #[cfg(feature = "formats")]
+    pub(crate) fn animated_until(&mut self, end_s: Option<f32>) {
+        self.animation_end_s = self.animation_end_s.into_iter().chain(end_s).reduce(f32::max);
+    }
+
     /// Returns the entities in the order in which they were spawned, which is the author's; hecs iterates by archetype.
     pub fn in_order(&self) -> Vec<hecs::Entity> {
         let mut entities: Vec<_> = self.entities.iter().map(|e| e.entity()).collect();
