@@ -154,6 +154,7 @@ impl CommandLine {
             time_s,
             variant,
             scene,
+            animation,
             light_units,
             solid_glass,
             double_sided,
@@ -166,6 +167,7 @@ impl CommandLine {
         self.option("time", time_s.as_ref());
         self.option("variant", variant.as_ref());
         self.option("scene", scene.as_ref());
+        self.option("animation", animation.as_ref());
         self.option(
             "light-units",
             changed(light_units, &LightUnits::Auto).map(|units| name_of(LIGHT_UNITS, units)),
@@ -463,7 +465,7 @@ mod tests {
     #[test]
     fn words_parse_back_to_the_same_options() {
         let options = [
-            "--time=-1.25 --variant=-1 --scene 2 --light-units watt --solid-glass --double-sided",
+            "--time=-1.25 --variant=-1 --scene 2 --animation walk --light-units watt --solid-glass --double-sided",
             "--light-units candela --time 0.1",
             "--env none --set a --set b=c --only d --hide e --hide f --ground --background #fff",
             "--env sky:-3.5,90 --orbit=-30,10.1 --zoom 0.3 --size 7x9",

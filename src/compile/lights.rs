@@ -248,7 +248,9 @@ fn punctual(light: &world::Light, matrix: &DAffine3) -> WorldLight {
         }
         world::Light::Spot { power_w, inner_angle, outer_angle, falloff } => {
             let cos = |angle: f32| libm::cos(angle as f64);
-            let width = (cos(*inner_angle) - cos(*outer_angle)).max(1e-6);
+            // Equal angles make an edge that is hard even for the narrowest cone.
+            let narrowest = (1e-6 * (1.0 - cos(*outer_angle))).max(1e-30);
+            let width = (cos(*inner_angle) - cos(*outer_angle)).max(narrowest);
             let cone = SpotCone {
                 axis: direction(matrix, Vec3::NEG_Z),
                 cos_outer: cos(*outer_angle) as f32,

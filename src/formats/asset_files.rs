@@ -104,7 +104,13 @@ impl AssetFiles for Files {
         match extension(path).as_str() {
             "gltf" | "glb" => {
                 assets.files = self.sources.clone();
-                gltf::load(path, &self.options, assets, warnings)
+                let mut model = gltf::load(path, &self.options, assets, warnings)?;
+                // Another model of the scene may have the animation; one that does not move need not.
+                if let Some(unknown) = model.unknown_animation.take().filter(|_| model.moves()) {
+                    let what = format!("{unknown}: all its animations count");
+                    warnings.push(Diagnostic::warning("unknown-animation", what));
+                }
+                Ok(model)
             }
             other => {
                 let hint = did_you_mean(other, ["gltf", "glb"]);

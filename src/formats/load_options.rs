@@ -22,6 +22,11 @@ pub struct LoadOptions {
     /// The name of one of the model's scenes, or its number from 0. None: the file's default scene. For `.gltf` and
     /// `.glb` files.
     pub scene: Option<String>,
+    /// The name of one of the model's animations, or its number from 0. None: all of them; if several move the same
+    /// property of a node, the first counts. A model that has it is read at 0 s unless a time is given. For glTF files,
+    /// and `.ron` files that place them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub animation: Option<String>,
     /// The unit of a model's lights. For glTF files, and `.ron` files that place them.
     pub light_units: LightUnits,
     /// True if glass without a volume encloses a solid body all the same. Otherwise it is a thin sheet, which light
@@ -52,6 +57,7 @@ impl LoadOptions {
         let all = [
             ("variant", to_gltf && self.variant.is_some(), gltf),
             ("scene", to_gltf && self.scene.is_some(), gltf),
+            ("animation", to_scenes && self.animation.is_some(), scenes),
             ("light_units", to_scenes && self.light_units != LightUnits::Auto, scenes),
             ("solid_glass", to_scenes && self.solid_glass, scenes),
             ("double_sided", to_scenes && self.double_sided, scenes),

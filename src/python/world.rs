@@ -162,6 +162,7 @@ impl PyWorld {
         time: Option<f32>,
         variant: Option<String>,
         scene: Option<String>,
+        animation: Option<String>,
         env: Option<&str>,
         set: Vec<String>,
         hide: Vec<String>,
@@ -191,7 +192,7 @@ impl PyWorld {
         let edits = Edits { set, only, hide, look_at, orbit, zoom, ground };
         let common =
             LoadOptions { time_s: time, variant, scene, surroundings, edits, size, ..LoadOptions::default() };
-        let options = LoadOptions { light_units, solid_glass, double_sided, ..common };
+        let options = LoadOptions { animation, light_units, solid_glass, double_sided, ..common };
         let source = PySource::File { path, options: Box::new(options), kept: AssetCache::keeping() };
         py.detach(|| source.world())
     }

@@ -10,7 +10,7 @@ use crate::formats::film_file::RenderedView;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Parts and frames")]
 pub struct FrameOptions {
-    /// Frames of an animation, such as 1-48, 1-48x2 (every other) or 1,3,7-9; 7/1-48 renders only frame 7 of these,
+    /// Frames of an animation, such as 1-48, 1-48x2 (every other), 1,3,7-9 or all; 7/1-48 renders only frame 7 of these,
     /// with the exposure common to all, and auto/1-48 the one selected by the scheduler's task number; #### in -o
     /// stands for the frame's number
     #[arg(long, value_name = "LIST", value_parser = parse, conflicts_with = "time")]
@@ -29,7 +29,7 @@ pub struct FrameOptions {
 /// A list of frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frames {
-    /// The first and last frame and the step of each range.
+    /// The first and last frame and the step of each range; empty for all frames of the animation.
     ranges: Vec<[u32; 3]>,
     /// The frames of the list that are rendered.
     of_them: OfThem,
@@ -48,6 +48,34 @@ enum OfThem {
 const MOST: u32 = 1_000_000;
 
 impl Frames {
+    /// Returns the list with its frames if it is `all`. `end` gives the time of the animation's last frame in seconds.
+    pub fn until(
+        self,
+        fps: f32,
+        end: impl FnOnce() -> Result<Option<f32>, Failure>,
+    ) -> Result<Frames, Failure> {
+        if !self.ranges.is_empty() {
+            return Ok(self);
+        }
+        let Some(end) = end()? else {
+            let reason = "nothing in the scene says when it ends: give the first and the last frame";
+            return Err(Failure::command_line(format!("--frames all: {reason}, such as --frames 0-48")));
+        };
+        // A last frame that is late by no more than rounding belongs to it.
+        let last = (f64::from(end) * f64::from(fps) + 1e-3).floor().clamp(0.0, f64::from(u32::MAX));
+        if last > f64::from(MOST) {
+            let reason = format!("there are {last} frames: at most {MOST} can be rendered (--fps)");
+            return Err(Failure::command_line(format!("--frames all: {reason}")));
+        }
+        let frames = Frames { ranges: vec![[0, last as u32, 1]], of_them: self.of_them };
+        match frames.of_them {
+            OfThem::One(frame) if frame > last as u32 => {
+                Err(Failure::command_line(format!("--frames: frame {frame} is none of {frames}")))
+            }
+            _ => Ok(frames),
+        }
+    }
+
     /// Returns the frame numbers in the order given.
     pub fn numbers(&self) -> impl Iterator<Item = u32> {
         self.ranges.iter().flat_map(|[first, last, step]| (*first..=*last).step_by(*step as usize))
@@ -100,12 +128,17 @@ fn parse(text: &str) -> Result<Frames, String> {
         let range = [number(first)?, number(last)?, step];
         (range[0] <= range[1] && step > 0).then_some(range)
     };
-    let ranges: Option<Vec<_>> = list.split(',').map(range).collect();
+    let ranges: Option<Vec<_>> = match list.trim() {
+        "all" => Some(Vec::new()),
+        list => list.split(',').map(range).collect(),
+    };
     let frames = ranges.zip(of_them).map(|(ranges, of_them)| Frames { ranges, of_them });
     let frames =
-        frames.ok_or("expected frames, such as 1-48, 1-48x2, 1,3,7-9, or 7/1-48 for one of several")?;
+        frames.ok_or("expected frames, such as 1-48, 1-48x2, 1,3,7-9, all, or 7/1-48 for one of several")?;
     match frames.of_them {
-        OfThem::One(frame) if !frames.numbers().any(|number| number == frame) => {
+        OfThem::One(frame)
+            if !frames.ranges.is_empty() && !frames.numbers().any(|number| number == frame) =>
+        {
             Err(format!("frame {frame} is none of {frames}"))
         }
         _ => Ok(frames),
@@ -140,5 +173,23 @@ mod tests {
         let one = parse("3/1-5x2").ok().and_then(|frames| Some((frames.to_string(), frames.resolve().ok()?)));
         let one = one.map(|(list, frames)| (list, frames.numbers().collect::<Vec<_>>()));
         assert_eq!(one, Some(("1-5x2".into(), vec![3])));
+    }
+
+    #[test]
+    fn all_frames_reach_the_end_of_the_animation() {
+        let all = |text: &str, fps: f32, end: Option<f32>| {
+            let frames = parse(text).unwrap().until(fps, || Ok(end));
+            frames.and_then(|frames| Ok((frames.to_string(), frames.resolve()?.to_string())))
+        };
+        let is = |list: &str, resolved: &str| Some((list.to_owned(), resolved.to_owned()));
+        assert_eq!(all("all", 24.0, Some(2.0)).ok(), is("0-48", "0-48"));
+        assert_eq!(all("all", 24.0, Some(41.0 / 24.0)).ok(), is("0-41", "0-41"), "rounded down by a hair");
+        assert_eq!(all("all", 10.0, Some(0.55)).ok(), is("0-5", "0-5"));
+        assert_eq!(all("all", 24.0, Some(0.0)).ok(), is("0", "0"));
+        assert_eq!(all("3/all", 24.0, Some(1.0)).ok(), is("0-24", "3"));
+        assert_eq!(all("7-9", 24.0, None).ok(), is("7-9", "7-9"));
+        for (text, end) in [("all", None), ("30/all", Some(1.0)), ("all", Some(1e9))] {
+            assert!(all(text, 24.0, end).is_err(), "{text} {end:?}");
+        }
     }
 }

@@ -173,6 +173,9 @@ pub struct ModelOptions {
     /// Scene of a model, by name or index [default: the file's own choice]
     #[arg(id = "model_scene", long = "scene", value_name = "NAME|INDEX")]
     pub scene: Option<String>,
+    /// Animation of a model, by name or index [default: all, the first of those that move the same node]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub animation: Option<String>,
     /// Unit of glTF lights: candela (as they are), watt (683 lumens to a watt), auto (Blender's unit, if Blender wrote
     /// the file)
     #[arg(long, value_name = "NAME", default_value = "auto", hide_possible_values = true,
@@ -245,10 +248,19 @@ impl EditOptions {
 impl ModelOptions {
     /// Returns the options in the form that loaders expect, with the given size of the image, if any.
     pub fn of_size(&self, size: Option<ImageSize>) -> LoadOptions {
-        let ModelOptions { time, variant, scene, light_units, solid_glass, double_sided, env, edits } =
-            self.clone();
+        let ModelOptions {
+            time,
+            variant,
+            scene,
+            animation,
+            light_units,
+            solid_glass,
+            double_sided,
+            env,
+            edits,
+        } = self.clone();
         let edits = edits.edits();
         let common = LoadOptions { time_s: time, variant, scene, edits, size, ..LoadOptions::default() };
-        LoadOptions { light_units, solid_glass, double_sided, surroundings: env, ..common }
+        LoadOptions { animation, light_units, solid_glass, double_sided, surroundings: env, ..common }
     }
 }

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::frames::FrameOptions;
+use super::frames::{FrameOptions, Frames};
 use super::job::{OutputOptions, RunOptions};
 use super::names::{AOVS, Aovs, one_of};
 use super::parse::{parse_crop, parse_samples};
 use super::picture::{ModelOptions, PictureOptions, SampleOptions};
 use super::shard::{ShardOption, parse_shard};
+use crate::cli::failure::Failure;
 use crate::film::Region;
 use crate::formats::LoadOptions;
 use crate::formats::film_file::RenderedView;
@@ -97,19 +98,38 @@ impl Render {
         }
     }
 
+    /// Returns the frames of the command; those of `all` depend on the scene, which is read for it.
+    pub fn frames_of_scene(&self) -> Result<Option<Frames>, Failure> {
+        let end = || {
+            let options = self.view(Some(0.0)).options;
+            Ok(crate::formats::load_with(&self.scene, &options)?.animation_end_s)
+        };
+        self.frames.frames.clone().map(|frames| frames.until(self.frames.fps, end)).transpose()
+    }
+
     /// Returns the view of the scene that is rendered, at a time.
     pub fn view(&self, time_s: Option<f32>) -> RenderedView {
         let FrameOptions { fps, shutter, moments, .. } = self.frames;
         let (shutter_s, moments) = (shutter.map(|part| part / fps), shutter.and(Some(moments)));
         let SampleOptions { camera, size, .. } = &self.picture.sampling;
         let (camera, size) = (camera.clone(), *size);
-        let ModelOptions { variant, scene, light_units, solid_glass, double_sided, env, edits, .. } =
-            self.model.clone();
+        let ModelOptions {
+            variant,
+            scene,
+            animation,
+            light_units,
+            solid_glass,
+            double_sided,
+            env,
+            edits,
+            ..
+        } = self.model.clone();
         let (surroundings, edits) = (env, edits.edits());
         let options = LoadOptions {
             time_s,
             variant,
             scene,
+            animation,
             light_units,
             solid_glass,
             double_sided,

@@ -29,31 +29,21 @@ struct AccessorLayout {
 }
 
 impl AccessorLayout {
-    fn new(
-        document: &Document,
-        accessor: &Accessor,
-        number: usize,
-        rule: &Rule,
-        place: &dyn Display,
-    ) -> Result<Self, LoadError> {
+    /// The layout of an accessor that follows the rule; the error is the reason why it does not.
+    fn new(accessor: &Accessor, number: usize, rule: &Rule) -> Result<Self, String> {
         let (Checked::Valid(kind), Checked::Valid(component)) = (accessor.type_, accessor.component_type)
         else {
-            return Err(document.error(place, format!("accessor {number} is of an unknown type")));
+            return Err(format!("accessor {number} is of an unknown type"));
         };
         let component = component.0;
         if !rule.types.contains(&kind) || !rule.components.contains(&component) {
             let (types, components) = (rule.types, rule.components);
-            return Err(document.error(
-                place,
-                format!(
-                    "accessor {number} is {kind:?} of {component:?}: this must be {types:?} of {components:?}"
-                ),
+            return Err(format!(
+                "accessor {number} is {kind:?} of {component:?}: this must be {types:?} of {components:?}"
             ));
         }
         let count = usize::try_from(accessor.count.0).ok().filter(|count| *count > 0);
-        let count = count.ok_or_else(|| {
-            document.error(place, format!("accessor {number} has a count of {}", accessor.count.0))
-        })?;
+        let count = count.ok_or_else(|| format!("accessor {number} has a count of {}", accessor.count.0))?;
         let normalized = accessor.normalized || rule.always_normalized;
         Ok(Self { component, width: kind.multiplicity(), normalized, count })
     }
@@ -72,15 +62,40 @@ impl AccessorLayout {
     }
 }
 
-/// Reads elements as floats, the first `N` components of each.
+/// Returns the number of elements of an accessor; the error is the reason why it does not follow the rule. The data are
+/// not read.
+pub(super) fn count_of(document: &Document, index: Index<Accessor>, rule: &Rule) -> Result<usize, String> {
+    let (number, accessors) = (index.value(), &document.root.accessors);
+    let accessor = accessors.get(number);
+    let accessor =
+        accessor.ok_or_else(|| format!("there is no accessor {number}, the file has {}", accessors.len()))?;
+    AccessorLayout::new(accessor, number, rule).map(|layout| layout.count)
+}
+
+/// Reads elements as floats, the first `N` components of each. They need not be finite.
 pub(super) fn floats<const N: usize>(
     document: &Document,
     index: Index<Accessor>,
     rule: &Rule,
     place: impl Display,
 ) -> Result<Vec<[f32; N]>, LoadError> {
-    let (elements, _) = read(document, index, rule, [0.0; N], AccessorLayout::floats, &place)?;
-    match elements.iter().position(|element| !element.iter().all(|number| number.is_finite())) {
+    read(document, index, rule, [0.0; N], AccessorLayout::floats, &place).map(|(elements, _)| elements)
+}
+
+/// True if all numbers of an element are finite.
+pub(super) fn is_finite<const N: usize>(element: &[f32; N]) -> bool {
+    element.iter().all(|number| number.is_finite())
+}
+
+/// Reads elements as finite floats, the first `N` components of each.
+pub(super) fn finite_floats<const N: usize>(
+    document: &Document,
+    index: Index<Accessor>,
+    rule: &Rule,
+    place: impl Display,
+) -> Result<Vec<[f32; N]>, LoadError> {
+    let elements = floats(document, index, rule, &place)?;
+    match elements.iter().position(|element| !is_finite(element)) {
         None => Ok(elements),
         Some(at) => {
             let reason = format!("element {at} of accessor {} is not finite", index.value());
@@ -123,7 +138,8 @@ fn read<T: Clone>(
 ) -> Result<(Vec<T>, AccessorLayout), LoadError> {
     let accessor = document.get(&document.root.accessors, index, place, "accessor")?;
     let number = index.value();
-    let layout = AccessorLayout::new(document, accessor, number, rule, place)?;
+    let layout =
+        AccessorLayout::new(accessor, number, rule).map_err(|reason| document.error(place, reason))?;
     let made = (layout.count as u64).saturating_mul(size_of::<T>() as u64);
     let mut elements = match accessor.buffer_view {
         None => {

@@ -1,6 +1,6 @@
 //! A parsed file: its JSON, its buffers, and errors that name the place in it.
 
-use std::cell::{Cell, OnceCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -12,6 +12,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::container::{Container, Placement};
+use super::mending::{self, Fault, Mended};
 use super::meshopt::MeshoptView;
 use super::uri::{self, Resource};
 use crate::error::Diagnostic;
@@ -39,13 +40,15 @@ pub(super) struct Document<'p> {
     decompressed: Vec<OnceCell<Vec<u8>>>,
     /// The number of bytes that may still be made from the file's data.
     budget: Cell<u64>,
+    /// The faults that were mended.
+    mended: RefCell<Mended>,
 }
 
 impl<'p> Document<'p> {
     /// Reads the JSON of `bytes` and the buffers that it names.
     pub(super) fn open(bytes: &[u8], path: &'p Path, sources: &SourceFiles) -> Result<Self, LoadError> {
         let container = Container::open(bytes, path)?;
-        let root = container.parse(path)?;
+        let (root, mended) = container.parse(path)?;
         let placements = container.placements();
         let mut files = HashMap::new();
         let mut buffers = Vec::with_capacity(root.buffers.len());
@@ -67,12 +70,42 @@ impl<'p> Document<'p> {
         let in_files: u64 = files.values().flatten().map(|bytes| bytes.len() as u64).sum();
         let budget = ALWAYS_ALLOWED + LARGEST_EXPANSION * (bytes.len() as u64 + in_files);
         let decompressed = vec![OnceCell::new(); root.buffer_views.len()];
-        Ok(Self { path, root, placements, buffers, decompressed, budget: Cell::new(budget) })
+        let (budget, mended) = (Cell::new(budget), RefCell::new(mended));
+        Ok(Self { path, root, placements, buffers, decompressed, budget, mended })
     }
 
     /// An error at a place in the JSON, such as `/meshes/0/primitives/1`.
     pub(super) fn error(&self, place: impl Display, reason: impl Display) -> LoadError {
         LoadError::invalid(self.path, format!("{place}: {reason}"))
+    }
+
+    /// Records a fault that is mended: its place in the JSON, and the problem with its consequence. Faults of one kind
+    /// become one warning, and one that is repeated counts once.
+    pub(super) fn mend(&self, place: impl Display, what: impl Display) {
+        self.mended.borrow_mut().add(place, what);
+    }
+
+    /// Returns a warning for each kind of fault that was mended.
+    pub(super) fn mends(&self) -> Vec<Diagnostic> {
+        self.mended.borrow().lines().map(|line| self.warning(line)).collect()
+    }
+
+    /// Returns the array item that the object at `place` refers to; none, which is recorded as `consequence`, if it
+    /// does not exist.
+    pub(super) fn find<'d, T>(
+        &self,
+        items: &'d [T],
+        index: Index<T>,
+        place: impl Display,
+        what: &str,
+        consequence: &str,
+    ) -> Option<&'d T> {
+        let found = items.get(index.value());
+        if found.is_none() {
+            let (index, count) = (index.value(), items.len());
+            self.mend(place, format_args!("there is no {what} {index}, the file has {count}: {consequence}"));
+        }
+        found
     }
 
     /// True if the file was written by Blender's exporter.
@@ -121,7 +154,9 @@ impl<'p> Document<'p> {
         let extensions = view.extensions.as_ref().map(|extensions| &extensions.others);
         for name in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
             let at = format!("/bufferViews/{}", index.value());
-            let Some(compressed) = self.extension::<MeshoptView>(extensions, name, &at)? else { continue };
+            let Some(compressed) = self.strict_extension::<MeshoptView>(extensions, name, &at)? else {
+                continue;
+            };
             let at = format!("{at}/extensions/{name}");
             let bytes = self.decompress(&compressed, &at)?;
             if let Some(known) = known {
@@ -178,8 +213,30 @@ impl<'p> Document<'p> {
         })
     }
 
-    /// Parses an extension of the object at `place`.
+    /// Parses an extension of the object at `place`. Its members that are not as expected are left out; none if that
+    /// is impossible.
     pub(super) fn extension<T: DeserializeOwned>(
+        &self,
+        extensions: Option<&Map<String, Value>>,
+        name: &str,
+        place: impl Display,
+    ) -> Option<T> {
+        self.lenient(extensions?.get(name)?, format_args!("{place}/extensions/{name}"))
+    }
+
+    /// Parses a value at `place`. Its members that are not as expected are left out; none if that is impossible.
+    pub(super) fn lenient<T: DeserializeOwned>(&self, value: &Value, place: impl Display) -> Option<T> {
+        if let Ok(read) = T::deserialize(value) {
+            return Some(read);
+        }
+        let mut value = value.clone();
+        let read = mending::read(&mut value, &place.to_string(), &|_| true, &mut self.mended.borrow_mut());
+        let left_out = |Fault { place, reason }| self.mend(place, format_args!("{reason}: left out"));
+        read.map_err(left_out).ok()
+    }
+
+    /// Parses an extension of the object at `place` that must be as expected.
+    pub(super) fn strict_extension<T: DeserializeOwned>(
         &self,
         extensions: Option<&Map<String, Value>>,
         name: &str,
@@ -205,7 +262,9 @@ fn from_uri(
     files: &mut HashMap<PathBuf, Result<Rc<[u8]>, String>>,
     sources: &SourceFiles,
 ) -> Result<Rc<[u8]>, String> {
-    match uri::resolve(uri, path.parent().unwrap_or(Path::new("")))? {
+    let found = uri::resolve(uri, path.parent().unwrap_or(Path::new("")));
+    // Only the remedy of a warning has marks.
+    match found.map_err(|reason| reason.replace('`', ""))? {
         Resource::Data(bytes) => Ok(bytes.into()),
         Resource::File(file) => {
             let read = |file: &PathBuf| match sources.read(file) {

@@ -51,7 +51,9 @@ pub(super) fn decode(
     at: &str,
 ) -> Result<Option<Decoded>, LoadError> {
     let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
-    let Some(read) = document.extension::<DracoPrimitive>(extensions, NAME, at)? else { return Ok(None) };
+    let Some(read) = document.strict_extension::<DracoPrimitive>(extensions, NAME, at)? else {
+        return Ok(None);
+    };
     let at = format!("{at}/extensions/{NAME}");
     let data = document.view(read.buffer_view, &at)?;
     let left = document.affordable();
@@ -84,10 +86,6 @@ pub(super) fn decode(
             _ => 1.0,
         };
         let numbers = attribute.read_f32s(vertices, width);
-        if numbers.iter().any(|number| !number.is_finite()) {
-            let at = format!("{at}/attributes/{}", crate::error::words(name));
-            return Err(document.error(at, "the compressed data hold a number that is not finite"));
-        }
         columns.insert(name.clone(), Attribute { width, numbers, one });
     }
     document.allow_for((vertices * 16) as u64);

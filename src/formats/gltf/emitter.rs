@@ -13,7 +13,7 @@ use gltf::json::{self, Index};
 use super::Import;
 use super::document::Document;
 use super::extensions::light::{self, LightOfNode};
-use crate::error::{Diagnostic, LoadError};
+use crate::error::Diagnostic;
 use crate::formats::LightUnits;
 use crate::math::Rgb;
 use crate::world::{Camera, Falloff, Light};
@@ -23,11 +23,13 @@ const LUMEN_TO_WATT: f32 = 683.0;
 /// The largest plausible values in watts for suns (lux) and other lights (candela): a sun in Blender seldom exceeds 10
 /// W/m², and 450 W/sr are a light of 5.7 kW, while 450 cd are one of 8 W.
 const BRIGHT: [f32; 2] = [100.0, 450.0];
+/// The vertical field of view of cameras that lack theirs, in radians.
+const USUAL_FOV: f32 = PI / 4.0;
 
 /// The factor for the intensities of a file's lights.
 pub(super) fn light_scale(
     document: &Document,
-    lights: &[light::GltfLight],
+    lights: &[Option<light::GltfLight>],
     units: LightUnits,
     warnings: &mut Vec<Diagnostic>,
 ) -> f32 {
@@ -50,9 +52,9 @@ pub(super) fn light_scale(
 
 /// True if Blender's lights are too bright to be in watts, judged by the median of its suns, or of its other lights if
 /// it has no suns.
-fn are_lumen(lights: &[light::GltfLight]) -> bool {
+fn are_lumen(lights: &[Option<light::GltfLight>]) -> bool {
     let brightness = |suns: bool| {
-        let of_kind = lights.iter().filter(|light| (light.kind == "directional") == suns);
+        let of_kind = lights.iter().flatten().filter(|light| (light.kind == "directional") == suns);
         let mut found: Vec<f32> = of_kind.map(|light| light.intensity).filter(|i| *i > 0.0).collect();
         found.sort_by(f32::total_cmp);
         found.get(found.len() / 2).copied()
@@ -66,39 +68,49 @@ fn are_lumen(lights: &[light::GltfLight]) -> bool {
 }
 
 impl Import<'_> {
-    /// Returns the camera of the node at `place`, and its name.
-    pub(super) fn camera(
-        &self,
-        index: Index<json::Camera>,
-        place: &str,
-    ) -> Result<(Camera, Option<String>), LoadError> {
+    /// Returns the camera of the node at `place`, and its name; none if there is no such camera. One whose lens is not as
+    /// expected gets a usual one: its place is worth keeping.
+    pub(super) fn camera(&self, index: Index<json::Camera>, place: &str) -> Option<(Camera, Option<String>)> {
         let document = self.document;
-        let camera = document.get(&document.root.cameras, index, place, "camera")?;
+        let camera = document.find(&document.root.cameras, index, place, "camera", "it is left out")?;
         let at = format!("/cameras/{}", index.value());
-        let camera_of = match (camera.type_, &camera.perspective, &camera.orthographic) {
-            (Checked::Valid(Type::Perspective), Some(perspective), _) => {
-                let vertical_fov = perspective.yfov;
-                if !(vertical_fov > 0.0 && vertical_fov < PI) {
-                    let reason = format!("the angle {vertical_fov} is not between 0 and π");
-                    return Err(document.error(format!("{at}/perspective/yfov"), reason));
-                }
-                Camera::Pinhole { vertical_fov }
-            }
-            (Checked::Valid(Type::Orthographic), _, Some(orthographic)) => {
-                // Negative values occur; they would flip the image, which is never intended.
-                let height_m = orthographic.ymag.abs() * 2.0;
-                if height_m == 0.0 || !height_m.is_finite() {
-                    return Err(document.error(format!("{at}/orthographic/ymag"), "it must not be 0"));
-                }
-                Camera::Orthographic { height_m }
-            }
-            _ => {
-                let reason =
-                    "a camera needs its type, \"perspective\" or \"orthographic\", and what goes with it";
-                return Err(document.error(at, reason));
-            }
+        let usual = |at: &str, reason: &str| {
+            let degrees = USUAL_FOV.to_degrees();
+            document.mend(at, format_args!("{reason}: it gets a vertical field of view of {degrees}°"));
+            Camera::Pinhole { vertical_fov: USUAL_FOV }
         };
-        Ok((camera_of, camera.name.clone()))
+        let is_orthographic = match (camera.type_, &camera.perspective, &camera.orthographic) {
+            (Checked::Valid(Type::Perspective), Some(_), _) => Some(false),
+            (Checked::Valid(Type::Orthographic), _, Some(_)) => Some(true),
+            (_, perspective, orthographic) => match (perspective.is_some(), orthographic.is_some()) {
+                (true, true) | (false, false) => None,
+                (_, is_orthographic) => {
+                    let kind = if is_orthographic { "orthographic" } else { "perspective" };
+                    document
+                        .mend(&at, format_args!("the camera's type is not that of its lens: it is {kind}"));
+                    Some(is_orthographic)
+                }
+            },
+        };
+        let camera_of = match (is_orthographic, &camera.perspective, &camera.orthographic) {
+            (Some(false), Some(perspective), _) => match perspective.yfov {
+                vertical_fov if vertical_fov > 0.0 && vertical_fov < PI => Camera::Pinhole { vertical_fov },
+                other => {
+                    let reason = format!("the angle {other} is not between 0 and π");
+                    usual(&format!("{at}/perspective/yfov"), &reason)
+                }
+            },
+            // Negative values occur; they would flip the image, which is never intended.
+            (Some(true), _, Some(orthographic)) => match orthographic.ymag.abs() * 2.0 {
+                height_m if height_m > 0.0 && height_m.is_finite() => Camera::Orthographic { height_m },
+                _ => usual(&format!("{at}/orthographic/ymag"), "it must not be 0"),
+            },
+            _ => usual(
+                &at,
+                "a camera needs its type, \"perspective\" or \"orthographic\", and what goes with it",
+            ),
+        };
+        Some((camera_of, camera.name.clone()))
     }
 
     /// Width over height of a camera's image, if the file gives a usable one.
@@ -113,53 +125,61 @@ impl Import<'_> {
     }
 
     /// Returns the light of the node at `place`, if it has one, and its name.
-    pub(super) fn light(
-        &self,
-        node: &json::Node,
-        place: &str,
-    ) -> Result<Option<(Light, Option<String>)>, LoadError> {
+    pub(super) fn light(&self, node: &json::Node, place: &str) -> Option<(Light, Option<String>)> {
         let document = self.document;
         let extensions = node.extensions.as_ref().map(|extensions| &extensions.others);
-        let read: Option<LightOfNode> = document.extension(extensions, "KHR_lights_punctual", place)?;
-        let Some(LightOfNode { light: index }) = read else { return Ok(None) };
-        let light = self.lights.get(index).ok_or_else(|| {
-            let count = self.lights.len();
-            document.error(place, format!("there is no light {index}, the file has {count}"))
-        })?;
-        let at = format!("/extensions/KHR_lights_punctual/lights/{index}");
-        Ok(Some((self.punctual(light, &at)?, light.name.clone())))
+        let read: LightOfNode = document.extension(extensions, "KHR_lights_punctual", place)?;
+        let index = Index::new(read.light);
+        let light = document.find(&self.lights, index, place, "light", "it is left out")?.as_ref()?;
+        let at = format!("/extensions/KHR_lights_punctual/lights/{}", read.light);
+        Some((self.punctual(light, &at)?, light.name.clone()))
     }
 
-    fn punctual(&self, light: &light::GltfLight, at: &str) -> Result<Light, LoadError> {
+    fn punctual(&self, light: &light::GltfLight, at: &str) -> Option<Light> {
         let document = self.document;
+        if light.intensity < 0.0 || light.color.iter().any(|c| *c < 0.0) {
+            document.mend(at, "light cannot be negative: 0 is taken");
+        }
         let flux = Rgb::from(light.color).map(|c| c.max(0.0)) * (light.intensity.max(0.0) * self.light_scale);
         // A point light of power Φ has the intensity Φ/4π.
         let power_w = flux * (4.0 * PI);
         if !power_w.is_finite() {
-            return Err(document.error(at, "the light is too bright for a number"));
+            document.mend(at, "the light is too bright for a number: it is left out");
+            return None;
         }
         let falloff = Falloff::InverseSquare;
         match &light.kind[..] {
-            "point" => Ok(Light::Point { power_w, falloff }),
-            "directional" => Ok(Light::Directional { irradiance: flux, angle: 0.0 }),
+            "point" => Some(Light::Point { power_w, falloff }),
+            "directional" => Some(Light::Directional { irradiance: flux, angle: 0.0 }),
             "spot" => {
-                let spot = light.spot.as_ref();
-                let spot = spot.ok_or_else(|| document.error(at, "a spot light needs its \"spot\""))?;
-                let (inner_angle, outer_angle) = (spot.inner_cone_angle, spot.outer_cone_angle);
-                // Accepts π/2 as rounded up by another program's arithmetic.
-                if !(inner_angle >= 0.0 && inner_angle < outer_angle && outer_angle <= FRAC_PI_2 + 1e-5) {
-                    let reason = format!(
-                        "the cone from {inner_angle} to {outer_angle} is not 0 ≤ inner < outer ≤ π/2"
-                    );
-                    return Err(document.error(format!("{at}/spot"), reason));
-                }
-                Ok(Light::Spot { power_w, inner_angle, outer_angle: outer_angle.min(FRAC_PI_2), falloff })
+                let [inner_angle, outer_angle] = self.cone(light.spot, at);
+                Some(Light::Spot { power_w, inner_angle, outer_angle, falloff })
             }
             other => {
                 let other: String = other.chars().take(40).flat_map(char::escape_debug).collect();
-                let reason = format!("unknown type \"{other}\"; types: directional, point, spot");
-                Err(document.error(format!("{at}/type"), reason))
+                let what = format!(
+                    "unknown type \"{other}\": the light is left out (types: directional, point, spot)"
+                );
+                document.mend(format_args!("{at}/type"), what);
+                None
             }
         }
+    }
+
+    /// The inner and outer angle of a spotlight's cone, with 0 ≤ inner ≤ outer ≤ π/2. Equal ones make a hard edge.
+    fn cone(&self, spot: Option<light::GltfSpot>, at: &str) -> [f32; 2] {
+        let at = format!("{at}/spot");
+        if spot.is_none() {
+            self.document.mend(&at, "a spotlight needs its cone: one of 45° is taken");
+        }
+        let light::GltfSpot { inner_cone_angle: inner, outer_cone_angle: outer } = spot.unwrap_or_default();
+        // Accepts π/2 as rounded up by another program's arithmetic.
+        if !(inner >= 0.0 && inner <= outer && outer <= FRAC_PI_2 + 1e-5) {
+            let what =
+                format!("the cone from {inner} to {outer} is not 0 ≤ inner ≤ outer ≤ π/2: it is clamped");
+            self.document.mend(&at, what);
+        }
+        let outer = outer.clamp(0.0, FRAC_PI_2);
+        [inner.clamp(0.0, outer), outer]
     }
 }

@@ -3,10 +3,10 @@
 use gltf::json::{self, Index};
 
 use super::extensions::light::{ImageLight, ImageLightOfScene, ImageLights};
-use super::{GltfNode, Import};
+use super::{GltfNode, Import, pose};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
-use crate::math::{DQuat, DVec3, Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec3};
 use crate::world::{Image, Light, Texels, Transform};
 
 /// The largest number of rows of the image; it has twice as many columns.
@@ -24,21 +24,17 @@ impl Import<'_> {
         let name = "EXT_lights_image_based";
         let at = format!("/scenes/{number}");
         let extensions = scene.extensions.as_ref().map(|extensions| &extensions.others);
-        let read: Option<ImageLightOfScene> = document.extension(extensions, name, &at)?;
+        let read: Option<ImageLightOfScene> = document.extension(extensions, name, &at);
         let Some(ImageLightOfScene { light: index }) = read else { return Ok(None) };
         let extensions = document.root.extensions.as_ref().map(|extensions| &extensions.others);
-        let lights: Option<ImageLights> = document.extension(extensions, name, "")?;
+        let lights: Option<ImageLights> = document.extension(extensions, name, "");
         let lights = lights.map_or_else(Vec::new, |read| read.lights);
-        let light = lights.get(index).ok_or_else(|| {
-            document.error(&at, format!("there is no light {index}, the file has {}", lights.len()))
-        })?;
+        let light = document.find(&lights, Index::new(index), &at, "light", "it is left out");
         let at = format!("/extensions/{name}/lights/{index}");
-        let rotation = DQuat::from_array(light.rotation.map(f64::from));
-        if rotation.length() < 1e-6 {
-            let reason = "a rotation is a quaternion of length 1";
-            return Err(document.error(format!("{at}/rotation"), reason));
-        }
-        let Some(image) = self.equirectangular(light, &at)? else { return Ok(None) };
+        let light: Option<ImageLight> = light.and_then(|light| document.lenient(light, &at));
+        let Some(light) = light else { return Ok(None) };
+        let rotation = pose::rotation(document, light.rotation, &format!("{at}/rotation"));
+        let Some(image) = self.equirectangular(&light, &at)? else { return Ok(None) };
         let image = Some(self.assets.add_made_image(image));
         let radiance = Rgb::splat(light.intensity.max(0.0));
         Ok(Some(GltfNode {
@@ -59,7 +55,8 @@ impl Import<'_> {
         let document = self.document;
         let at = format!("{at}/specularImages");
         let Some(&[a, b, c, d, e, f]) = light.specular_images.first().map(Vec::as_slice) else {
-            return Err(document.error(at, "the first level must have six images"));
+            document.mend(at, "the first level must have six images: the light is left out");
+            return Ok(None);
         };
         let mut faces = Vec::with_capacity(6);
         for image in [a, b, c, d, e, f] {

@@ -53,7 +53,7 @@ impl Images {
         assets: &mut Assets,
         warnings: &mut Vec<Diagnostic>,
     ) -> Result<Option<ImageId>, LoadError> {
-        let place = place(document, index, at)?;
+        let Some(place) = place(document, index, at) else { return Ok(None) };
         let linear = color_space == ColorSpace::Linear;
         if let Some(id) = self.ids.get(&(place.clone(), linear)) {
             return Ok(*id);
@@ -81,20 +81,20 @@ impl Images {
         glossy: ImageId,
         factor: f32,
         assets: &mut Assets,
-    ) -> Result<Option<ImageId>, LoadError> {
+    ) -> Option<ImageId> {
         let place = place(document, index, "")?;
         if let Some((known, id)) = self.rough.get(&place) {
-            return Ok((*known == factor.to_bits()).then_some(*id));
+            return (*known == factor.to_bits()).then_some(*id);
         }
-        let Some(image) = assets.images.get(glossy.0 as usize) else { return Ok(None) };
-        let Texels::Rgba8(texels) = &image.texels else { return Ok(None) };
+        let image = assets.images.get(glossy.0 as usize)?;
+        let Texels::Rgba8(texels) = &image.texels else { return None };
         let rough = |gloss: u8| (255.0 - f32::from(gloss) * factor.clamp(0.0, 1.0)).round() as u8;
         let texels = texels.iter().map(|texel| [rough(texel[3]), 0, 0, 255]).collect();
         let texels = Texels::Rgba8(texels);
         let image = Image { source: None, width: image.width, height: image.height, texels };
         let id = assets.add_made_image(image);
         self.rough.insert(place, (factor.to_bits(), id));
-        Ok(Some(id))
+        Some(id)
     }
 
     /// Returns an image's pixels; none, with a warning, if they cannot be read.
@@ -106,7 +106,7 @@ impl Images {
         sources: &SourceFiles,
         warnings: &mut Vec<Diagnostic>,
     ) -> Result<Option<Arc<Image>>, LoadError> {
-        let place = place(document, index, at)?;
+        let Some(place) = place(document, index, at) else { return Ok(None) };
         self.decode(document, index, &place, sources, warnings)
     }
 
@@ -120,7 +120,7 @@ impl Images {
     ) -> Result<Option<Arc<Image>>, LoadError> {
         let at = format!("/images/{}", index.value());
         let ahead = self.ahead.remove(place);
-        let encoded = if ahead.is_none() { Encoded::of(document, index, place)? } else { None };
+        let encoded = if ahead.is_none() { Encoded::of(document, index, place) } else { None };
         if let ImageLocation::Buffer(buffer, _, length) = place {
             // An image may be used both as colours and as stored.
             let decoded = self.decoded.entry(*buffer).or_default();
@@ -151,30 +151,36 @@ pub(super) enum Encoded<'d> {
 }
 
 impl<'d> Encoded<'d> {
-    /// The encoded data of an image; none if there are none.
+    /// The encoded data of an image; none, which is recorded, if they cannot be located.
     pub(super) fn of(
         document: &'d Document,
         index: Index<json::Image>,
         place: &ImageLocation,
-    ) -> Result<Option<Self>, LoadError> {
+    ) -> Option<Self> {
         let at = format!("/images/{}", index.value());
-        let image = document.get(&document.root.images, index, &at, "image")?;
+        let image = document.root.images.get(index.value())?;
         let bytes = match place {
-            ImageLocation::File(file) => return Ok(Some(Self::File(file.clone()))),
+            ImageLocation::File(file) => return Some(Self::File(file.clone())),
             ImageLocation::Uri(_) => {
                 let uri = image.uri.as_deref().unwrap_or_default();
                 match uri::resolve(uri, document.folder()) {
                     Ok(Resource::Data(bytes)) => Cow::Owned(bytes),
                     Ok(Resource::File(_)) => Cow::default(),
-                    Err(reason) => return Err(document.error(at, reason)),
+                    Err(reason) => {
+                        document.mend(at, left_out(&reason));
+                        return None;
+                    }
                 }
             }
-            ImageLocation::Buffer(..) => {
-                let Some(view) = image.buffer_view else { return Ok(None) };
-                Cow::Borrowed(document.view(view, &at)?)
-            }
+            ImageLocation::Buffer(..) => match document.view(image.buffer_view?, "") {
+                Ok(bytes) => Cow::Borrowed(bytes),
+                Err(error) => {
+                    document.mend(&at, left_out(&reason_of(error)));
+                    return None;
+                }
+            },
         };
-        Ok(Some(Self::Bytes(bytes, inside(document.path, &at))))
+        Some(Self::Bytes(bytes, inside(document.path, &at)))
     }
 
     /// Decodes the pixels.
@@ -203,31 +209,49 @@ fn inside(path: &Path, at: &str) -> PathBuf {
     PathBuf::from(format!("{}: {at}", path.display()))
 }
 
-pub(super) fn place(
-    document: &Document,
-    index: Index<json::Image>,
-    at: &str,
-) -> Result<ImageLocation, LoadError> {
-    let image = document.get(&document.root.images, index, at, "image")?;
+/// The reason of an error without a place in the file.
+fn reason_of(error: LoadError) -> String {
+    match error {
+        LoadError::Invalid { reason, .. } => reason.trim_start_matches(": ").to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// The text about an image that is left out for a reason, with its remedy at the end.
+fn left_out(reason: &str) -> String {
+    match reason.strip_suffix(')').and_then(|reason| reason.rsplit_once(" (")) {
+        Some((reason, remedy)) => format!("{reason}: the image is left out ({remedy})"),
+        None => format!("{reason}: the image is left out"),
+    }
+}
+
+/// The location of an image; none, which is recorded, if it has none.
+pub(super) fn place(document: &Document, index: Index<json::Image>, at: &str) -> Option<ImageLocation> {
+    let image = document.find(&document.root.images, index, at, "image", "the texture is left out")?;
     let at = format!("/images/{}", index.value());
     if let Some(view) = image.buffer_view {
-        let view = document.get(&document.root.buffer_views, view, &at, "buffer view")?;
-        return Ok(ImageLocation::Buffer(
+        let views = &document.root.buffer_views;
+        let view = document.find(views, view, &at, "buffer view", "the image is left out")?;
+        return Some(ImageLocation::Buffer(
             view.buffer.value(),
             view.byte_offset.unwrap_or_default().0,
             view.byte_length.0,
         ));
     }
     let Some(uri) = &image.uri else {
-        return Err(document.error(at, "an image needs a uri or a bufferView"));
+        document.mend(at, "an image needs a uri or a bufferView: it is left out");
+        return None;
     };
     if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-        return Ok(ImageLocation::Uri(index.value()));
+        return Some(ImageLocation::Uri(index.value()));
     }
     match uri::resolve(uri, document.folder()) {
-        Ok(Resource::File(file)) => Ok(ImageLocation::File(file)),
-        Ok(Resource::Data(_)) => Ok(ImageLocation::Uri(index.value())),
-        Err(reason) => Err(document.error(at, reason)),
+        Ok(Resource::File(file)) => Some(ImageLocation::File(file)),
+        Ok(Resource::Data(_)) => Some(ImageLocation::Uri(index.value())),
+        Err(reason) => {
+            document.mend(at, left_out(&reason));
+            None
+        }
     }
 }
 

@@ -3,11 +3,11 @@
 use gltf::json;
 use gltf::json::accessor::{ComponentType, Type};
 
-use super::Import;
 use super::accessor::{self, Rule};
 use super::extensions::node::Instancing;
+use super::{Import, pose};
 use crate::error::LoadError;
-use crate::math::{DAffine3, DQuat, Vec3};
+use crate::math::{DAffine3, Vec3};
 use crate::world::Transform;
 
 const F32: &[ComponentType] = &[ComponentType::F32];
@@ -27,7 +27,9 @@ impl Import<'_> {
         let document = self.document;
         let extensions = node.extensions.as_ref().map(|extensions| &extensions.others);
         let name = "EXT_mesh_gpu_instancing";
-        let Some(read) = document.extension::<Instancing>(extensions, name, at)? else { return Ok(None) };
+        let Some(read) = document.strict_extension::<Instancing>(extensions, name, at)? else {
+            return Ok(None);
+        };
         let at = format!("{at}/extensions/{name}/attributes");
         let mut count = None;
         let translations = self.column::<3>(&read, "TRANSLATION", &VECTOR, &at, &mut count)?;
@@ -41,12 +43,11 @@ impl Import<'_> {
             let [translation, scale] = [(&translations, Vec3::ZERO), (&scales, Vec3::ONE)]
                 .map(|(column, usual)| column.get(number).map_or(usual, |v| Vec3::from_array(*v)));
             let rotation = rotations.get(number).copied().unwrap_or([0.0, 0.0, 0.0, 1.0]);
-            let rotation = DQuat::from_array(rotation.map(f64::from));
-            if rotation.length() < 1e-6 {
-                let reason = format!("element {number} is 0: a rotation is a quaternion of length 1");
-                return Err(document.error(format!("{at}/ROTATION"), reason));
+            if !(accessor::is_finite(&translation.to_array()) && accessor::is_finite(&scale.to_array())) {
+                document.mend(&at, format_args!("instance {number} is not finite: it is left out"));
+                continue;
             }
-            let rotation = rotation.normalize();
+            let rotation = pose::rotation(document, rotation, &format!("{at}/ROTATION")).normalize();
             let translation = translation.as_dvec3();
             let matrix = DAffine3::from_scale_rotation_translation(scale.as_dvec3(), rotation, translation);
             instances.push((Transform::Trs { translation, rotation: rotation.as_quat(), scale }, matrix));

@@ -34,13 +34,13 @@ impl Import<'_> {
         at: &str,
     ) -> Result<(), LoadError> {
         let document = self.document;
-        let ior: Option<read::Ior> = document.extension(extensions, "KHR_materials_ior", at)?;
+        let ior: Option<read::Ior> = document.extension(extensions, "KHR_materials_ior", at);
         if let Some(read::Ior { ior }) = ior {
             // 0 is a special value, and indices between 0 and 1 are invalid.
             material.ior = if ior <= 0.0 { 0.0 } else { ior.max(1.0) };
         }
         let name = "KHR_materials_specular";
-        let Some(read) = document.extension::<read::Specular>(extensions, name, at)? else { return Ok(()) };
+        let Some(read) = document.extension::<read::Specular>(extensions, name, at) else { return Ok(()) };
         let at = |slot: &str| format!("{at}/extensions/{name}/{slot}");
         let (factor, slot) = (unit(read.specular_factor), read.specular_texture.as_ref());
         material.specular = self.scalar(factor, slot, Channel::Alpha, &at("specularTexture"))?;
@@ -59,13 +59,13 @@ impl Import<'_> {
         let document = self.document;
         let within = |name: &str, slot: &str| format!("{at}/extensions/{name}/{slot}");
         let name = "KHR_materials_transmission";
-        if let Some(read) = document.extension::<read::Transmission>(extensions, name, at)? {
+        if let Some(read) = document.extension::<read::Transmission>(extensions, name, at) {
             let (factor, slot) = (unit(read.transmission_factor), read.transmission_texture.as_ref());
             let at = within(name, "transmissionTexture");
             material.transmission = self.scalar(factor, slot, Channel::Red, &at)?;
         }
         let name = "KHR_materials_diffuse_transmission";
-        if let Some(read) = document.extension::<read::DiffuseTransmission>(extensions, name, at)? {
+        if let Some(read) = document.extension::<read::DiffuseTransmission>(extensions, name, at) {
             let factor = unit(read.diffuse_transmission_factor);
             let slot = read.diffuse_transmission_texture.as_ref();
             let at = within(name, "diffuseTransmissionTexture");
@@ -75,7 +75,7 @@ impl Import<'_> {
             let at = within(name, "diffuseTransmissionColorTexture");
             material.diffuse_transmission_color = self.color(factor, slot, &at)?;
         }
-        let volume: Option<read::GltfVolume> = document.extension(extensions, "KHR_materials_volume", at)?;
+        let volume: Option<read::GltfVolume> = document.extension(extensions, "KHR_materials_volume", at);
         material.volume = volume.filter(|volume| volume.thickness_factor > 0.0).map(|volume| Volume {
             attenuation_color: Rgb::from(volume.attenuation_color).map(unit),
             // Some files write 0 for "none", which the specification does not allow.
@@ -87,7 +87,7 @@ impl Import<'_> {
             ..Volume::default()
         });
         let scatter: Option<read::VolumeScatter> =
-            document.extension(extensions, "KHR_materials_volume_scatter", at)?;
+            document.extension(extensions, "KHR_materials_volume_scatter", at);
         if let (Some(volume), Some(read)) = (&mut material.volume, scatter) {
             volume.multiscatter_color = Rgb::from(read.multiscatter_color).map(unit);
             volume.scatter_anisotropy = read.scatter_anisotropy.clamp(-Volume::MOST, Volume::MOST);
@@ -96,7 +96,7 @@ impl Import<'_> {
             material.volume = Some(Volume::default());
         }
         let dispersion: Option<read::Dispersion> =
-            document.extension(extensions, "KHR_materials_dispersion", at)?;
+            document.extension(extensions, "KHR_materials_dispersion", at);
         material.dispersion = dispersion.map_or(0.0, |read| read.dispersion.max(0.0));
         Ok(())
     }
@@ -108,7 +108,7 @@ impl Import<'_> {
         at: &str,
     ) -> Result<(), LoadError> {
         let name = "KHR_materials_clearcoat";
-        let Some(read) = self.document.extension::<read::Clearcoat>(extensions, name, at)? else {
+        let Some(read) = self.document.extension::<read::Clearcoat>(extensions, name, at) else {
             return Ok(());
         };
         let at = |slot: &str| format!("{at}/extensions/{name}/{slot}");
@@ -130,7 +130,7 @@ impl Import<'_> {
         at: &str,
     ) -> Result<(), LoadError> {
         let name = "KHR_materials_sheen";
-        let Some(read) = self.document.extension::<read::GltfSheen>(extensions, name, at)? else {
+        let Some(read) = self.document.extension::<read::GltfSheen>(extensions, name, at) else {
             return Ok(());
         };
         let at = |slot: &str| format!("{at}/extensions/{name}/{slot}");
@@ -149,7 +149,7 @@ impl Import<'_> {
         at: &str,
     ) -> Result<(), LoadError> {
         let name = "KHR_materials_anisotropy";
-        let Some(read) = self.document.extension::<read::GltfAnisotropy>(extensions, name, at)? else {
+        let Some(read) = self.document.extension::<read::GltfAnisotropy>(extensions, name, at) else {
             return Ok(());
         };
         let at = format!("{at}/extensions/{name}/anisotropyTexture");
@@ -169,7 +169,7 @@ impl Import<'_> {
         at: &str,
     ) -> Result<(), LoadError> {
         let name = "KHR_materials_iridescence";
-        let Some(read) = self.document.extension::<read::GltfIridescence>(extensions, name, at)? else {
+        let Some(read) = self.document.extension::<read::GltfIridescence>(extensions, name, at) else {
             return Ok(());
         };
         let at = |slot: &str| format!("{at}/extensions/{name}/{slot}");

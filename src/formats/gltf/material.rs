@@ -31,19 +31,18 @@ impl Import<'_> {
         index: Option<Index<json::Material>>,
         place: &str,
     ) -> Result<Lowered, LoadError> {
+        let document = self.document;
+        let materials = &document.root.materials;
+        let index = index.filter(|index| {
+            document.find(materials, *index, place, "material", "the default counts").is_some()
+        });
         let key = index.map(|index| index.value());
         if let Some(known) = self.materials.get(&key) {
             return Ok(*known);
         }
-        let document = self.document;
         let default = json::Material::default();
-        let (source, at) = match index {
-            None => (&default, String::new()),
-            Some(index) => {
-                let material = document.get(&document.root.materials, index, place, "material")?;
-                (material, format!("/materials/{}", index.value()))
-            }
-        };
+        let source = key.and_then(|number| materials.get(number)).unwrap_or(&default);
+        let at = key.map_or_else(String::new, |number| format!("/materials/{number}"));
         let material = self.principled(source, &at)?;
         let tangents = self.tangent_set(&material);
         let material = Material::Principled(Box::new(material));
@@ -58,18 +57,19 @@ impl Import<'_> {
         let alpha_mode = match source.alpha_mode {
             Checked::Valid(Mode::Opaque) => AlphaMode::Opaque,
             Checked::Valid(Mode::Mask) => {
-                AlphaMode::Mask { cutoff: source.alpha_cutoff.unwrap_or_default().0 }
+                AlphaMode::Mask { cutoff: source.alpha_cutoff.unwrap_or_default().0.clamp(0.0, f32::MAX) }
             }
             Checked::Valid(Mode::Blend) => AlphaMode::Blend,
             Checked::Invalid => {
-                let reason = "alphaMode must be \"OPAQUE\", \"MASK\" or \"BLEND\"";
-                return Err(document.error(format_args!("{at}/alphaMode"), reason));
+                let what = "alphaMode must be \"OPAQUE\", \"MASK\" or \"BLEND\": OPAQUE is taken";
+                document.mend(format_args!("{at}/alphaMode"), what);
+                AlphaMode::Opaque
             }
         };
         let double_sided = source.double_sided || self.double_sided;
         let mut material = Principled { alpha_mode, double_sided, ..Principled::default() };
         let older: Option<SpecularGlossiness> =
-            document.extension(extensions, "KHR_materials_pbrSpecularGlossiness", at)?;
+            document.extension(extensions, "KHR_materials_pbrSpecularGlossiness", at);
         match older {
             Some(older) => self.specular_glossiness(&older, &mut material, at)?,
             None => self.metallic_roughness(source, &mut material, at)?,
@@ -77,7 +77,7 @@ impl Import<'_> {
         let normal = source.normal_texture.as_ref().map(TextureInfo::from);
         material.normal = self.normal_map(normal.as_ref(), &format!("{at}/normalTexture"))?;
         material.emission = self.emission(source, extensions, at)?;
-        let unlit: Option<Unlit> = document.extension(extensions, "KHR_materials_unlit", at)?;
+        let unlit: Option<Unlit> = document.extension(extensions, "KHR_materials_unlit", at);
         material.unlit = unlit.is_some();
         self.layers(extensions, &mut material, at)?;
         Ok(material)
@@ -123,7 +123,7 @@ impl Import<'_> {
         at: &str,
     ) -> Result<ColorInput, LoadError> {
         let read: Option<EmissiveStrength> =
-            self.document.extension(extensions, "KHR_materials_emissive_strength", at)?;
+            self.document.extension(extensions, "KHR_materials_emissive_strength", at);
         let strength = read.map_or(1.0, |read| read.emissive_strength.max(0.0));
         let factor = Rgb::from(source.emissive_factor.0).map(unit) * strength;
         let slot = source.emissive_texture.as_ref().filter(|_| !factor.is_black()).map(TextureInfo::from);
@@ -159,8 +159,8 @@ impl Import<'_> {
     fn roughness(&mut self, slot: &TextureInfo, gloss: f32, at: &str) -> Result<ScalarInput, LoadError> {
         let constant = ScalarInput::constant(1.0 - gloss);
         let Some(texture) = self.lookup(Some(slot), ColorSpace::Linear, at)? else { return Ok(constant) };
-        let Some(source) = self.source(slot.index, at)? else { return Ok(constant) };
-        let image = self.images.rough(self.document, source, texture.image, gloss, self.assets)?;
+        let Some(source) = self.source(slot.index, at) else { return Ok(constant) };
+        let image = self.images.rough(self.document, source, texture.image, gloss, self.assets);
         let Some(image) = image else {
             self.losses.glosses += 1;
             return Ok(constant);

@@ -9,6 +9,7 @@ use gltf::json::{self, Index};
 use super::extensions::variants::Mappings;
 use super::material::Lowered;
 use super::skin::Joints;
+use super::vertex::Vertices;
 use super::{Import, accessor, draco, tangent, vertex};
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
@@ -90,6 +91,8 @@ impl Import<'_> {
         if mesh.alphas.iter().all(|alpha| *alpha == 1.0) {
             mesh.alphas.clear();
         }
+        // No triangle uses these.
+        mesh.positions.iter_mut().filter(|p| !p.is_finite()).for_each(|position| *position = Vec3::ZERO);
         self.losses.hollow_bodies += usize::from(self.is_hollow_body(&mesh));
         self.losses.inside_out += usize::from(self.is_inside_out(&mesh));
         mesh.name = source.name.clone().unwrap_or_else(|| format!("mesh {}", index.value()));
@@ -144,7 +147,10 @@ impl Import<'_> {
                 self.losses.points_and_lines += 1;
                 return Ok(());
             }
-            Checked::Invalid => return Err(document.error(format!("{at}/mode"), "there is no such mode")),
+            Checked::Invalid => {
+                document.mend(format_args!("{at}/mode"), "there is no such mode: the primitive is left out");
+                return Ok(());
+            }
         };
         let material = self.material_of(primitive, at)?;
         if !primitive.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
@@ -152,21 +158,28 @@ impl Import<'_> {
             self.losses.points_and_lines += 1;
             return Ok(());
         }
-        let mut part = Mesh::default();
+        let mut vertices = Vertices::default();
         let has_tangents = [Semantic::Normals, Semantic::Tangents]
             .iter()
             .all(|semantic| primitive.attributes.contains_key(&Checked::Valid(semantic.clone())));
-        let generated = material.tangents.filter(|_| !has_tangents);
+        let mut generated = material.tangents.filter(|_| !has_tangents);
         let decoded = draco::decode(document, primitive, at)?;
         // Generated tangents split vertices, so these cannot be shared.
         let is_shared = generated.is_none() && decoded.is_none();
-        let key = is_shared.then(|| vertex::accessors(primitive));
+        let mut key = is_shared.then(|| vertex::accessors(primitive));
         let found = key.as_ref().and_then(|key| known.get(key)).copied();
         let count = match found {
             Some((_, count)) => count,
             None => {
-                part = vertex::read(document, primitive, decoded.as_ref(), shaping, at)?;
-                part.positions.len()
+                vertices = vertex::read(document, primitive, decoded.as_ref(), shaping, at)?;
+                if !vertices.are_whole() {
+                    // Other triangles of these vertices would give other normals.
+                    key = None;
+                }
+                if vertices.mesh.tangents.is_empty() {
+                    generated = material.tangents;
+                }
+                vertices.mesh.positions.len()
             }
         };
         let mode = if decoded.is_some() { Mode::Triangles } else { mode };
@@ -186,7 +199,14 @@ impl Import<'_> {
             self.warnings.push(lost);
         }
         document.charge(corners.len() as u64 * 16, at)?;
-        each_triangle(mode, &corners, |triangle| part.triangles.push(triangle));
+        each_triangle(mode, &corners, |triangle| vertices.mesh.triangles.push(triangle));
+        let positions = match found {
+            Some((first, _)) => &mesh.positions[first as usize..],
+            None => &vertices.mesh.positions[..],
+        };
+        vertex::check_positions(document, positions, &vertices.mesh.triangles, at)?;
+        vertices.mend(document, at);
+        let mut part = vertices.mesh;
         if let Some(set) = generated {
             tangent::generate(document, &mut part, set, at, &self.assets.files, self.warnings)?;
         }
@@ -208,25 +228,21 @@ impl Import<'_> {
 
     /// The material of a primitive in the requested variant.
     fn material_of(&mut self, primitive: &Primitive, at: &str) -> Result<Lowered, LoadError> {
-        let index = self.material_index(primitive, at)?;
+        let index = self.material_index(primitive, at);
         self.material(index, &format!("{at}/material"))
     }
 
     /// The number of a primitive's material, which may depend on the requested variant.
-    pub(super) fn material_index(
-        &self,
-        primitive: &Primitive,
-        at: &str,
-    ) -> Result<Option<Index<json::Material>>, LoadError> {
+    pub(super) fn material_index(&self, primitive: &Primitive, at: &str) -> Option<Index<json::Material>> {
         let mut index = primitive.material;
         if let Some(variant) = self.variant {
             let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
-            let read: Option<Mappings> = self.document.extension(extensions, "KHR_materials_variants", at)?;
+            let read: Option<Mappings> = self.document.extension(extensions, "KHR_materials_variants", at);
             let mappings = read.map_or_else(Vec::new, |read| read.mappings);
             let mapping = mappings.into_iter().find(|mapping| mapping.variants.contains(&variant));
             index = mapping.map(|mapping| Index::new(mapping.material)).or(index);
         }
-        Ok(index)
+        index
     }
 }
 

@@ -9,12 +9,13 @@
 //! wanted. Meshes are deformed by their morph targets and joints while they are read (`vertex`, `skin`), at the
 //! requested time (`animation`).
 //!
-//! An invalid node is an error that names its place in the JSON. An image that cannot be read is a warning, and so is
-//! everything left out.
+//! A file whose hierarchy or geometry cannot be read is refused with the place in its JSON. What an image can do without
+//! is mended or left out with a warning (`mending`).
 
 mod accessor;
 mod animation;
 mod basis_universal;
+mod choice;
 mod closed_meshes;
 mod container;
 mod document;
@@ -27,6 +28,7 @@ mod import_report;
 mod instancing;
 mod layers;
 mod material;
+mod mending;
 mod mesh;
 mod meshopt;
 mod node;
@@ -46,7 +48,7 @@ use std::path::Path;
 
 use self::document::Document;
 use self::extensions::light::Lights;
-use self::extensions::variants::Variants;
+use self::extensions::variants::{self, Variants};
 use self::image::Images;
 use self::import_report::ImportReport;
 use self::material::Lowered;
@@ -56,7 +58,7 @@ pub use self::summary::{ModelSummary, contents};
 use self::texture::GltfTextures;
 use super::LoadOptions;
 use super::names::TakenNames;
-use crate::error::{Diagnostic, LoadError, did_you_mean, words};
+use crate::error::{Diagnostic, LoadError};
 use crate::math::DAffine3;
 use crate::world::{Assets, Camera, Light, MeshId, Parent, Shape, Transform, World};
 
@@ -69,6 +71,10 @@ pub struct GltfModel {
     pub aspect: Option<f32>,
     /// True if the file has animations.
     moves: bool,
+    /// The time of the last key of the animations that are shown, if the file gives it.
+    end_s: Option<f32>,
+    /// The error about an animation that was chosen and does not exist. All animations are shown.
+    pub unknown_animation: Option<LoadError>,
 }
 
 /// A node that becomes an entity.
@@ -89,7 +95,8 @@ struct Import<'a> {
     assets: &'a mut Assets,
     warnings: &'a mut Vec<Diagnostic>,
     losses: ImportReport,
-    lights: Vec<extensions::light::GltfLight>,
+    /// The lights; none for those that are not as expected.
+    lights: Vec<Option<extensions::light::GltfLight>>,
     /// The factor for the lights' intensities.
     light_scale: f32,
     /// See [`LoadOptions`].
@@ -135,8 +142,11 @@ pub fn parse(
     let document = Document::open(bytes, path, &assets.files)?;
     extensions::check(&document, warnings)?;
     let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
-    let lights: Option<Lights> = document.extension(others, "KHR_lights_punctual", "")?;
+    let lights: Option<Lights> = document.extension(others, "KHR_lights_punctual", "");
     let lights = lights.map_or_else(Vec::new, |read| read.lights);
+    let at = |number: usize| format!("/extensions/KHR_lights_punctual/lights/{number}");
+    let lights: Vec<_> =
+        lights.iter().enumerate().map(|(number, light)| document.lenient(light, at(number))).collect();
     let light_scale = emitter::light_scale(&document, &lights, options.light_units, warnings);
     let mut import = Import {
         document: &document,
@@ -154,13 +164,20 @@ pub fn parse(
         meshes: HashMap::new(),
         shapes: HashMap::new(),
         parents: node::parents(&document)?,
-        moved: match options.time_s {
-            Some(time) => animation::at_time(&document, time)?,
-            None => HashMap::new(),
-        },
+        moved: HashMap::new(),
         globals: HashMap::new(),
         aspect: None,
     };
+    let clip = options.animation.as_deref().map(|asked| animation::choice(&document.root).find(asked));
+    let (clip, unknown) = match clip.transpose() {
+        Ok(clip) => (clip, None),
+        Err(reason) => (None, Some(document.error("/animations", reason))),
+    };
+    // Who chooses an animation wants to see it.
+    let time_s = options.time_s.or(clip.map(|_| 0.0));
+    if let Some(time) = time_s {
+        import.moved = animation::at_time(&document, time, clip, import.warnings)?;
+    }
     let scene = node::scene(&document, options.scene.as_deref())?;
     let roots = node::roots(&document, scene, &import.parents)?;
     import.decode_ahead(&roots);
@@ -168,10 +185,14 @@ pub fn parse(
     nodes.extend(import.environment(scene)?);
     let aspect = import.aspect;
     let moves = !document.root.animations.is_empty();
-    import.losses.animations = moves && options.time_s.is_none();
+    import.losses.animations = moves && time_s.is_none();
     let Import { losses, warnings, .. } = import;
     warnings.extend(losses.lines().map(|line| document.warning(line)));
-    Ok(GltfModel { nodes, aspect, moves })
+    warnings.extend(document.mends());
+    let shown = document.root.animations.iter().enumerate();
+    let shown = shown.filter(|(number, _)| clip.is_none_or(|clip| clip == *number));
+    let ends = shown.filter_map(|(_, animation)| animation::end(&document.root, animation));
+    Ok(GltfModel { nodes, aspect, moves, end_s: ends.reduce(f32::max), unknown_animation: unknown })
 }
 
 /// Returns the number of the variant requested by name or number.
@@ -179,33 +200,22 @@ fn variant(document: &Document, asked: Option<&str>) -> Result<Option<usize>, Lo
     let Some(asked) = asked else { return Ok(None) };
     let others = document.root.extensions.as_ref().map(|extensions| &extensions.others);
     let name = "KHR_materials_variants";
-    let read: Option<Variants> = document.extension(others, name, "")?;
+    let read: Option<Variants> = document.extension(others, name, "");
     let variants = read.map_or_else(Vec::new, |read| read.variants);
-    let called: Vec<String> =
-        variants.iter().enumerate().map(|(number, variant)| variant.called(number)).collect();
-    let number = called.iter().position(|name| name == asked);
-    let number = number.or_else(|| asked.parse().ok().filter(|number| *number < called.len()));
-    number.map(Some).ok_or_else(|| {
-        let names = presentable(called.iter().map(|name| &name[..]));
-        let all: Vec<String> = names.clone().take(32).map(words).collect();
-        let (asked, hint) = (words(asked), did_you_mean(asked, names));
-        let reason = match called.len() {
-            0 => format!("there is no variant \"{asked}\": the file has none"),
-            _ => format!("there is no variant \"{asked}\"{hint}; variants: {}", all.join(", ")),
-        };
-        document.error(format_args!("/extensions/{name}"), reason)
-    })
-}
-
-/// Filters names that can be printed on a line as they are.
-fn presentable<'n>(names: impl Iterator<Item = &'n str> + Clone) -> impl Iterator<Item = &'n str> + Clone {
-    names.filter(|name| name.len() <= 64 && !name.contains(char::is_control))
+    let found = variants::choice(&variants).find(asked);
+    found.map(Some).map_err(|reason| document.error(format_args!("/extensions/{name}"), reason))
 }
 
 impl GltfModel {
+    /// True if the file has animations.
+    pub fn moves(&self) -> bool {
+        self.moves
+    }
+
     /// Adds an entity for each node, under `parent` if there is one. Names that are already taken get a number.
     pub fn place(&self, world: &mut World, parent: Option<hecs::Entity>) {
         world.is_animated |= self.moves;
+        world.animated_until(self.end_s);
         let mut names = TakenNames::of(world);
         let mut entities: Vec<hecs::Entity> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {

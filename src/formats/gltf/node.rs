@@ -2,12 +2,13 @@
 
 use gltf::json::{self, Index, Root};
 
+use super::choice::Choice;
 use super::document::Document;
 use super::extensions::node::Visibility;
 use super::mesh::Shaping;
 use super::pose::is_flat;
-use super::{GltfNode, Import, presentable};
-use crate::error::{LoadError, did_you_mean, words};
+use super::{GltfNode, Import};
+use crate::error::LoadError;
 use crate::world::Transform;
 
 /// A node to be visited.
@@ -36,10 +37,10 @@ impl Import<'_> {
                 continue;
             }
             let extensions = source.extensions.as_ref().map(|extensions| &extensions.others);
-            let read: Option<Visibility> = self.document.extension(extensions, "KHR_node_visibility", &at)?;
+            let read: Option<Visibility> = self.document.extension(extensions, "KHR_node_visibility", &at);
             visible &= read.is_none_or(|read| read.visible);
             let place = found.len();
-            found.push(self.node(source, &at, parent, transform, visible)?);
+            found.push(self.node(source, &at, parent, transform, visible));
             if visible {
                 self.meshes_of(number, source, place, &mut found)?;
             }
@@ -62,9 +63,9 @@ impl Import<'_> {
         parent: Option<usize>,
         transform: Transform,
         visible: bool,
-    ) -> Result<GltfNode, LoadError> {
-        let camera = source.camera.map(|index| self.camera(index, &format!("{at}/camera"))).transpose()?;
-        let light = if visible { self.light(source, at)? } else { None };
+    ) -> GltfNode {
+        let camera = source.camera.and_then(|index| self.camera(index, &format!("{at}/camera")));
+        let light = if visible { self.light(source, at) } else { None };
         let own = source.name.clone().filter(|name| !name.is_empty());
         if let (None, Some(index)) = (self.aspect, source.camera) {
             self.aspect = self.aspect_of(index);
@@ -72,7 +73,7 @@ impl Import<'_> {
         let (camera, camera_name) = camera.unzip();
         let (light, light_name) = light.unzip();
         let name = own.or(camera_name.flatten()).or(light_name.flatten());
-        Ok(GltfNode { parent, name, transform, mesh: None, light, camera })
+        GltfNode { parent, name, transform, mesh: None, light, camera }
     }
 
     /// Adds a node's mesh: once, once per instance, or deformed by its joints.
@@ -96,9 +97,9 @@ impl Import<'_> {
             light: None,
             camera: None,
         };
-        if let Some(skin) = source.skin {
+        let joints = source.skin.map(|skin| self.joints(skin, &format!("{at}/skin"))).transpose()?;
+        if let Some(joints) = joints.flatten() {
             // The joints place the mesh; the node's own transform is ignored.
-            let joints = self.joints(skin, &format!("{at}/skin"))?;
             shaping.joints = Some((number, &joints));
             if let Some(mesh) = self.mesh(index, shaping, &format!("{at}/mesh"))? {
                 found.push(another(None, Transform::IDENTITY, mesh));
@@ -154,6 +155,11 @@ pub(super) fn parents(document: &Document) -> Result<Vec<Option<usize>>, LoadErr
     Ok(parents)
 }
 
+/// The scenes of a file, as they are chosen by name or number.
+pub(super) fn choice(root: &Root) -> Choice {
+    Choice::of("scene", root.scenes.iter().map(|scene| scene.name.as_deref()))
+}
+
 /// Returns the scene to show: the one requested by name or number, else the file's default scene, else its first. None
 /// if the file has no scenes.
 pub(super) fn scene(
@@ -162,22 +168,13 @@ pub(super) fn scene(
 ) -> Result<Option<Index<json::Scene>>, LoadError> {
     let Root { scene, scenes, .. } = &document.root;
     let Some(asked) = asked else {
-        return Ok(scene.or((!scenes.is_empty()).then(|| Index::new(0))));
+        let of_file = scene.filter(|index| {
+            document.find(scenes, *index, "/scene", "scene", "the first one counts").is_some()
+        });
+        return Ok(of_file.or((!scenes.is_empty()).then(|| Index::new(0))));
     };
-    let named = scenes.iter().position(|scene| scene.name.as_deref() == Some(asked));
-    let numbered = || asked.parse().ok().filter(|number| *number < scenes.len());
-    named.or_else(numbered).map(|number| Some(Index::new(number as u32))).ok_or_else(|| {
-        let names = presentable(scenes.iter().filter_map(|scene| scene.name.as_deref()));
-        let asked = words(asked);
-        let reason = match scenes.len() {
-            0 => format!("there is no scene \"{asked}\": the file has none, only nodes"),
-            count => {
-                let (hint, last) = (did_you_mean(&asked, names), count - 1);
-                format!("there is no scene \"{asked}\"{hint}; by number there are 0 to {last}")
-            }
-        };
-        document.error("/scenes", reason)
-    })
+    let found = choice(&document.root).find(asked);
+    found.map(|number| Some(Index::new(number as u32))).map_err(|reason| document.error("/scenes", reason))
 }
 
 /// Returns the root nodes of a scene; without a scene, all nodes that have no parent.
@@ -191,6 +188,7 @@ pub(super) fn roots(
         return Ok((0..nodes.len()).filter(|node| parents[*node].is_none()).collect());
     };
     let scene = document.get(scenes, index, "/scene", "scene")?;
+    let mut roots = Vec::with_capacity(scene.nodes.len());
     let mut taken = vec![false; nodes.len()];
     for (place, root) in scene.nodes.iter().enumerate() {
         let at = format!("/scenes/{}/nodes/{place}", index.value());
@@ -200,8 +198,10 @@ pub(super) fn roots(
             return Err(document.error(at, format!("node {root} is a child of node {parent}, not a root")));
         }
         if std::mem::replace(&mut taken[root], true) {
-            return Err(document.error(at, format!("node {root} is there twice")));
+            document.mend(at, format_args!("node {root} is there twice: it is shown once"));
+            continue;
         }
+        roots.push(root);
     }
-    Ok(scene.nodes.iter().map(|root| root.value()).collect())
+    Ok(roots)
 }

@@ -11,12 +11,14 @@ use crate::world::Transform;
 
 /// A transform is flat if |determinant| over the product of the axes' lengths is below this.
 const FLAT: f64 = 1e-8;
+/// The largest difference from 0 0 0 1 in the last row of a matrix that counts as rounding.
+const MOST_ROUNDED: f64 = 1e-4;
 
 /// The animated properties of a node, which replace its own.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moved {
     pub translation: Option<DVec3>,
-    /// A quaternion of any length except zero.
+    /// A quaternion of any length.
     pub rotation: Option<[f32; 4]>,
     pub scale: Option<Vec3>,
     /// Weights of the mesh's morph targets.
@@ -76,10 +78,10 @@ fn transform(
         if !matrix.as_mat4().is_finite() {
             return Err(too_large("matrix"));
         }
-        if matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
+        let Some(matrix) = affine(matrix) else {
             let reason = "the matrix is not affine: its last row must be 0 0 0 1";
             return Err(document.error(format_args!("{at}/matrix"), reason));
-        }
+        };
         let matrix = DAffine3::from_mat4(matrix);
         return Ok((Transform::Matrix(matrix), matrix));
     }
@@ -93,20 +95,43 @@ fn transform(
     if !scale.is_finite() {
         return Err(too_large("scale"));
     }
-    let rotation = moved.rotation.unwrap_or(node.rotation.unwrap_or_default().0);
-    let rotation = DQuat::from_array(rotation.map(f64::from));
-    let length = rotation.length();
-    if !(length > 1e-6 && length.is_finite()) {
-        let reason = "a rotation is a quaternion of length 1";
-        return Err(document.error(format_args!("{at}/rotation"), reason));
-    }
-    let rotation = (rotation / length).as_quat();
+    let turned = moved.rotation.unwrap_or(node.rotation.unwrap_or_default().0);
+    let turned = rotation(document, turned, &format!("{at}/rotation"));
+    let rotation = (turned / turned.length()).as_quat();
     let local = DAffine3::from_scale_rotation_translation(
         scale.as_dvec3(),
         rotation.as_dquat().normalize(),
         translation,
     );
     Ok((Transform::Trs { translation, rotation, scale }, local))
+}
+
+/// A quaternion, of any length; the identity, which is recorded, if it has no direction.
+pub(super) fn rotation(document: &Document, numbers: [f32; 4], at: &str) -> DQuat {
+    let rotation = DQuat::from_array(numbers.map(f64::from));
+    let length = rotation.length();
+    if length > 1e-6 && length.is_finite() {
+        return rotation;
+    }
+    document.mend(at, "a rotation is a quaternion of length 1: this one turns nothing");
+    DQuat::IDENTITY
+}
+
+/// A matrix whose last row is 0 0 0 1 but for rounding errors, or but for its scale, with exactly this row.
+fn affine(matrix: DMat4) -> Option<DMat4> {
+    let [x, y, z, w] = matrix.row(3).to_array();
+    if [x, y, z, w] == [0.0, 0.0, 0.0, 1.0] {
+        return Some(matrix);
+    }
+    let largest = [x, y, z].into_iter().fold(0.0f64, |largest, number| largest.max(number.abs()));
+    let is_rounded = w > 0.0 && largest <= MOST_ROUNDED * w;
+    // A transform by homogeneous coordinates divides by w.
+    let scale = if (w - 1.0).abs() <= MOST_ROUNDED { 1.0 } else { 1.0 / w };
+    let columns =
+        [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| (axis.truncate() * scale).extend(0.0));
+    let [x_axis, y_axis, z_axis] = columns;
+    let whole = DMat4::from_cols(x_axis, y_axis, z_axis, (matrix.w_axis.truncate() * scale).extend(1.0));
+    (is_rounded && whole.as_mat4().is_finite()).then_some(whole)
 }
 
 /// True if a transform leaves no volume: files hide objects with a scale of 0.

@@ -22,8 +22,9 @@ impl Import<'_> {
         let mut known = HashSet::new();
         let mut lengths: HashMap<usize, u64> = HashMap::new();
         for texture in self.textures_below(roots) {
-            let Ok(Some(image)) = self.source(texture, "") else { continue };
-            let Ok(place) = place(document, image, "") else { continue };
+            let at = format!("/textures/{}", texture.value());
+            let Some(image) = self.source(texture, "") else { continue };
+            let Some(place) = place(document, image, &at) else { continue };
             if !known.insert(place.clone()) {
                 continue;
             }
@@ -35,7 +36,7 @@ impl Import<'_> {
                     continue;
                 }
             }
-            if let Ok(Some(picture)) = Encoded::of(document, image, &place) {
+            if let Some(picture) = Encoded::of(document, image, &place) {
                 encoded.push((place, picture));
             }
         }
@@ -59,7 +60,7 @@ impl Import<'_> {
                 continue;
             };
             for primitive in root.meshes.get(mesh).iter().flat_map(|mesh| &mesh.primitives) {
-                let Ok(Some(material)) = self.material_index(primitive, "") else { continue };
+                let Some(material) = self.material_index(primitive, "") else { continue };
                 let Some(material) = root.materials.get(material.value()) else { continue };
                 if materials.insert(std::ptr::from_ref(material)) {
                     let material = serde_json::to_value(material).unwrap_or_default();

@@ -15,16 +15,22 @@ const MATRIX: Rule =
 pub(super) struct Joints(Vec<DMat4>);
 
 impl Import<'_> {
-    /// The joints of a skin, with the current transforms of their nodes.
-    pub(super) fn joints(&mut self, index: Index<json::Skin>, place: &str) -> Result<Joints, LoadError> {
+    /// The joints of a skin, with the current transforms of their nodes; none if there is no such skin.
+    pub(super) fn joints(
+        &mut self,
+        index: Index<json::Skin>,
+        place: &str,
+    ) -> Result<Option<Joints>, LoadError> {
         let document = self.document;
-        let skin = document.get(&document.root.skins, index, place, "skin")?;
+        let consequence = "the mesh stands at its node";
+        let skin = document.find(&document.root.skins, index, place, "skin", consequence);
+        let Some(skin) = skin.filter(|skin| !skin.joints.is_empty()) else { return Ok(None) };
         let at = format!("/skins/{}", index.value());
         let inverses = match skin.inverse_bind_matrices {
             None => Vec::new(),
             Some(index) => {
                 let at = format!("{at}/inverseBindMatrices");
-                let matrices = accessor::floats::<16>(document, index, &MATRIX, &at)?;
+                let matrices = accessor::finite_floats::<16>(document, index, &MATRIX, &at)?;
                 let (joints, count) = (skin.joints.len(), matrices.len());
                 if count < joints {
                     let reason = format!("there are {count} of these for {joints} joints");
@@ -42,7 +48,7 @@ impl Import<'_> {
             let inverse = inverse.map_or(DMat4::IDENTITY, |matrix| DMat4::from_cols_array(&matrix));
             joints.push(DMat4::from(self.global(joint.value())?) * inverse);
         }
-        Ok(Joints(joints))
+        Ok(Some(Joints(joints)))
     }
 }
 

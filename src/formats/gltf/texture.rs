@@ -69,12 +69,12 @@ impl Import<'_> {
         at: &str,
     ) -> Result<Option<NormalMap>, LoadError> {
         let texture = self.lookup(slot, ColorSpace::Linear, at)?;
-        if slot.is_some_and(|slot| !slot.scale.is_finite()) {
-            return Err(self.document.error(format_args!("{at}/scale"), "a number is too large"));
+        let scale = slot.map_or(1.0, |slot| slot.scale);
+        if !scale.is_finite() {
+            self.document.mend(format_args!("{at}/scale"), "the number is too large: 1 is taken");
         }
-        Ok(texture
-            .zip(slot)
-            .map(|(texture, slot)| NormalMap { texture: self.texture_id(texture), scale: slot.scale }))
+        let scale = if scale.is_finite() { scale } else { 1.0 };
+        Ok(texture.map(|texture| NormalMap { texture: self.texture_id(texture), scale }))
     }
 
     /// Returns the id of a texture, adding it if it is new.
@@ -91,13 +91,14 @@ impl Import<'_> {
     ) -> Result<Option<Texture>, LoadError> {
         let Some(slot) = slot else { return Ok(None) };
         let document = self.document;
-        let Some(source) = self.source(slot.index, at)? else { return Ok(None) };
-        let id = self.images.id(document, source, color_space, at, self.assets, self.warnings)?;
+        let Some(source) = self.source(slot.index, at) else { return Ok(None) };
+        let at_texture = format!("/textures/{}", slot.index.value());
+        let id = self.images.id(document, source, color_space, &at_texture, self.assets, self.warnings)?;
         let Some(image) = id else { return Ok(None) };
         let mut texture = Texture { color_space, uv_set: slot.tex_coord, ..Texture::new(image) };
-        self.sample(slot.index, &mut texture, at)?;
+        self.sample(slot.index, &mut texture);
         let transform: Option<TextureTransform> =
-            document.extension(slot.extensions.as_ref(), "KHR_texture_transform", at)?;
+            document.extension(slot.extensions.as_ref(), "KHR_texture_transform", at);
         if let Some(transform) = transform {
             texture.scale = Vec2::from_array(transform.scale);
             texture.offset = Vec2::from_array(transform.offset);
@@ -112,31 +113,32 @@ impl Import<'_> {
     }
 
     /// Sets the filter and the wrap modes from the texture's sampler.
-    fn sample(&self, index: Index<json::Texture>, texture: &mut Texture, at: &str) -> Result<(), LoadError> {
+    fn sample(&self, index: Index<json::Texture>, texture: &mut Texture) {
         let document = self.document;
         texture.filter = TextureFilter::Trilinear;
-        let Some(sampler) = document.get(&document.root.textures, index, at, "texture")?.sampler else {
-            return Ok(());
-        };
+        let sampler = document.root.textures.get(index.value()).and_then(|texture| texture.sampler);
+        let Some(sampler) = sampler else { return };
         let at = format!("/textures/{}/sampler", index.value());
-        let sampler = document.get(&document.root.samplers, sampler, at, "sampler")?;
+        let samplers = &document.root.samplers;
+        let Some(sampler) = document.find(samplers, sampler, at, "sampler", "a usual one is taken") else {
+            return;
+        };
         texture.wrap = [wrap(sampler.wrap_s), wrap(sampler.wrap_t)];
         texture.filter = match (sampler.mag_filter, sampler.min_filter) {
             (Some(Checked::Valid(MagFilter::Nearest)), _) => TextureFilter::Nearest,
             (_, Some(Checked::Valid(MinFilter::Nearest | MinFilter::Linear))) => TextureFilter::Bilinear,
             _ => TextureFilter::Trilinear,
         };
-        Ok(())
     }
 
     /// The image of a texture; none, with a warning, if only an unsupported extension gives it.
-    pub(super) fn source(
-        &mut self,
-        index: Index<json::Texture>,
-        at: &str,
-    ) -> Result<Option<Index<json::Image>>, LoadError> {
+    pub(super) fn source(&mut self, index: Index<json::Texture>, at: &str) -> Option<Index<json::Image>> {
         let document = self.document;
-        let texture = document.get(&document.root.textures, index, at, "texture")?;
+        // Without a place it is read ahead, and read again when a material uses it.
+        let texture = match at {
+            "" => document.root.textures.get(index.value())?,
+            _ => document.find(&document.root.textures, index, at, "texture", "it is left out")?,
+        };
         let at = format!("/textures/{}", index.value());
         let extensions = texture.extensions.as_ref().map(|extensions| &extensions.others);
         let mut others = vec!["EXT_texture_webp"];
@@ -147,16 +149,16 @@ impl Import<'_> {
             others.push("KHR_texture_basisu");
         }
         for name in others {
-            let other: Option<OtherSource> = document.extension(extensions, name, &at)?;
+            let other: Option<OtherSource> = document.extension(extensions, name, &at);
             if let Some(source) = other.and_then(|other| other.source) {
-                return Ok(Some(Index::new(source)));
+                return Some(Index::new(source));
             }
         }
         if !has_own {
             self.warnings.push(document.warning(format_args!("{at}: has no image that can be read")));
-            return Ok(None);
+            return None;
         }
-        Ok(Some(texture.source))
+        Some(texture.source)
     }
 }
 

@@ -58,8 +58,8 @@ fn file(uri: &str, folder: &Path) -> Result<PathBuf, String> {
         return Ok(folder.join(decoded));
     }
     let leaves = || {
-        let remedy = "put what it refers to into it, or say --allow-outside";
-        format!("\"{}\" leaves the folder of this file: {remedy}", shown())
+        let remedy = "put what it refers to into it, or say `--allow-outside`";
+        format!("\"{}\" leaves the folder of this file ({remedy})", shown())
     };
     let mut below = PathBuf::new();
     for part in decoded.split('/').filter(|part| *part != ".") {

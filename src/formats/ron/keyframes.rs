@@ -31,6 +31,8 @@ pub(super) struct Clock {
     pub refused: Cell<Option<&'static str>>,
     /// True if any keys have been read.
     pub asked: Cell<bool>,
+    /// The time of the last of them in seconds.
+    pub end_s: Cell<Option<f32>>,
 }
 
 /// Values that can be interpolated.
@@ -169,6 +171,8 @@ impl<'a> SceneText<'a> {
             values.push(read(value)?.numbers());
         }
         let Some(first) = values.first() else { return Err(self.error(keys, "there is no key")) };
+        let ends = self.clock().end_s.get().into_iter().chain(times.last().copied());
+        self.clock().end_s.set(ends.reduce(f32::max));
         let width = first.len();
         if T::TURNS {
             shorter_ways(&mut values);

@@ -51,9 +51,13 @@ pub(super) fn load_model(
 ) -> Result<World, LoadError> {
     let mut world = World::default();
     world.assets.files = sources.clone();
-    let model = gltf::load(path, options, &mut world.assets, &mut world.warnings)?;
+    let mut model = gltf::load(path, options, &mut world.assets, &mut world.warnings)?;
+    if let Some(unknown) = model.unknown_animation.take() {
+        return Err(unknown);
+    }
     let root = world.entities.spawn((Transform::IDENTITY, Model(path.to_owned())));
     model.place(&mut world, Some(root));
+    world.warnings.extend(after_the_end(options.time_s, world.animation_end_s));
     let settings = &mut world.settings;
     settings.transport = Transport::Path;
     settings.tonemap = tone_curve(&world.assets, &mut world.warnings);
@@ -73,6 +77,13 @@ pub(super) fn load_model(
         world.warnings.push(Diagnostic::note("studio-added", STUDIO_ADDED));
     }
     Ok(world)
+}
+
+/// The note about a moment after the end of an animation.
+fn after_the_end(time_s: Option<f32>, end_s: Option<f32>) -> Option<Diagnostic> {
+    let end = end_s.filter(|end| time_s.is_some_and(|time| time > end + END_TOLERANCE_S))?;
+    let what = format!("the animation ends at {end} s: later moments look like its end");
+    Some(Diagnostic::note("after-the-end", what))
 }
 
 /// Photographs and drawings on unlit surfaces are meant for the screen as they are; lit surfaces go through a tone
@@ -129,6 +140,8 @@ pub(super) fn add_camera(world: &mut World) {
     world.warnings.push(Diagnostic::note("camera-added", CAMERA_ADDED));
 }
 
+/// The difference to the end of an animation that counts as rounding, in seconds.
+const END_TOLERANCE_S: f32 = 1e-3;
 const HALF_FOV_DEGREES: f64 = 20.0;
 /// The direction to an added camera: from the front, right and above.
 const CAMERA: DVec3 = DVec3::new(0.45, 0.35, 1.0);

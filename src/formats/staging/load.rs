@@ -97,7 +97,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     auto_camera::place(&mut world, options, || {
         let Edits { set, only, hide, .. } = options.edits.clone();
         let edits = Edits { set, only, hide, ..Edits::default() };
-        load_again(path, &LoadOptions { time_s: None, edits, ..options.clone() }, sources)
+        load_again(path, &LoadOptions { time_s: None, animation: None, edits, ..options.clone() }, sources)
     })?;
     if options.time_s.is_some() && !world.is_animated {
         let what = "every moment looks the same: it has no Keys, and its glTF files no animations";

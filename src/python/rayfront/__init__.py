@@ -224,6 +224,7 @@ def load(
     time=None,
     variant=None,
     scene=None,
+    animation=None,
     env=None,
     set=(),
     hide=(),
@@ -239,14 +240,14 @@ def load(
 ):
     """Reads a scene, a model or a mesh; adds the camera and the light that it lacks.
 
-    time: the moment of animations, in seconds. variant, scene: of a glTF file. env: the environment: a picture, "studio",
-    "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries
+    time: the moment of animations, in seconds. variant, scene, animation: of a glTF file, by name or number. env: the
+    environment: a picture, "studio", "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries
     that select what is removed, or kept. look_at: the camera's position and its target, ((x, y, z), (x, y, z)). orbit: the angles
     in degrees by which cameras orbit their target, (right, up). zoom: the factor by which they come nearer. ground: adds a grey
     floor. light_units ("auto", "candela", "watt"), solid_glass and double_sided: the interpretation of glTF files. size: the size
     of the image, for which an added camera is placed.
     """
-    scene = None if scene is None else str(scene)
+    scene, animation = (None if given is None else str(given) for given in (scene, animation))
     lists = [[text] if isinstance(text, str) else list(text) for text in (set, hide, only)]
     if look_at is not None:
         places = np.asarray(look_at, dtype=np.float64) if not isinstance(look_at, str) else np.zeros(0)
@@ -259,7 +260,7 @@ def load(
             raise ValueError(f"orbit must be two angles in degrees, (right, up), not {orbit!r}")
     size = None if size is None else _size(size)
     how = (look_at, orbit, zoom, ground, light_units, solid_glass, double_sided, size)
-    return World._of(_native.World.load(os.fspath(path), time, variant, scene, env, *lists, *how))
+    return World._of(_native.World.load(os.fspath(path), time, variant, scene, animation, env, *lists, *how))
 
 
 class Hits(NamedTuple):

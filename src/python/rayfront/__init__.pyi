@@ -135,6 +135,7 @@ def load(
     time: float | None = ...,
     variant: str | None = ...,
     scene: str | int | None = ...,
+    animation: str | int | None = ...,
     env: str | None = ...,
     set: str | Iterable[str] = ...,
     hide: str | Iterable[str] = ...,

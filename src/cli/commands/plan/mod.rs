@@ -139,7 +139,7 @@ impl<'a> Jobs<'a> {
         let arguments = plan.arguments()?;
         // The limits of the tasks apply to planning, too.
         arguments.limits.set();
-        let tasks = Tasks::of(plan.shards, arguments.render.frames.frames.clone())?;
+        let tasks = Tasks::of(plan.shards, arguments.render.frames_of_scene()?)?;
         let tasks_merge = matches!(tasks, Tasks::Shards(_));
         let (here, folder, images) = plan.places(&scene, &tasks)?;
         let time_s = match &tasks {

@@ -37,13 +37,13 @@ pub fn run(arguments: &Render, line: CommandLine) -> Result<ExitCode, Failure> {
     let views = views(&arguments.run, &arguments.scene)?;
     let command = RenderCommand { arguments, line, shard, views };
     // Everything, including loading, runs on the requested number of threads.
-    let code = on_threads(arguments.run.work.threads, || match &arguments.frames.frames {
+    let code = on_threads(arguments.run.work.threads, || match arguments.frames_of_scene()? {
         None if arguments.watch.watch => command.watch(&outputs),
         None => {
             let mut session = LoadSession::new(arguments.frames.shutter.is_some());
             command.render(outputs, arguments.model.time, &mut session)
         }
-        Some(frames) => command.all_frames(&outputs, frames),
+        Some(frames) => command.all_frames(&outputs, &frames),
     })??;
     Ok(ExitCode::from(code))
 }

@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use super::super::choice::Choice;
+
 /// `KHR_materials_variants` of the file.
 #[derive(Deserialize)]
 pub(in super::super) struct Variants {
@@ -15,11 +17,9 @@ pub(in super::super) struct GltfVariant {
     name: String,
 }
 
-impl GltfVariant {
-    /// The variant's name, or its number if it has none.
-    pub fn called(&self, number: usize) -> String {
-        if self.name.is_empty() { number.to_string() } else { self.name.clone() }
-    }
+/// The variants of a file, as they are chosen by name or number.
+pub(in super::super) fn choice(variants: &[GltfVariant]) -> Choice {
+    Choice::of("variant", variants.iter().map(|variant| Some(&variant.name[..])))
 }
 
 /// `KHR_materials_variants` of a primitive.

@@ -147,7 +147,7 @@ fn second_texture_coordinates_and_vertex_alphas_are_read() {
 }
 
 /// Two triangles that share an edge; the texture of the right one is mirrored.
-fn mirrored() -> Value {
+pub(super) fn mirrored() -> Value {
     let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0];
     let mut file = triangle();
     let attributes = [

@@ -3,6 +3,7 @@
 mod errors;
 mod geometry;
 mod materials;
+mod mending;
 mod moving;
 mod robust;
 mod scene;

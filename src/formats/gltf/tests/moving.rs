@@ -67,18 +67,57 @@ fn animations_move_nodes_at_the_given_time() {
     assert_eq!([place(Some(-1.0)), place(Some(7.0))], [DVec3::ZERO, DVec3::new(4.0, 0.0, 2.0)]);
 }
 
-#[test]
-fn animation_errors_are_reported_only_if_a_time_is_given() {
+/// Two animations of node 0 and one of node 1: along x in 2 s, along y in 4 s, and along z.
+fn clips() -> Value {
     let mut file = triangle();
-    animate(&mut file, "translation", "VEC3", 3, &[0.0; 9]);
-    let options = LoadOptions { time_s: Some(0.0), ..LoadOptions::default() };
-    let message = |file: &Value| read_with(file.to_string().as_bytes(), &options).unwrap_err().to_string();
-    assert!(message(&file).contains("/animations/0/samplers/0/output: 9 numbers do not fit 2 times"));
-    read(&file);
-    set(&mut file, "/animations/0/channels/0/target/path", json!("colour"));
-    assert!(message(&file).contains("/animations/0/channels/0/target/path: there is no such property"));
-    set(&mut file, "/animations/0/channels/0/target", json!({"node": 5, "path": "scale"}));
-    assert!(message(&file).contains("/animations/0/channels/0/target/node: there is no node 5"));
+    set(&mut file, "/nodes", json!([{"mesh": 0}, {"mesh": 0}]));
+    set(&mut file, "/scenes/0/nodes", json!([0, 1]));
+    let mut clip = |end: f32, to: Vec3, node: usize| {
+        let input = add_accessor(&mut file, &floats(&[0.0, end]), 5126, "SCALAR", 2);
+        set(&mut file, &format!("/accessors/{input}/max"), json!([end]));
+        let places = floats(&[0.0, 0.0, 0.0, to.x, to.y, to.z]);
+        let output = add_accessor(&mut file, &places, 5126, "VEC3", 2);
+        let channel = json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
+        json!({"channels": [channel], "samplers": [{"input": input, "output": output}]})
+    };
+    let mut clips = [clip(2.0, Vec3::X, 0), clip(4.0, Vec3::Y, 0), clip(1.0, Vec3::Z, 1)];
+    clips[0]["name"] = json!("idle");
+    clips[1]["name"] = json!("Gru\u{308}\u{df}en");
+    set(&mut file, "/animations", json!(clips));
+    file
+}
+
+#[test]
+fn animations_are_chosen_by_name_or_number() {
+    let file = clips();
+    let at = |animation: Option<&str>, time_s: Option<f32>| {
+        let animation = animation.map(str::to_owned);
+        let options = LoadOptions { time_s, animation, ..LoadOptions::default() };
+        let read = read_with(file.to_string().as_bytes(), &options).unwrap();
+        let places = [0, 1].map(|node: usize| match read.model.nodes[node].transform {
+            Transform::Trs { translation, .. } => translation.as_vec3(),
+            Transform::Matrix(_) => panic!(),
+        });
+        (places, read)
+    };
+    let (places, read) = at(None, Some(9.0));
+    assert_eq!((places, read.model.end_s), ([Vec3::X, Vec3::Z], Some(4.0)));
+    assert_eq!(read.warnings.len(), 1, "{:?}", read.warnings);
+    let expected = "the animations \"idle\" and \"Gru\\u{308}\u{df}en\" move the same nodes: \"idle\" counts (--animation 1 shows";
+    assert!(read.warnings[0].contains(expected), "{:?}", read.warnings);
+    for (asked, expected, end) in [
+        ("idle", [Vec3::X, Vec3::ZERO], 2.0),
+        ("Gr\u{fc}\u{df}en", [Vec3::Y, Vec3::ZERO], 4.0),
+        ("2", [Vec3::ZERO, Vec3::Z], 1.0),
+    ] {
+        let (places, read) = at(Some(asked), Some(9.0));
+        assert_eq!((places, read.model.end_s), (expected, Some(end)), "{asked}");
+        assert!(read.warnings.is_empty() && read.model.unknown_animation.is_none(), "{:?}", read.warnings);
+    }
+    let (places, read) = at(Some("2"), None);
+    assert!(places == [Vec3::ZERO; 2] && read.warnings.is_empty(), "it begins: {:?}", read.warnings);
+    let unknown = at(Some("walk"), None).1.model.unknown_animation.unwrap().to_string();
+    assert!(unknown.contains("/animations: there is no animation \"walk\"; animations: idle, "), "{unknown}");
 }
 
 /// Each vertex follows nodes 1 and 2 half and half; the mesh's own node is far away.

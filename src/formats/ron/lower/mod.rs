@@ -82,6 +82,7 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
             .map_err(|error| source.error(raw.0, error.to_string()))?;
     }
     world.is_animated |= source.clock().asked.get();
+    world.animated_until(source.clock().end_s.get());
     world.transport_is_chosen = transport.is_none();
     world.choose_transport();
     Ok(world)
