@@ -133,7 +133,7 @@ fn models(world: &World) -> Result<Vec<Value>, Failure> {
     };
     let files = world.assets.files.all().into_keys().filter(is_model);
     let models = files.map(|path| {
-        let ModelSummary { scenes, variants, animations } = contents(&path)?;
+        let ModelSummary { scenes, variants, animations } = contents(&path, &world.assets.files)?;
         let animations: Vec<Value> =
             animations.into_iter().map(|(name, end)| json!({"name": name, "seconds": end})).collect();
         Ok(json!({"file": output::path_json(&path), "scenes": scenes, "variants": variants, "animations": animations}))

@@ -7,7 +7,7 @@ use std::collections::hash_map::Entry;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::animation::{Interpolation as Between, Property, Sampler};
 use gltf::json::validation::Checked;
-use gltf::json::{Animation, Root};
+use gltf::json::{Accessor, Animation, Index, Root};
 
 use super::accessor::{self, Rule};
 use super::choice::Choice;
@@ -32,11 +32,21 @@ pub(super) fn choice(root: &Root) -> Choice {
     Choice::of("animation", root.animations.iter().map(|animation| animation.name.as_deref()))
 }
 
-/// The time of an animation's last key, if the file gives it.
-pub(super) fn end(root: &Root, animation: &Animation) -> Option<f32> {
-    let inputs = animation.samplers.iter().filter_map(|sampler| root.accessors.get(sampler.input.value()));
-    let ends = inputs.filter_map(|times| times.max.as_ref()?.get(0)?.as_f64());
-    ends.reduce(f64::max).map(|end| end as f32)
+/// The time of an animation's last key; none if there is none.
+pub(super) fn end(document: &Document, animation: &Animation) -> Option<f32> {
+    let mut inputs: Vec<_> = animation.samplers.iter().map(|sampler| sampler.input).collect();
+    inputs.sort_unstable_by_key(|input| input.value());
+    inputs.dedup();
+    let end = |input: &Index<Accessor>| {
+        // Files should give it beside the keys.
+        let given = document.root.accessors.get(input.value())?.max.as_ref();
+        let given = given.and_then(|max| max.get(0)?.as_f64()).map(|end| end as f32);
+        given.or_else(|| {
+            let times = accessor::floats::<1>(document, *input, &TIMES, "").ok()?;
+            times.as_flattened().iter().copied().filter(|time| time.is_finite()).reduce(f32::max)
+        })
+    };
+    inputs.iter().filter_map(end).reduce(f32::max)
 }
 
 /// The animated properties of all nodes at `time` seconds, in the animation of the given number or in all of them.

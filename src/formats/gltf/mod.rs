@@ -191,7 +191,7 @@ pub fn parse(
     warnings.extend(document.mends());
     let shown = document.root.animations.iter().enumerate();
     let shown = shown.filter(|(number, _)| clip.is_none_or(|clip| clip == *number));
-    let ends = shown.filter_map(|(_, animation)| animation::end(&document.root, animation));
+    let ends = shown.filter_map(|(_, animation)| animation::end(&document, animation));
     Ok(GltfModel { nodes, aspect, moves, end_s: ends.reduce(f32::max), unknown_animation: unknown })
 }
 

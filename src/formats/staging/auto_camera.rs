@@ -48,6 +48,17 @@ pub(super) fn place(
     Ok(())
 }
 
+/// The cameras that were added, as the default options place them.
+pub(super) fn added(world: &World) -> Vec<(hecs::Entity, Transform, Camera)> {
+    if !has_added_camera(world) {
+        return Vec::new();
+    }
+    let extent = BoundingPoints::of(world);
+    let [least, most] = extent.as_ref().map_or([DVec3::NEG_ONE, DVec3::ONE], BoundingPoints::bounds);
+    let middle = (0.5 * (least + most), (most - least).length());
+    cameras(world, extent.as_ref(), &LoadOptions::default(), middle)
+}
+
 /// The cameras that move, with their new transforms. `middle` and `diameter` are those of the scene.
 fn cameras(
     world: &World,

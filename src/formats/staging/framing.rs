@@ -3,21 +3,30 @@
 use std::path::Path;
 
 use super::auto_camera::AutoCamera;
-use super::studio;
+use super::{emission, studio};
 use crate::error::{Diagnostic, LoadError};
 use crate::formats::names::TakenNames;
 use crate::formats::{AssetFiles, EnvironmentPreset, Files, LoadOptions, gltf};
 use crate::math::{DMat3, DVec3, Quat, Rgb, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Assets, Background, Camera, ColorInput, Light, Material, Model, Name, Shape, SourceFiles, Tonemap,
-    Transform, Transport, World,
+    Assets, Background, Camera, Light, Material, Model, Name, Shape, SourceFiles, Tonemap, Transform,
+    Transport, World,
 };
 
 /// The warning for a scene without a camera of its own.
 const CAMERA_ADDED: &str = "there is no camera: one that sees everything was added";
 /// The warning for a model without light.
 const STUDIO_ADDED: &str = "there is no light: a studio was put around it";
+/// The note about a model that emits light, but lights little with it.
+const STUDIO_ADDED_TO_EMISSION: &str =
+    "materials emit light, but leave most of what is seen dark: a studio was put around it";
+/// The other choice.
+const LEAVES_EMISSION: &str = "`--env none` leaves only what they emit";
+/// The note about a model whose light is what it emits.
+const LIT_BY_EMISSION: &str = "there is no light but what materials emit";
+/// The other choice.
+const ADDS_STUDIO: &str = "`--env studio` puts a studio around it";
 /// The warning for a mesh, which has no light.
 const LIGHT_ADDED: &str = "there is no light: key, fill and ambient light were added";
 
@@ -69,14 +78,46 @@ pub(super) fn load_model(
     }
     world.usual_depth = Some(world.settings.max_depth);
     add_camera(&mut world);
-    if options.surroundings.is_none() && is_dark(&world) {
-        let image = world.assets.add_made_image(studio::image());
-        let name = TakenNames::of(&world).unique("studio");
-        let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
-        world.entities.spawn((name, light, Transform::IDENTITY));
-        world.warnings.push(Diagnostic::note("studio-added", STUDIO_ADDED));
+    if options.surroundings.is_none() {
+        add_studio(&mut world, path, options, sources)?;
     }
     Ok(world)
+}
+
+/// Adds a studio unless the model has lights, or emits enough light itself. Says so.
+fn add_studio(
+    world: &mut World,
+    path: &Path,
+    options: &LoadOptions,
+    sources: &SourceFiles,
+) -> Result<(), LoadError> {
+    if world.entities.query::<&Light>().iter().next().is_some() {
+        return Ok(());
+    }
+    let emits = emits(world);
+    // All frames of an animation have the same light.
+    let is_moved = world.is_animated && (options.time_s.is_some() || options.animation.is_some());
+    let is_lit = emits
+        && match is_moved {
+            false => emission::lights_most(world),
+            true => {
+                let at_rest = LoadOptions { time_s: None, animation: None, ..options.clone() };
+                load_model(path, &at_rest, sources)?.surroundings().next().is_none()
+            }
+        };
+    if is_lit {
+        world.warnings.push(Diagnostic::note("lit-by-emission", LIT_BY_EMISSION).fixed_by(ADDS_STUDIO));
+        return Ok(());
+    }
+    let image = world.assets.add_made_image(studio::image());
+    let name = TakenNames::of(world).unique("studio");
+    let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
+    world.entities.spawn((name, light, Transform::IDENTITY));
+    world.warnings.push(match emits {
+        true => Diagnostic::note("studio-added", STUDIO_ADDED_TO_EMISSION).fixed_by(LEAVES_EMISSION),
+        false => Diagnostic::note("studio-added", STUDIO_ADDED),
+    });
+    Ok(())
 }
 
 /// The note about a moment after the end of an animation.
@@ -111,21 +152,12 @@ fn of_aspect(size: [u32; 2], aspect: f32) -> [u32; 2] {
     if aspect >= 1.0 { [longer, shorter(1.0 / aspect)] } else { [shorter(aspect), longer] }
 }
 
-/// True if nothing emits light. Surfaces that emit no more than white reflects in daylight (1) are taken for displays
-/// and the like, which hardly light anything.
-fn is_dark(world: &World) -> bool {
-    let emits = |material: &Material| match material {
-        Material::Principled(principled) => match principled.emission {
-            ColorInput::Constant(color) => color.max_component() > 1.0,
-            ColorInput::Texture(id) => {
-                let texture = world.assets.textures.get(id.0 as usize);
-                texture.is_some_and(|texture| texture.factor.max_component() > 1.0)
-            }
-        },
+/// True if a material emits more light than a display.
+fn emits(world: &World) -> bool {
+    world.assets.materials.iter().any(|named| match &named.material {
+        Material::Principled(material) => emission::most_emitted(world, material) > emission::DISPLAY,
         Material::BlinnPhong(_) => false,
-    };
-    world.entities.query::<&Light>().iter().next().is_none()
-        && !world.assets.materials.iter().any(|named| emits(&named.material))
+    })
 }
 
 /// Adds a camera if there is none; [`super::auto_camera`] places it where it sees everything.

@@ -3,6 +3,7 @@
 mod auto_camera;
 pub(super) mod bounding_points;
 mod edits;
+mod emission;
 mod framing;
 pub(crate) mod load;
 mod studio;

@@ -37,7 +37,8 @@ pub(super) fn image() -> Image {
     Image { source: None, width: WIDTH, height: HEIGHT, texels }
 }
 
-fn radiance(towards: Vec3) -> f32 {
+/// The radiance of the studio in a direction.
+pub(super) fn radiance(towards: Vec3) -> f32 {
     let height = towards.y;
     let room = if height > 0.0 {
         HORIZON + (CEILING - HORIZON) * height

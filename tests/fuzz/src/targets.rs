@@ -18,6 +18,7 @@ use rayfront::internals::integrator::Schedule;
 use rayfront::internals::view::scene::LiveScene;
 use rayfront::internals::view::server::Server;
 use rayfront::internals::view::viewer::{RenderWork, Viewer};
+use rayfront::internals::world::SourceFiles;
 use rayfront::render::{Options, Session};
 use rayfront::world::{Adaptive, Texels, World};
 
@@ -127,7 +128,7 @@ fn model(bytes: &[u8]) {
     let moment =
         LoadOptions { time_s: Some(0.7), solid_glass: true, double_sided: true, ..LoadOptions::default() };
     loads(&path, &moment);
-    match formats::gltf::contents(&path) {
+    match formats::gltf::contents(&path, &SourceFiles::default()) {
         Ok(_) => {}
         Err(error) => is_fair(&error),
     }
