@@ -100,7 +100,7 @@ fn percent(part: f64) -> f64 {
     if part < 1.0 { (100.0 * part).round().min(99.0) } else { 100.0 }
 }
 
-/// Returns the radiance of a sparse grid of pixels that show a surface.
+/// Returns the radiance of a sparse grid of pixels that show a surface on which light falls.
 fn seen(setup: &RenderSetup, &FinishedImage { region, radiance, .. }: &FinishedImage) -> Vec<Rgb> {
     let [width, height] = setup.size;
     let by = width.max(height).div_ceil(LOOKED_AT).max(1);
@@ -108,12 +108,15 @@ fn seen(setup: &RenderSetup, &FinishedImage { region, radiance, .. }: &FinishedI
     let size = small.size;
     let options = Options { region: Some(Region::whole(size)), ..Options::default() };
     let features = Session::of(Arc::new(small), 1, options).features();
-    let mut seen = Vec::new();
+    let (scene, mut seen) = (&setup.scene, Vec::new());
     for (at, features) in features.iter().enumerate() {
         let [x, y] = [at as u32 % size[0], at as u32 / size[0]].map(|place| place * by + by / 2);
         let is_inside = (region.x0..region.x1).contains(&x) && (region.y0..region.y1).contains(&y);
+        let material = features.material.checked_sub(1).and_then(|id| scene.materials.get(id as usize));
+        // The author chose the colours of unlit surfaces, white among them.
+        let is_lit = material.is_none_or(|material| !material.unlit);
         // Black surfaces stay black under any light.
-        if is_inside && features.coverage > 0.5 && features.albedo.max_component() > DARKEST {
+        if is_inside && is_lit && features.coverage > 0.5 && features.albedo.max_component() > DARKEST {
             seen.extend(radiance.get(region.index(x, y)));
         }
     }

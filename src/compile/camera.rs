@@ -7,6 +7,7 @@ use crate::error::CompileError;
 use crate::math::{Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
 use crate::scene::{Aperture, CompiledCamera, Projection};
+use crate::world::names::is_same_name;
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::world::{self, Image, World};
 
@@ -28,11 +29,13 @@ pub(super) fn find(
     });
     match name {
         None => cameras.next().ok_or(CompileError::NoCamera),
-        Some(name) => cameras.find(|(entity, _)| world.name_of(*entity) == name).ok_or_else(|| {
-            let known = camera_names(world);
-            let known = if known.is_empty() { "none".into() } else { known.join(", ") };
-            CompileError::UnknownCamera { name: name.into(), known }
-        }),
+        Some(name) => {
+            cameras.find(|(entity, _)| is_same_name(&world.name_of(*entity), name)).ok_or_else(|| {
+                let known = camera_names(world);
+                let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+                CompileError::UnknownCamera { name: name.into(), known }
+            })
+        }
     }
 }
 

@@ -17,6 +17,7 @@ use crate::math::{DVec3, Vec3};
 use crate::memory;
 use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, Recipe};
+use crate::world::names::is_same_name;
 use crate::world::{
     AssetCache, Camera, DepthLimits, FromModel, LookAtFault, OrbitCamera, Parent, Pose, Sampler, Settings,
     Sharing, SourceFiles, Transform, Transport, World,
@@ -430,7 +431,7 @@ fn camera_entity(world: &World, camera: Option<&str>) -> Option<hecs::Entity> {
     let mut cameras = order.into_iter().filter(|e| world.entities.get::<&Camera>(*e).is_ok());
     match camera {
         None => cameras.next(),
-        Some(name) => cameras.find(|entity| world.name_of(*entity) == name),
+        Some(name) => cameras.find(|entity| is_same_name(&world.name_of(*entity), name)),
     }
 }
 

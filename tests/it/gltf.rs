@@ -174,6 +174,206 @@ fn image_size_follows_the_cameras_aspect_ratio() {
     assert_eq!(formats::load(&path).unwrap().settings.size, [480, 960]);
 }
 
+/// Writes [`triangle`] with its material, and more nodes or other members before its nodes.
+fn variation(name: &str, replace: &[(&str, &str)]) -> std::path::PathBuf {
+    let path = triangle(name, true);
+    let mut text = std::fs::read_to_string(&path).unwrap();
+    for (old, new) in replace {
+        assert!(text.contains(old), "{old}");
+        text = text.replacen(old, new, 1);
+    }
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// True if the words of each command of a diagnostic's remedy are options of the program.
+fn can_be_typed(found: &rayfront::error::Diagnostic) -> bool {
+    let commands = found.remedy.as_ref().map_or_else(Vec::new, |remedy| remedy.commands());
+    let understood = |words: &Vec<String>| {
+        let line = ["rayfront".to_owned(), "scene.glb".to_owned()].into_iter().chain(words.clone());
+        rayfront::internals::cli::understands(&line.collect::<Vec<_>>()).is_ok()
+    };
+    !commands.is_empty() && commands.iter().all(understood)
+}
+
+#[test]
+fn size_of_another_ratio_than_the_cameras_is_noted() {
+    let path = triangle("framed.gltf", true);
+    let note = |size: [u32; 2], edits: formats::Edits| {
+        let options = LoadOptions { size: Some(size), edits, ..LoadOptions::default() };
+        let warnings = formats::load_with(&path, &options).unwrap().warnings;
+        warnings.into_iter().find(|warning| warning.code == "other-aspect-ratio")
+    };
+    let wide = note([640, 360], formats::Edits::default()).unwrap();
+    let expected = "the camera's image is 0.50 times as wide as high: this one shows more at its sides \
+                    (--size 320x640 shows the camera's)";
+    assert_eq!(wide.to_string(), expected);
+    assert!(can_be_typed(&wide));
+    assert!(note([100, 400], formats::Edits::default()).unwrap().text.contains("shows less"));
+    for fits in [[480, 960], [33, 65], [7, 15]] {
+        assert_eq!(note(fits, formats::Edits::default()), None, "{fits:?}");
+    }
+    let turned = formats::Edits { orbit: Some([10.0, 0.0]), ..formats::Edits::default() };
+    assert_eq!(note([640, 360], turned), None, "the camera is another one");
+}
+
+/// A white triangle that fills the image: a photograph of paper.
+#[test]
+fn white_of_unlit_surfaces_is_no_finding() {
+    let found = |name: &str, material: &str| {
+        let material = format!(r#""materials": [{{"doubleSided": true, {material}}}], "nodes""#);
+        let path = variation(
+            name,
+            &[
+                (r#""nodes""#, &material),
+                (r#"{"POSITION": 0}}"#, r#"{"POSITION": 0}, "material": 0}"#),
+                (r#"{"camera": 0}"#, r#"{"camera": 0, "translation": [0.2, 0.2, 0.1]}"#),
+            ],
+        );
+        let mut world = formats::load(&path).unwrap();
+        (world.settings.size, world.settings.samples) = ([16, 32], 4);
+        (world.settings.auto_exposure, world.settings.exposure_ev) = (false, 0.0);
+        let setup = rayfront::internals::render::setup(compile(&world, None).unwrap(), &world.settings);
+        let mut session = Session::of(Arc::new(setup), 4, Options::default());
+        session.advance(4);
+        let radiance = session.film().radiance();
+        let image = rayfront::internals::check::FinishedImage::new(
+            &world.settings,
+            session.film().region(),
+            &radiance,
+        );
+        rayfront::internals::check::of_image(session.setup(), &image, false).map(|found| found.code)
+    };
+    assert_eq!(found("paper.gltf", r#""extensions": {"KHR_materials_unlit": {}}"#), None);
+    let bright = r#""emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 40}}"#;
+    assert_eq!(found("lamp.gltf", bright), Some("overexposed"));
+}
+
+#[test]
+fn light_of_models_that_emit_is_noted_with_the_other_choice() {
+    let strength = r#""extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 9}}"#;
+    let materials = format!(r#""materials": [{{}}, {{"emissiveFactor": [1, 1, 1], {strength}}}], "nodes""#);
+    let note = |name: &str, second: &str| {
+        let primitives = format!(r#"{{"POSITION": 0}}, "material": {second}}}"#);
+        let path = variation(name, &[(r#""nodes""#, &materials), (r#"{"POSITION": 0}}"#, &primitives)]);
+        let world = formats::load(&path).unwrap();
+        let found = world.warnings.iter().find(|warning| warning.remedy.is_some()).cloned().unwrap();
+        assert!(can_be_typed(&found), "{found}");
+        (found.code, world.entities.query::<&Light>().iter().count())
+    };
+    // The camera sees nothing but what emits, or nothing that does.
+    assert_eq!(note("all_emits.gltf", "1"), ("lit-by-emission", 0));
+    let eye = r#"{"camera": 0, "translation": [0.2, 0.2, 1]}, {"mesh": 1, "translation": [0, 0, -1]}"#;
+    let mesh = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 1}]}, "#;
+    let path = variation(
+        "emits_behind.gltf",
+        &[
+            (r#""nodes""#, &materials),
+            (r#""meshes": ["#, mesh),
+            (r#"{"mesh": 0}"#, r#"{"mesh": 0, "translation": [0, 0, -3]}"#),
+            (r#"{"camera": 0}"#, eye),
+        ],
+    );
+    let world = formats::load(&path).unwrap();
+    let found = world.warnings.iter().find(|warning| warning.code == "studio-added").unwrap();
+    assert!(can_be_typed(found) && found.text.starts_with("materials emit light, but"), "{found}");
+    assert_eq!(world.entities.query::<&Light>().iter().count(), 1);
+}
+
+/// Two animations of one node, of 2 s and of 1 s.
+fn clips(name: &str) -> std::path::PathBuf {
+    let data = |numbers: &[f32]| {
+        let bytes = numbers.iter().flat_map(|number| number.to_le_bytes());
+        bytes.map(|byte| format!("%{byte:02x}")).collect::<String>()
+    };
+    let numbers = [0.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let clip = |name: &str, input: u32| {
+        let sampler = format!(r#"{{"input": {input}, "output": {}}}"#, input + 1);
+        let channel = r#"{"sampler": 0, "target": {"node": 0, "path": "translation"}}"#;
+        format!(r#"{{"name": "{name}", "channels": [{channel}], "samplers": [{sampler}]}}"#)
+    };
+    let animations = format!(r#""animations": [{}, {}], "nodes""#, clip("idle", 1), clip("walk", 3));
+    let accessor = |offset: u32, kind: &str| {
+        format!(
+            r#", {{"bufferView": 1, "byteOffset": {offset}, "componentType": 5126, "count": 2, "type": "{kind}"}}"#
+        )
+    };
+    let accessors =
+        [accessor(0, "SCALAR"), accessor(8, "VEC3"), accessor(32, "SCALAR"), accessor(40, "VEC3")];
+    let accessors = format!(r#""type": "VEC3"}}{}]"#, accessors.concat());
+    let buffer = format!(
+        r#""buffers": [{{"byteLength": 64, "uri": "data:application/octet-stream,{}"}}, "#,
+        data(&numbers)
+    );
+    variation(
+        name,
+        &[
+            (r#""nodes""#, &animations),
+            (r#""type": "VEC3"}]"#, &accessors),
+            (
+                r#"{"buffer": 0, "byteLength": 36}"#,
+                r#"{"buffer": 1, "byteLength": 36}, {"buffer": 0, "byteLength": 64}"#,
+            ),
+            (r#""buffers": ["#, &buffer),
+        ],
+    )
+}
+
+#[test]
+fn animations_of_a_model_can_be_chosen_and_end() {
+    let path = clips("clips.gltf");
+    let load = |time_s: Option<f32>, animation: Option<&str>| {
+        let animation = animation.map(str::to_owned);
+        formats::load_with(&path, &LoadOptions { time_s, animation, ..LoadOptions::default() })
+    };
+    let codes = |time_s: f32, animation: Option<&str>| -> Vec<&str> {
+        let world = load(Some(time_s), animation).unwrap();
+        world.warnings.iter().map(|warning| warning.code).filter(|code| *code != "studio-added").collect()
+    };
+    assert_eq!(codes(1.5, None), ["several-animations"]);
+    assert_eq!(codes(1.5, Some("walk")), ["after-the-end"]);
+    assert!(codes(0.5, Some("walk")).is_empty() && codes(2.0, Some("0")).is_empty());
+    let several = load(Some(1.0), None).unwrap().warnings;
+    assert!(several.iter().any(|warning| warning.code == "several-animations" && can_be_typed(warning)));
+    let message = load(None, Some("wakl")).err().unwrap().to_string();
+    assert!(
+        message.contains("/animations: there is no animation \"wakl\" (did you mean \"walk\"?)"),
+        "{message}"
+    );
+    // A scene passes the choice to the models that it places.
+    let scene = path.with_file_name("clips.ron");
+    std::fs::write(&scene, r#"(entities: [(gltf: "clips.gltf"), (light: Sky)])"#).unwrap();
+    let options = |animation: &str| LoadOptions {
+        time_s: Some(1.0),
+        animation: Some(animation.into()),
+        ..LoadOptions::default()
+    };
+    let world = formats::load_with(&scene, &options("walk")).unwrap();
+    let codes = ["several-animations", "unknown-animation", "import"];
+    assert!(!world.warnings.iter().any(|it| codes.contains(&it.code)), "{:?}", world.warnings);
+    let world = formats::load_with(&scene, &options("run")).unwrap();
+    assert!(world.warnings.iter().any(|warning| warning.code == "unknown-animation"), "{:?}", world.warnings);
+}
+
+/// macOS writes an accent as a character of its own.
+#[test]
+fn names_are_found_with_composed_and_decomposed_accents() {
+    let path = variation(
+        "names.gltf",
+        &[
+            (r#"{"camera": 0}"#, "{\"camera\": 0, \"name\": \"Tu\u{308}r\"}"),
+            (r#"{"mesh": 0}"#, "{\"mesh\": 0, \"name\": \"W\u{fc}rfel\"}"),
+        ],
+    );
+    let world = formats::load(&path).unwrap();
+    assert!(compile(&world, Some("T\u{fc}r")).is_ok() && compile(&world, Some("Tu\u{308}r")).is_ok());
+    for query in ["\"Wu\u{308}rfel\"", "\"W\u{fc}*\"", "\"Wu\u{308}*\"", "Mesh[name=\"Wu\u{308}rfel\"]"] {
+        let edits = formats::Edits { hide: vec![query.to_owned()], ..formats::Edits::default() };
+        let options = LoadOptions { edits, ..LoadOptions::default() };
+        assert!(formats::load_with(&path, &options).is_ok(), "{query}");
+    }
+}
+
 #[test]
 fn options_for_models_are_refused_for_other_files() {
     let options = LoadOptions { time_s: Some(1.0), ..LoadOptions::default() };

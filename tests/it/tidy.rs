@@ -42,9 +42,11 @@ const UPWARDS: [(&str, &str, &str); 1] =
     [("integrator/setup/mod.rs", "path", "the limits on bounces are packed like a path's counters")];
 
 /// Which modules may name which crates; crates that are not listed are free.
-const CRATES: [(&str, &[&str]); 39] = [
+const CRATES: [(&str, &[&str]); 41] = [
     ("hecs", &["world", "formats", "compile", "check", "view"]),
     ("ron", &["formats"]),
+    ("serde_path_to_error", &["formats"]),
+    ("unicode_normalization", &["world"]),
     ("serde", &["math", "bvh", "world", "film", "formats", "view"]),
     ("basisu", &["formats"]),
     ("bevy_mikktspace", &["formats"]),

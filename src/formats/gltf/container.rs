@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
-use super::mending::{self, Fault, Mended};
+use super::mending::{self, Mended, Unmendable};
 use crate::error::LoadError;
 use crate::formats::extension;
 
@@ -106,7 +106,7 @@ impl<'b> Container<'b> {
         let mut mended = Mended::default();
         match mended_root(json, &mut mended) {
             Ok(root) => Ok((root, mended)),
-            Err(Fault { place, reason }) => Err(match error {
+            Err(Unmendable { place, reason }) => Err(match error {
                 // Only the JSON's own error has a line.
                 Some(error) if place.is_empty() => refuse(error),
                 _ => invalid(format!("{place}: {reason}")),
@@ -168,8 +168,8 @@ fn without_nan(json: &[u8]) -> Option<Vec<u8>> {
 
 /// Parses the JSON after mending what an image can do without, and what the crate does not expect although the
 /// specification allows it.
-fn mended_root(json: &[u8], mended: &mut Mended) -> Result<Root, Fault> {
-    let fault = |place: &str, reason: &str| Fault { place: place.to_owned(), reason: reason.to_owned() };
+fn mended_root(json: &[u8], mended: &mut Mended) -> Result<Root, Unmendable> {
+    let fault = |place: &str, reason: &str| Unmendable { place: place.to_owned(), reason: reason.to_owned() };
     let mut json: Value = serde_json::from_slice(json).map_err(|_| fault("", "it is no JSON"))?;
     whole_numbers(&mut json);
     remove_nan(&mut json, "", mended);
@@ -241,8 +241,8 @@ impl Sections<'_> {
     fn each(
         &mut self,
         name: &str,
-        mend: &mut dyn FnMut(&mut Value, &str, &mut Mended) -> Result<(), Fault>,
-    ) -> Result<(), Fault> {
+        mend: &mut dyn FnMut(&mut Value, &str, &mut Mended) -> Result<(), Unmendable>,
+    ) -> Result<(), Unmendable> {
         let Some(Value::Array(items)) = self.root.get_mut(name) else { return Ok(()) };
         let mut numbered = items.iter_mut().enumerate();
         numbered.try_for_each(|(number, item)| mend(item, &format!("/{name}/{number}"), self.mended))
@@ -254,7 +254,7 @@ impl Sections<'_> {
         name: &str,
         is_optional: &dyn Fn(&str) -> bool,
         replacement: Option<Value>,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), Unmendable> {
         self.each(name, &mut |item, at, mended| {
             let Err(fault) = mending::read::<T>(item, at, is_optional, mended) else { return Ok(()) };
             let Some(replacement) = &replacement else { return Err(fault) };
@@ -266,7 +266,7 @@ impl Sections<'_> {
 }
 
 /// Adds what the crate needs of a camera. The clip distances are not used, and a lens that is 0 is mended later.
-fn complete_camera(camera: &mut Value, _: &str, _: &mut Mended) -> Result<(), Fault> {
+fn complete_camera(camera: &mut Value, _: &str, _: &mut Mended) -> Result<(), Unmendable> {
     for (lens, names) in
         [("perspective", &["yfov", "znear"][..]), ("orthographic", &["xmag", "ymag", "zfar", "znear"])]
     {
@@ -280,7 +280,7 @@ fn complete_camera(camera: &mut Value, _: &str, _: &mut Mended) -> Result<(), Fa
 }
 
 /// Mends the primitives of a mesh, of which only positions and indices are needed.
-fn mend_mesh(mesh: &mut Value, at: &str, mended: &mut Mended) -> Result<(), Fault> {
+fn mend_mesh(mesh: &mut Value, at: &str, mended: &mut Mended) -> Result<(), Unmendable> {
     let needed = ["primitives", "attributes", "POSITION", "indices", "mode", "targets", "extensions"];
     let is_optional =
         |name: &str| !needed.contains(&name) && !name.starts_with("JOINTS") && !name.starts_with("WEIGHTS");
@@ -294,7 +294,7 @@ fn mend_mesh(mesh: &mut Value, at: &str, mended: &mut Mended) -> Result<(), Faul
 }
 
 /// Leaves out the channels of an animation that are not as expected, or whose sampler is not.
-fn mend_animation(animation: &mut Value, at: &str, mended: &mut Mended) -> Result<(), Fault> {
+fn mend_animation(animation: &mut Value, at: &str, mended: &mut Mended) -> Result<(), Unmendable> {
     if !animation.is_object() {
         mended.add(at, "this is no object: left out");
         *animation = json!({});
@@ -328,7 +328,7 @@ fn mend_animation(animation: &mut Value, at: &str, mended: &mut Mended) -> Resul
                 }
                 mending::read::<Channel>(item, &at, &|_| false, mended).map(drop)
             };
-            if let Err(Fault { place, reason }) = &read {
+            if let Err(Unmendable { place, reason }) = &read {
                 let what = if name == "samplers" { "its channels are" } else { "the channel is" };
                 mended.add(place, format_args!("{reason}: {what} left out"));
             }

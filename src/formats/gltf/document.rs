@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::container::{Container, Placement};
-use super::mending::{self, Fault, Mended};
+use super::mending::{self, Mended, Unmendable};
 use super::meshopt::MeshoptView;
 use super::uri::{self, Resource};
 use crate::error::Diagnostic;
@@ -231,7 +231,7 @@ impl<'p> Document<'p> {
         }
         let mut value = value.clone();
         let read = mending::read(&mut value, &place.to_string(), &|_| true, &mut self.mended.borrow_mut());
-        let left_out = |Fault { place, reason }| self.mend(place, format_args!("{reason}: left out"));
+        let left_out = |Unmendable { place, reason }| self.mend(place, format_args!("{reason}: left out"));
         read.map_err(left_out).ok()
     }
 

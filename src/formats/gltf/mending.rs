@@ -68,7 +68,7 @@ fn without_numbers(text: &str) -> String {
 }
 
 /// A fault that cannot be mended.
-pub(super) struct Fault {
+pub(super) struct Unmendable {
     /// A JSON pointer.
     pub place: String,
     pub reason: String,
@@ -81,7 +81,7 @@ pub(super) fn read<T: DeserializeOwned>(
     at: &str,
     is_optional: &dyn Fn(&str) -> bool,
     mended: &mut Mended,
-) -> Result<T, Fault> {
+) -> Result<T, Unmendable> {
     for _ in 0..MOST_MENDED {
         let error = match serde_path_to_error::deserialize(&*value) {
             Ok(read) => return Ok(read),
@@ -104,13 +104,13 @@ pub(super) fn read<T: DeserializeOwned>(
         // The innermost member that its object can do without.
         let mut innermost_first = members.iter().rev().filter(is_optional);
         let Some(without) = innermost_first.find_map(|member| without::<T>(value, member)) else {
-            return Err(Fault { place: format!("{at}{place}"), reason });
+            return Err(Unmendable { place: format!("{at}{place}"), reason });
         };
         *value = without;
         mended
             .add(format_args!("{at}{place}"), format_args!("{reason}: left out, as if it were not written"));
     }
-    Err(Fault { place: at.to_owned(), reason: "too many of its values are not as expected".to_owned() })
+    Err(Unmendable { place: at.to_owned(), reason: "too many of its values are not as expected".to_owned() })
 }
 
 /// Tries to give a list of numbers the three or four numbers that are expected. Returns a text if that succeeds.

@@ -141,17 +141,7 @@ impl Import<'_> {
         known: &mut KnownVertices,
     ) -> Result<(), LoadError> {
         let document = self.document;
-        let mode = match primitive.mode {
-            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
-            Checked::Valid(_) => {
-                self.losses.points_and_lines += 1;
-                return Ok(());
-            }
-            Checked::Invalid => {
-                document.mend(format_args!("{at}/mode"), "there is no such mode: the primitive is left out");
-                return Ok(());
-            }
-        };
+        let Some(mode) = self.mode_of(primitive, at) else { return Ok(()) };
         let material = self.material_of(primitive, at)?;
         if !primitive.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
             // The specification leaves primitives without positions to extensions.
@@ -224,6 +214,22 @@ impl Import<'_> {
         mesh.triangles.extend(triangles.map(|triangle| triangle.map(|corner| corner + first)));
         mesh.triangle_materials.resize(mesh.triangles.len(), material.id);
         Ok(())
+    }
+
+    /// The arrangement of a primitive's triangles; none, which is recorded, if it has none.
+    fn mode_of(&mut self, primitive: &Primitive, at: &str) -> Option<Mode> {
+        match primitive.mode {
+            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => Some(mode),
+            Checked::Valid(_) => {
+                self.losses.points_and_lines += 1;
+                None
+            }
+            Checked::Invalid => {
+                let what = "there is no such mode: the primitive is left out";
+                self.document.mend(format_args!("{at}/mode"), what);
+                None
+            }
+        }
     }
 
     /// The material of a primitive in the requested variant.

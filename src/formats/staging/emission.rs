@@ -1,5 +1,8 @@
 //! An estimate of whether what a model's materials emit is the light of its image, or only a part of what is seen.
 
+use std::collections::HashMap;
+use std::rc::Rc;
+
 use hecs::Entity;
 
 use super::auto_camera;
@@ -66,13 +69,13 @@ impl WorldTriangle {
 }
 
 /// A mesh where it is placed.
-struct PlacedMesh<'w> {
+struct SolidMesh<'w> {
     mesh: &'w Mesh,
     to_world: DAffine3,
     /// The material instead of the mesh's own.
     material: Option<MaterialId>,
     /// The index of each triangle that stops light.
-    solid: std::rc::Rc<Vec<u32>>,
+    solid: Rc<Vec<u32>>,
 }
 
 /// A point that the camera sees.
@@ -85,7 +88,7 @@ struct SeenPoint {
 /// A model that emits light.
 struct LitModel<'w> {
     world: &'w World,
-    placed: Vec<PlacedMesh<'w>>,
+    placed: Vec<SolidMesh<'w>>,
     scene: Scene,
     emitters: Vec<WorldTriangle>,
     /// The sums of the emitters' weights up to each.
@@ -100,7 +103,7 @@ impl<'w> LitModel<'w> {
         let transforms = transforms::to_world(world, &world.in_order()).ok()?;
         let eye = eye(world, &transforms)?;
         let mut builder = SceneBuilder::new(BuildQuality::Fast);
-        let mut shapes = std::collections::HashMap::new();
+        let mut shapes = HashMap::new();
         let mut placed = Vec::new();
         for entity in world.in_order() {
             let Ok(Shape::Mesh(id)) = world.entities.get::<&Shape>(entity).map(|shape| (*shape).clone())
@@ -117,12 +120,13 @@ impl<'w> LitModel<'w> {
                     let solid = solid_triangles(world, mesh, material);
                     let triangles: Vec<[u32; 3]> =
                         solid.iter().map(|triangle| mesh.triangles[*triangle as usize]).collect();
-                    let shape = builder.add_mesh(bytemuck::cast_slice(&mesh.positions), &triangles).ok()?;
-                    shapes.entry(key).or_insert((shape, std::rc::Rc::new(solid)))
+                    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+                    let shape = builder.add_mesh(&positions, &triangles).ok()?;
+                    shapes.entry(key).or_insert((shape, Rc::new(solid)))
                 }
             };
             builder.place(*shape, &to_world).ok()?;
-            placed.push(PlacedMesh { mesh, to_world, material, solid: solid.clone() });
+            placed.push(SolidMesh { mesh, to_world, material, solid: solid.clone() });
         }
         let scene = builder.build().ok()?;
         let near = 1e-5 * scene.bounds().map_or(1.0, |bounds| bounds.size().length());
@@ -152,7 +156,7 @@ impl<'w> LitModel<'w> {
     }
 
     fn triangle(&self, placed: usize, triangle: usize) -> WorldTriangle {
-        let PlacedMesh { mesh, to_world, .. } = &self.placed[placed];
+        let SolidMesh { mesh, to_world, .. } = &self.placed[placed];
         let corner = |vertex: u32| transforms::point(to_world, mesh.positions[vertex as usize]);
         let corners = mesh.triangles[triangle].map(corner);
         // A mirrored mesh keeps its front.
@@ -163,7 +167,7 @@ impl<'w> LitModel<'w> {
 
     /// The radiance that a triangle emits at a place, and true if it emits on both sides.
     fn emitted(&self, triangle: &WorldTriangle, weights: [f32; 2]) -> (f32, bool) {
-        let PlacedMesh { mesh, material, to_world, .. } = &self.placed[triangle.placed];
+        let SolidMesh { mesh, material, to_world, .. } = &self.placed[triangle.placed];
         let Some(material) = material_of(self.world, mesh, *material, triangle.triangle) else {
             return (0.0, false);
         };
@@ -208,7 +212,7 @@ impl<'w> LitModel<'w> {
             let weights = if is_mirrored { [hit.v, hit.u] } else { [hit.u, hit.v] };
             let normal = of_mesh.normal().normalize_or_zero();
             let is_back = normal.dot(towards) > 0.0;
-            let PlacedMesh { mesh, material, .. } = &self.placed[placed];
+            let SolidMesh { mesh, material, .. } = &self.placed[placed];
             let material = material_of(self.world, mesh, *material, triangle)?;
             if is_back && !material.double_sided {
                 least = hit.t + self.near;
@@ -318,8 +322,7 @@ impl<'w> LitModel<'w> {
 fn eye(world: &World, transforms: &WorldTransforms) -> Option<(DAffine3, Camera)> {
     if let Some((_, transform, camera)) = auto_camera::added(world).into_iter().next() {
         let Transform::Trs { translation, rotation, .. } = transform else { return None };
-        let to_world =
-            DAffine3::from_rotation_translation(rotation.as_dquat().normalize(), translation.as_dvec3());
+        let to_world = DAffine3::from_rotation_translation(rotation.as_dquat().normalize(), translation);
         return Some((to_world, camera));
     }
     let is_camera = |entity: &Entity| world.entities.get::<&Camera>(*entity).is_ok();

@@ -75,6 +75,9 @@ pub(super) fn load_model(
     (settings.max_depth, settings.samples) = (16, 64);
     if let Some(aspect) = model.aspect {
         settings.size = of_aspect(settings.size, aspect);
+        let is_moved = options.edits.look_at.is_some() || options.edits.orbit.is_some();
+        let wanted = options.size.filter(|_| !is_moved && options.edits.zoom.is_none());
+        world.warnings.extend(wanted.and_then(|size| other_frame(size, aspect)));
     }
     world.usual_depth = Some(world.settings.max_depth);
     add_camera(&mut world);
@@ -118,6 +121,23 @@ fn add_studio(
         false => Diagnostic::note("studio-added", STUDIO_ADDED),
     });
     Ok(())
+}
+
+/// The note about an image whose sides have another ratio than those of the camera's.
+fn other_frame(size: [u32; 2], aspect: f32) -> Option<Diagnostic> {
+    let [width, height] = of_aspect(size, aspect);
+    // A size in whole pixels is rarely exact.
+    let is_near = |side: usize| size[side].abs_diff([width, height][side]) <= 1 + size[side] / 200;
+    if is_near(0) && is_near(1) {
+        return None;
+    }
+    let is_wider = size[0] as f32 > size[1] as f32 * aspect;
+    let what = if is_wider { "more" } else { "less" };
+    let what = format!(
+        "the camera's image is {aspect:.2} times as wide as high: this one shows {what} at its sides"
+    );
+    let remedy = format!("`--size {width}x{height}` shows the camera's");
+    Some(Diagnostic::note("other-aspect-ratio", what).fixed_by(remedy))
 }
 
 /// The note about a moment after the end of an animation.

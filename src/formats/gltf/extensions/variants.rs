@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::super::choice::Choice;
+use crate::formats::gltf::choice::Choice;
 
 /// `KHR_materials_variants` of the file.
 #[derive(Deserialize)]

@@ -9,6 +9,7 @@ use super::{Lowering, transform};
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, shorten, suggest};
 use crate::world::components::WrittenAt;
+use crate::world::names::is_same_name;
 use crate::world::{Model, Name, Parent, Transform, WithoutCaustics};
 
 /// The entities before their parents are resolved. Indices are places in `entities`.
@@ -81,7 +82,7 @@ impl<'a> Lowering<'_, 'a> {
             std::iter::successors(parent(entity), |entity| parent(*entity)).any(|above| above == model)
         };
         let below: Vec<_> = world.in_order().into_iter().filter(|entity| is_below(*entity)).collect();
-        let found = below.iter().find(|entity| world.name_of(**entity) == name);
+        let found = below.iter().find(|entity| is_same_name(&world.name_of(**entity), name));
         found.copied().ok_or_else(|| {
             let names: Vec<String> = below.iter().map(|entity| world.name_of(*entity)).collect();
             let suggestion = suggest(name, names.iter().map(String::as_str));

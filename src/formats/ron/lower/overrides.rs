@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, shorten, suggest};
+use crate::world::names::is_same_name;
 use crate::world::{MaterialId, Mesh, MeshId, Overrides, Shape};
 
 /// An override: the place and name of a material of the file, and its replacement.
@@ -88,7 +89,9 @@ impl<'a> Lowering<'_, 'a> {
         let own = placed.iter().filter_map(|(.., own)| *own);
         let used: BTreeSet<MaterialId> = used.copied().chain(own).collect();
         let known: BTreeSet<&str> = used.into_iter().filter_map(|id| self.name(id)).collect();
-        let unknown = overrides.iter().find(|one| !known.contains(&one.name[..]));
+        let unknown = overrides.iter().find(|one| {
+            !known.contains(&one.name[..]) && !known.iter().any(|name| is_same_name(name, &one.name))
+        });
         unknown.map_or(Ok(()), |one| {
             let suggestion = suggest(&one.name, known.iter().copied());
             let name = shorten(&one.name);
@@ -128,7 +131,7 @@ impl<'a> Lowering<'_, 'a> {
     /// The replacement of a material, if it is overridden.
     fn new_one(&self, old: MaterialId, overrides: &[Override<'a>]) -> Option<MaterialId> {
         let name = self.name(old)?;
-        overrides.iter().find(|one| one.name == name).map(|one| one.material)
+        overrides.iter().find(|one| is_same_name(&one.name, name)).map(|one| one.material)
     }
 
     fn mesh(&self, id: MeshId) -> Option<&Mesh> {

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::{Comparison, FilterKey, Kind, Query, QueryFilter, is_like};
 use crate::formats::ron::{Portrait, WrittenPart, portrait};
 use crate::world::fields::Forms;
+use crate::world::names::{composed, is_same_name};
 use crate::world::{Camera, FromModel, Light, MaterialId, Model, Parent, Shape, Transform, World};
 
 /// The result of a query.
@@ -53,7 +54,7 @@ impl Index {
         let order = world.in_order();
         let mut by_name: HashMap<String, Vec<hecs::Entity>> = HashMap::new();
         for entity in &order {
-            by_name.entry(world.name_of(*entity)).or_default().push(*entity);
+            by_name.entry(composed(&world.name_of(*entity)).into_owned()).or_default().push(*entity);
         }
         Index { order, by_name, worn: None, looked_at: 0 }
     }
@@ -103,8 +104,9 @@ impl Index {
                 let is_name = |filter: &&QueryFilter| {
                     filter.key == FilterKey::Name && filter.comparison == Comparison::Equal
                 };
-                let named =
-                    |filter: &QueryFilter| self.by_name.get(&filter.text).map_or(&[][..], Vec::as_slice);
+                let named = |filter: &QueryFilter| {
+                    self.by_name.get(&*composed(&filter.text)).map_or(&[][..], Vec::as_slice)
+                };
                 filters.iter().find(is_name).map_or(&self.order, named)
             }
             Query::And(one, other) => {
@@ -199,9 +201,9 @@ impl FilterKey {
 impl QueryFilter {
     fn takes(&self, found: Option<&str>) -> bool {
         match self.comparison {
-            Comparison::Equal => found == Some(&self.text),
-            Comparison::Unequal => found != Some(&self.text),
-            Comparison::Like => found.is_some_and(|found| is_like(found, &self.text)),
+            Comparison::Equal => found.is_some_and(|found| is_same_name(found, &self.text)),
+            Comparison::Unequal => !found.is_some_and(|found| is_same_name(found, &self.text)),
+            Comparison::Like => found.is_some_and(|found| is_like(&composed(found), &composed(&self.text))),
         }
     }
 }
