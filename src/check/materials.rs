@@ -76,8 +76,8 @@ fn is_gone(material: &Principled) -> bool {
 fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(&'static str, String, String)) {
     let is = |id: TextureId, space: ColorSpace| {
         let texture = &world.assets.textures[id.0 as usize];
-        let bytes = matches!(world.assets.images[texture.image.0 as usize].texels, Texels::Rgba8(_));
-        bytes && texture.color_space == space
+        let texels = &world.assets.images[texture.image.0 as usize].texels;
+        !matches!(texels, Texels::Rgb32(_)) && texture.color_space == space
     };
     let colors = [
         ("base_color", material.base_color),

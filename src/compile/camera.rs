@@ -2,8 +2,8 @@
 
 use hecs::Entity;
 
-use super::environment::radiances;
 use crate::error::CompileError;
+use crate::film::texels::linear_colors;
 use crate::math::{Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
 use crate::scene::{Aperture, CompiledCamera, Projection};
@@ -91,7 +91,7 @@ const FINEST: usize = 512;
 
 /// An image's luminance, with a dark border; none if it is dark everywhere.
 fn aperture(image: &Image) -> Option<Aperture> {
-    let texels = radiances(image);
+    let texels = linear_colors(&image.texels);
     let (width, height) = (image.width as usize, image.height as usize);
     let step = width.max(height).div_ceil(FINEST);
     let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));

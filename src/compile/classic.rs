@@ -19,7 +19,7 @@ use std::f32::consts::PI;
 use super::materials::color;
 use crate::math::Rgb;
 use crate::scene::material::{ColorParam, WhittedParams};
-use crate::world::assets::{Assets, Texels};
+use crate::world::assets::Assets;
 use crate::world::{Channel, ColorInput, Principled, ScalarInput};
 
 /// The least roughness of a highlight, as if lights had a size: a perfect mirror would never reflect a point light.
@@ -98,10 +98,7 @@ fn channel_mean(input: ScalarInput, assets: &Assets) -> f32 {
             let y = row * image.height as usize / rows as usize;
             let x = column * image.width as usize / columns as usize;
             let at = y * image.width as usize + x;
-            sum += match &image.texels {
-                Texels::Rgba8(texels) => f64::from(texels[at][place]) / 255.0,
-                Texels::Rgb32(texels) => texels[at].get(place).copied().map_or(1.0, f64::from),
-            };
+            sum += image.texels.stored(at)[place];
         }
     }
     (sum / f64::from(columns * rows)) as f32

@@ -5,13 +5,13 @@ use hecs::Entity;
 
 use super::memo::{ByPtr, DebugText, debug_text};
 use super::sky::{self, Air};
-use crate::film::tonemap::srgb_decode;
+use crate::film::texels::linear_colors;
 use crate::math::Rgb;
 use crate::memory::{self, Shortage};
 use crate::sampling::table::Distribution2d;
 use crate::scene::Environment;
 use crate::scene::environment::Panorama;
-use crate::world::assets::{Image, Texels};
+use crate::world::assets::Image;
 use crate::world::transforms::WorldTransforms;
 use crate::world::{Background, Light, World};
 
@@ -54,7 +54,12 @@ pub(super) fn compile(inputs: &EnvironmentInputs) -> Result<Environment, Shortag
         Some(match light {
             Light::Environment { radiance, .. } => {
                 let image = &image.as_ref()?.0;
-                panorama(radiances(image), [image.width, image.height], *radiance, *m)
+                panorama(
+                    linear_colors(&image.texels).into_owned(),
+                    [image.width, image.height],
+                    *radiance,
+                    *m,
+                )
             }
             Light::Sky { elevation, azimuth, haze, radiance } => {
                 let texels = Air::new(*haze).panorama(f64::from(*elevation));
@@ -125,16 +130,5 @@ fn less_their_mean(weights: &mut [f32], columns: usize) {
     let left: f64 = weights.iter().enumerate().map(|(at, weight)| f64::from(less(at, *weight))).sum();
     if left > 0.01 * all {
         weights.iter_mut().enumerate().for_each(|(at, weight)| *weight = less(at, *weight));
-    }
-}
-
-/// The texels of an image, linear.
-pub(super) fn radiances(image: &Image) -> Vec<[f32; 3]> {
-    match &image.texels {
-        Texels::Rgb32(texels) => texels.clone(),
-        Texels::Rgba8(texels) => {
-            let decode = |c: u8| srgb_decode(f32::from(c) / 255.0);
-            texels.iter().map(|[r, g, b, _]| [decode(*r), decode(*g), decode(*b)]).collect()
-        }
     }
 }

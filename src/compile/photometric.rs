@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::math::Rgb;
-use crate::world::{Image, Texels};
+use crate::world::Image;
 
 /// The least brightness of a beam, relative to the brightest direction.
 const BEAM: f64 = 0.1;
@@ -33,9 +33,9 @@ pub(super) struct BeamCone {
 /// Rows lie at equal angles from straight ahead to straight back; values between two of them are interpolated.
 pub(super) fn summary(image: &Image) -> Option<(f32, BeamCone)> {
     let (width, height) = (image.width as usize, image.height as usize);
-    let value = |at: usize| match &image.texels {
-        Texels::Rgb32(texels) => Rgb::from(texels[at]).luminance(),
-        Texels::Rgba8(texels) => Rgb::from([0, 1, 2].map(|k| f32::from(texels[at][k]) / 255.0)).luminance(),
+    let value = |at: usize| {
+        let [r, g, b, _] = image.texels.stored(at).map(|channel| channel as f32);
+        Rgb::new(r, g, b).luminance()
     };
     let row = |row: usize| (row * width..(row + 1) * width).map(|at| f64::from(value(at)));
     let rows: Vec<ProfileRow> = (0..height)
@@ -105,6 +105,7 @@ fn weight(row: usize, rows: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::Texels;
 
     fn profile(height: usize, value: impl Fn(f64) -> f64) -> Image {
         let angle = |row: usize| PI * row as f64 / (height - 1) as f64;

@@ -16,17 +16,18 @@ use crate::memory;
 use crate::scene::Textures;
 use crate::scene::textures::SampledTexture;
 use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
-use crate::world::{AlphaMode, Channel, ColorInput, Material};
+use crate::world::{AlphaMode, Channel, ColorInput, Material, fields};
 
-/// The kind of an image's mip levels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The kind of an image's mip levels. Images of 16 bits are compiled to floats, decoded as their textures say, or to
+/// bytes if their alpha is used, which floats lack.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 struct MipKind {
     /// True if texels are floats, not bytes.
     float: bool,
     /// True if there are smaller levels.
     smaller: bool,
-    /// True if texels are means of light, not of stored values. An image may be read both ways; this is set if any
-    /// texture needs it.
+    /// True if texels are means of light, not of stored values. Bytes may be read both ways; this is set if any texture
+    /// needs it.
     srgb: bool,
     /// True if colours are weighted by their alpha.
     cut: bool,
@@ -35,17 +36,43 @@ struct MipKind {
 /// All inputs of texels.
 #[derive(PartialEq)]
 pub(super) struct TextureInputs {
+    /// The images; one of 16 bits is listed twice if it is read both as colours and as numbers.
     images: Vec<ByPtr<Image>>,
     /// The kind of each image's levels.
     kinds: Vec<MipKind>,
+    /// The place in `images` of each texture's image.
+    places: Vec<u32>,
     /// The textures, by which images are looked up.
     textures: DebugText,
 }
 
 impl TextureInputs {
     pub(super) fn new(assets: &Assets) -> TextureInputs {
-        let images = memo::all(&assets.images);
-        TextureInputs { images, kinds: kinds(assets), textures: debug_text(&assets.textures) }
+        let mut images = memo::all(&assets.images);
+        let mut kinds = kinds(assets);
+        let is_float = |place: usize| kinds[place].float;
+        let is_wide = |place: usize| matches!(assets.images[place].texels, Texels::Rgba16(_));
+        // Floats of 16-bit images are decoded beforehand: in one way each.
+        let mut second = HashMap::new();
+        let mut place = |texture: &Texture| {
+            let place = texture.image.0 as usize;
+            if !is_wide(place)
+                || !is_float(place)
+                || (texture.color_space == ColorSpace::Srgb) == kinds[place].srgb
+            {
+                return place as u32;
+            }
+            let end = images.len() + second.len();
+            *second.entry(place).or_insert(end) as u32
+        };
+        let places = assets.textures.iter().map(&mut place).collect();
+        let mut second: Vec<(usize, usize)> = second.into_iter().collect();
+        second.sort_unstable_by_key(|(_, end)| *end);
+        for (place, _) in second {
+            images.push(ByPtr(assets.images[place].clone()));
+            kinds.push(MipKind { srgb: !kinds[place].srgb, ..kinds[place] });
+        }
+        TextureInputs { images, kinds, places, textures: debug_text(&assets.textures) }
     }
 }
 
@@ -60,9 +87,9 @@ pub(super) fn compile(
     let decode = (0..256).map(unit).chain((0..256).map(|i| srgb_decode(unit(i))));
     let mut out = Textures { decode: decode.collect(), ..Textures::default() };
     let first_levels = levels(inputs, &mut out, before)?;
-    for texture in &assets.textures {
-        let image = &assets.images[texture.image.0 as usize];
-        push(&mut out, texture, image, &first_levels);
+    for (texture, place) in assets.textures.iter().zip(&inputs.places) {
+        let place = *place as usize;
+        push(&mut out, texture, inputs.kinds[place].float, &first_levels[place..]);
     }
     Ok(Arc::new(out))
 }
@@ -78,10 +105,7 @@ fn levels(
     let mut sizes = Vec::with_capacity(images.len());
     let (mut bytes, mut floats) = (0, 0);
     for (ByPtr(image), used) in images.iter().zip(kinds) {
-        let end = match image.texels {
-            Texels::Rgba8(_) => &mut bytes,
-            Texels::Rgb32(_) => &mut floats,
-        };
+        let end = if used.float { &mut floats } else { &mut bytes };
         let own = [image.width as usize, image.height as usize];
         let levels = mips::sizes(own, used.smaller);
         first_levels.push(out.levels.first.len() as u32);
@@ -114,12 +138,11 @@ fn levels(
     let mut work = Vec::with_capacity(images.len());
     for ((ByPtr(image), used), sizes) in images.iter().zip(kinds).zip(sizes) {
         let count = sizes.iter().map(|[width, height]| width * height).sum();
-        let mut room = match image.texels {
-            Texels::Rgba8(_) => TexelsOut::Bytes(rest8.split_off_mut(..count).unwrap_or_default()),
-            Texels::Rgb32(_) => TexelsOut::Floats(rest32.split_off_mut(..count).unwrap_or_default()),
+        let mut room = match used.float {
+            false => TexelsOut::Bytes(rest8.split_off_mut(..count).unwrap_or_default()),
+            true => TexelsOut::Floats(rest32.split_off_mut(..count).unwrap_or_default()),
         };
-        let before = known.get(&Arc::as_ptr(image)).filter(|before| before.kind == *used);
-        if before.is_some_and(|before| room.copy(before)) {
+        if known.get(&(Arc::as_ptr(image), *used)).is_some_and(|before| room.copy(before)) {
             continue;
         }
         let decode = [if used.srgb { curved } else { linear }, linear];
@@ -134,13 +157,12 @@ fn levels(
 
 /// The levels of an image that were made before.
 struct KnownLevels<'a> {
-    kind: MipKind,
     texels8: &'a [u32],
     texels32: &'a [[f32; 3]],
 }
 
-/// The levels of all images, by the images' addresses.
-fn known(before: &Memo<TextureInputs, Arc<Textures>>) -> HashMap<*const Image, KnownLevels<'_>> {
+/// The levels of all images, by the images' addresses and the levels' kinds.
+fn known(before: &Memo<TextureInputs, Arc<Textures>>) -> HashMap<(*const Image, MipKind), KnownLevels<'_>> {
     let Memo { inputs: TextureInputs { images, kinds, .. }, output: made } = before;
     let (mut rest8, mut rest32) = (&made.texels8[..], &made.texels32[..]);
     let mut all = HashMap::with_capacity(images.len());
@@ -150,7 +172,7 @@ fn known(before: &Memo<TextureInputs, Arc<Textures>>) -> HashMap<*const Image, K
         let [bytes, floats] = if kind.float { [0, count] } else { [count, 0] };
         let texels8 = rest8.split_off(..bytes).unwrap_or_default();
         let texels32 = rest32.split_off(..floats).unwrap_or_default();
-        all.insert(Arc::as_ptr(image), KnownLevels { kind: *kind, texels8, texels32 });
+        all.insert((Arc::as_ptr(image), *kind), KnownLevels { texels8, texels32 });
     }
     all
 }
@@ -173,7 +195,7 @@ impl TexelsOut<'_> {
 
 fn kinds(assets: &Assets) -> Vec<MipKind> {
     let kind = |image: &Arc<Image>| MipKind {
-        float: matches!(image.texels, Texels::Rgb32(_)),
+        float: !matches!(image.texels, Texels::Rgba8(_)),
         ..MipKind::default()
     };
     let mut kinds: Vec<MipKind> = assets.images.iter().map(kind).collect();
@@ -183,6 +205,11 @@ fn kinds(assets: &Assets) -> Vec<MipKind> {
         kind.srgb |= texture.color_space == ColorSpace::Srgb;
     }
     for material in &assets.materials {
+        fields::for_each_texture(material.material.clone().part(), &mut |id, channel| {
+            let place = assets.textures[id.0 as usize].image.0 as usize;
+            let is_wide = matches!(assets.images[place].texels, Texels::Rgba16(_));
+            kinds[place].float &= !(is_wide && channel == Some(Channel::Alpha));
+        });
         let Material::Principled(material) = &material.material else { continue };
         let alpha = material.alpha.texture.filter(|_| material.alpha_mode != AlphaMode::Opaque);
         if let (ColorInput::Texture(color), Some((alpha, Channel::Alpha))) = (&material.base_color, alpha) {
@@ -193,7 +220,8 @@ fn kinds(assets: &Assets) -> Vec<MipKind> {
     kinds
 }
 
-fn push(out: &mut Textures, texture: &Texture, image: &Image, first_levels: &[u32]) {
+/// Adds a texture; the first levels are those of its image and of the images after it.
+fn push(out: &mut Textures, texture: &Texture, float: bool, first_levels: &[u32]) {
     let mode = |wrap: Wrap| match wrap {
         Wrap::Repeat => 0,
         Wrap::Clamp => 1,
@@ -201,12 +229,11 @@ fn push(out: &mut Textures, texture: &Texture, image: &Image, first_levels: &[u3
     };
     let blends = texture.filter != TextureFilter::Nearest;
     let srgb = texture.color_space == ColorSpace::Srgb;
-    let float = matches!(image.texels, Texels::Rgb32(_));
     let wrap = texture.wrap.map(mode);
-    let first_level = first_levels[texture.image.0 as usize];
+    let first_level = first_levels[0];
     let (sin, cos) = (libm::sin(texture.rotation as f64) as f32, libm::cos(texture.rotation as f64) as f32);
     let (sx, sy) = (texture.scale.x, texture.scale.y);
-    let next = first_levels.get(texture.image.0 as usize + 1).copied();
+    let next = first_levels.get(1).copied();
     let end = next.unwrap_or(out.levels.first.len() as u32);
     out.sampled.push(SampledTexture {
         matrix: [[cos * sx, sin * sy, texture.offset.x], [-sin * sx, cos * sy, texture.offset.y]],

@@ -8,7 +8,7 @@ use crate::world::bounds::{self, check as check_fields, within};
 use crate::world::fields::{self, Forms, Slot};
 use crate::world::transforms::entity_error;
 use crate::world::{
-    Assets, Camera, Image, Light, MaterialId, Mesh, Overrides, Parent, Settings, Shape, Texels, World,
+    Assets, Camera, Image, Light, MaterialId, Mesh, Overrides, Parent, Settings, Shape, World,
 };
 
 /// Checks a world; the error describes the first fault.
@@ -57,7 +57,7 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
         let mut material = named.material.clone();
         let part = material.part();
         let mut found = Ok(());
-        fields::for_each_texture(part, &mut |id| {
+        fields::for_each_texture(part, &mut |id, _| {
             if found.is_ok() {
                 found = exists("texture", id.0, assets.textures.len());
             }
@@ -129,10 +129,7 @@ pub fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
 
 fn check_image(image: &Image) -> Result<(), String> {
     let Image { source: _, width, height, texels } = image;
-    let count = match texels {
-        Texels::Rgba8(texels) => texels.len(),
-        Texels::Rgb32(texels) => texels.len(),
-    };
+    let count = texels.count();
     if *width == 0 || *height == 0 || count != *width as usize * *height as usize {
         return Err(format!(
             "it has {count} texels: {width} x {height} pixels take as many, and at least one"
@@ -170,7 +167,7 @@ fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
 fn check_form(form: &mut dyn Forms, assets: &Assets) -> Result<(), String> {
     let mut found = Ok(());
     for field in form.fields() {
-        fields::textures(field, &mut |id| {
+        fields::textures(field, &mut |id, _| {
             found = found.clone().and(exists("texture", id.0, assets.textures.len()))
         });
     }
@@ -193,6 +190,7 @@ mod tests {
     use crate::math::Rgb;
     use crate::math::{Vec2, Vec3};
     use crate::world::PixelFilter;
+    use crate::world::Texels;
     use crate::world::{
         ColorInput, Falloff, ImageId, Material, MeshId, Principled, ScalarInput, Texture, TextureId,
         Transform,

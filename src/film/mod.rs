@@ -8,6 +8,7 @@ pub(crate) mod metrics;
 pub(crate) mod moments;
 pub(crate) mod ranges;
 pub(crate) mod sums;
+pub(crate) mod texels;
 pub(crate) mod tonemap;
 
 pub(crate) use allocation::Allocation;

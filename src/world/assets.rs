@@ -205,6 +205,7 @@ impl Image {
         hasher.update(bytemuck::bytes_of(&[self.width, self.height]));
         hasher.update(match &self.texels {
             Texels::Rgba8(texels) => bytemuck::cast_slice(texels),
+            Texels::Rgba16(texels) => bytemuck::cast_slice(texels),
             Texels::Rgb32(texels) => bytemuck::cast_slice(texels),
         });
         hasher.digest128()
@@ -217,8 +218,33 @@ pub enum Texels {
     /// Eight bits a channel: red, green, blue in the sRGB curve (unless a texture
     /// says otherwise), then linear alpha.
     Rgba8(Vec<[u8; 4]>),
+    /// The same channels with sixteen bits each.
+    Rgba16(Vec<[u16; 4]>),
     /// Linear floats, finite: red, green, blue.
     Rgb32(Vec<[f32; 3]>),
+}
+
+impl Texels {
+    /// The number of texels.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Texels::Rgba8(texels) => texels.len(),
+            Texels::Rgba16(texels) => texels.len(),
+            Texels::Rgb32(texels) => texels.len(),
+        }
+    }
+
+    /// The stored channels of a texel, from 0 to 1 unless they are floats: red, green, blue, and alpha or 1.
+    pub(crate) fn stored(&self, at: usize) -> [f64; 4] {
+        match self {
+            Texels::Rgba8(texels) => texels[at].map(|byte| f64::from(byte) / 255.0),
+            Texels::Rgba16(texels) => texels[at].map(|word| f64::from(word) / 65_535.0),
+            Texels::Rgb32(texels) => {
+                let [r, g, b] = texels[at].map(f64::from);
+                [r, g, b, 1.0]
+            }
+        }
+    }
 }
 
 /// The reconstruction filter between texels.
@@ -246,7 +272,7 @@ pub enum Wrap {
     Mirror,
 }
 
-/// The encoding of an eight-bit image's values.
+/// The encoding of the values of images with 8 or 16 bits a channel; floats are linear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorSpace {
     /// The sRGB curve (IEC 61966-2-1).
@@ -274,7 +300,7 @@ pub struct Texture {
     pub offset: Vec2,
     /// The mesh's set of texture coordinates: 0 or 1.
     pub uv_set: u32,
-    /// The encoding of eight-bit images.
+    /// The encoding of images with 8 or 16 bits a channel.
     pub color_space: ColorSpace,
     /// A factor on the sampled colour.
     pub factor: Rgb,

@@ -400,23 +400,23 @@ macro_rules! names {
 
 pub(crate) use {fields, forms, names};
 
-/// Calls a function with each texture of a structure.
-pub(crate) fn for_each_texture(part: &mut dyn Fields, found: &mut dyn FnMut(TextureId)) {
+/// Calls a function with each texture of a structure, and with the channel if only one is used.
+pub(crate) fn for_each_texture(part: &mut dyn Fields, found: &mut dyn FnMut(TextureId, Option<Channel>)) {
     part.visit(&mut |field| textures(field, found));
 }
 
-/// Calls a function with each texture of a field.
-pub(crate) fn textures(field: Field, found: &mut dyn FnMut(TextureId)) {
+/// Calls [`for_each_texture`]'s function with each texture of a field.
+pub(crate) fn textures(field: Field, found: &mut dyn FnMut(TextureId, Option<Channel>)) {
     match field.slot {
         Slot::ColorMap(ColorInput::Texture(id), _) | Slot::DataMap(Some(id)) | Slot::Profile(id) => {
-            found(*id)
+            found(*id, None)
         }
-        Slot::NumberMap(ScalarInput { texture: Some((id, _)), .. }, _)
-        | Slot::ChannelMap(Some((id, _)), _) => {
-            found(*id);
+        Slot::NumberMap(ScalarInput { texture: Some((id, channel)), .. }, _)
+        | Slot::ChannelMap(Some((id, channel)), _) => {
+            found(*id, Some(*channel));
         }
         Slot::Normals(Some(NormalMap { texture, .. })) | Slot::Bumps(Some(BumpMap { texture, .. })) => {
-            found(*texture);
+            found(*texture, None);
         }
         Slot::Part(part) => for_each_texture(part, found),
         Slot::OptionalPart(part) => {

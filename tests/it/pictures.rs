@@ -1,4 +1,5 @@
-//! Every image of the corpus at `RAYFRONT_CORPUS` is read, or refused in one line.
+//! Images as textures: values of all depths mean the same; every image of the corpus at `RAYFRONT_CORPUS` is read, or
+//! refused in one line.
 
 use std::path::Path;
 
@@ -7,6 +8,8 @@ use rayfront::math::Rgb;
 use rayfront::world::Texels;
 
 use crate::corpus;
+use crate::program::{Folder, Place, empty_folder};
+use crate::support::Picture;
 
 const EXTENSIONS: [&str; 8] = ["png", "jpg", "jpeg", "tga", "bmp", "webp", "hdr", "exr"];
 
@@ -21,6 +24,135 @@ const REFUSED: [&str; 16] = [
     // The glTF validator's intentionally broken files.
     "image/invalid_image_data.jpg", "image/png_eos.png", "image/unrecognized_format.png",
 ];
+
+/// Stores two by two pixels, by rows of colour and alpha, as a PNG of a colour type and depth; 16 bits hold what 8 bits
+/// do. Palettes have 8 bits.
+fn png(folder: &Folder, name: &str, color: png::ColorType, sixteen: bool, pixels: [[u8; 4]; 4]) {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 2, 2);
+    encoder.set_color(color);
+    encoder.set_depth(if sixteen { png::BitDepth::Sixteen } else { png::BitDepth::Eight });
+    if color == png::ColorType::Indexed {
+        encoder.set_palette(pixels.iter().flat_map(|pixel| pixel[..3].to_vec()).collect::<Vec<_>>());
+    }
+    let channels = |pixel: usize| match color {
+        png::ColorType::Grayscale => pixels[pixel][..1].to_vec(),
+        png::ColorType::Rgb => pixels[pixel][..3].to_vec(),
+        png::ColorType::Indexed => vec![pixel as u8],
+        _ => pixels[pixel].to_vec(),
+    };
+    let bytes = (0..4).flat_map(channels);
+    // A byte times 257 is the same part of the largest value.
+    let data = bytes.flat_map(|byte| if sixteen { vec![byte; 2] } else { vec![byte] }).collect::<Vec<_>>();
+    encoder.write_header().expect("a header").write_image_data(&data).expect("pixels");
+    folder.write(name, file);
+}
+
+const SHADES: [[u8; 4]; 4] =
+    [[30, 90, 160, 255], [200, 20, 90, 40], [128, 128, 255, 128], [80, 240, 60, 200]];
+
+/// The image of a square before the camera, of a scene or of a model with a camera and a light added by a scene.
+fn shaded(folder: &Folder, square: &str) -> Vec<Rgb> {
+    let scene = format!(
+        "(settings: (transport: Path, size: (6, 6), samples: 4), entities: [
+            (camera: Orthographic(height_m: 2), transform: (translate: (0, 0, 3))),
+            (light: Directional(irradiance: 2), transform: LookAt(from: (1, 2, 3), to: (0, 0, 0))),
+            (light: Environment(radiance: 0.3)), ({square})])"
+    );
+    folder.write("scene.ron", scene);
+    let world = rayfront::formats::load(folder.join("scene.ron")).unwrap_or_else(|error| panic!("{error}"));
+    Picture::of(&world).pixels
+}
+
+#[test]
+fn sixteen_bits_mean_the_same_as_eight_in_every_use() {
+    let plane = "shape: Plane(corners: ((-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)))";
+    let folder = empty_folder();
+    let uses = [
+        "base_color: IMAGE",
+        "base_color: Texture(image: \"a.png\", color_space: Linear)",
+        "base_color: Texture(image: \"a.png\", filter: Trilinear, scale: 40)",
+        "metallic: 0, normal: IMAGE",
+        "roughness: IMAGE",
+        "metallic: 0, bump: (texture: IMAGE, height_m: 0.2)",
+        "emission: IMAGE",
+        "alpha: Image(\"a.png\", Blue), alpha_mode: Blend",
+        // Both ways at once.
+        "base_color: IMAGE, roughness: IMAGE",
+    ];
+    for color in [png::ColorType::Grayscale, png::ColorType::Rgb, png::ColorType::Rgba] {
+        for material in uses {
+            let square =
+                format!("{plane}, material: Principled({})", material.replace("IMAGE", "Image(\"a.png\")"));
+            let images = [false, true].map(|sixteen| {
+                png(&folder, "a.png", color, sixteen, SHADES);
+                shaded(&folder, &square)
+            });
+            let far = |(a, b): (&Rgb, &Rgb)| {
+                let [a, b] = [a, b].map(|color| color.to_array());
+                (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)
+            };
+            let worst = images[0].iter().zip(&images[1]).map(far).fold(0.0, f32::max);
+            // Smaller copies of bytes are rounded to bytes.
+            let allowed = if material.contains("Trilinear") { 0.01 } else { 1e-5 };
+            assert!(worst <= allowed, "{material}, {color:?}: {worst}");
+        }
+    }
+    // An image with alpha shows what its palette shows without.
+    let square = format!("{plane}, material: Principled(base_color: Image(\"a.png\"))");
+    png(&folder, "a.png", png::ColorType::Indexed, false, SHADES);
+    let palette = shaded(&folder, &square);
+    png(&folder, "a.png", png::ColorType::Rgb, true, SHADES);
+    assert!(palette == shaded(&folder, &square));
+}
+
+#[test]
+fn alpha_of_sixteen_bits_cuts_as_that_of_eight() {
+    let folder = empty_folder();
+    for mode in ["Blend", "Mask(cutoff: 0.5)"] {
+        let square = format!(
+            "shape: Plane(corners: ((-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0))), material: Principled(
+                base_color: Image(\"a.png\"), alpha: Image(\"a.png\"), alpha_mode: {mode})"
+        );
+        let images = [false, true].map(|sixteen| {
+            png(&folder, "a.png", png::ColorType::Rgba, sixteen, SHADES);
+            shaded(&folder, &square)
+        });
+        assert!(images[0] == images[1], "{mode}");
+        png(&folder, "a.png", png::ColorType::Rgb, true, SHADES);
+        assert!(images[0] != shaded(&folder, &square), "{mode}");
+    }
+}
+
+/// glTF's normal maps and MTL's linear maps are read by the same code.
+#[test]
+fn sixteen_bits_mean_the_same_as_eight_in_models() {
+    let folder = empty_folder();
+    folder.write(
+        "a.gltf",
+        r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0}},
+            "normalTexture": {"index": 0}}],
+        "textures": [{"source": 0, "sampler": 0}], "samplers": [{"minFilter": 9729}], "images": [{"uri": "a.png"}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteLength": 36, "byteStride": 12}],
+        "buffers": [{"byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#,
+    );
+    folder.write(
+        "a.obj",
+        "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n",
+    );
+    folder.write("a.mtl", "newmtl a\nKd 1 1 1\nmap_Kd -colorspace linear a.png\nmap_Ke a.png\n");
+    for square in ["gltf: \"a.gltf\"", "shape: Mesh(\"a.obj\")"] {
+        let images = [false, true].map(|sixteen| {
+            png(&folder, "a.png", png::ColorType::Rgb, sixteen, SHADES);
+            shaded(&folder, square)
+        });
+        assert!(images[0] == images[1], "{square}");
+    }
+}
 
 #[test]
 fn corpus_images_load_or_fail_as_expected() {
@@ -68,6 +200,10 @@ fn check(path: &Path) -> Result<String, String> {
         Texels::Rgba8(texels) => {
             assert_eq!(texels.len(), pixels);
             "8 bits"
+        }
+        Texels::Rgba16(texels) => {
+            assert_eq!(texels.len(), pixels);
+            "16 bits"
         }
         Texels::Rgb32(texels) => {
             assert_eq!(texels.len(), pixels);

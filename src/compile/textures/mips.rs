@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::srgb::{CURVE, nearest};
+use crate::film::texels::srgb_decode_16_bit;
 use crate::world::assets::Texels;
 
 /// Texels of a copy that are worth a job of their own.
@@ -51,14 +52,23 @@ impl MipJob<'_> {
     pub(super) fn run(self) {
         let Self { texels, sizes, room, decode, srgb, cut } = self;
         match (texels, room) {
-            (Texels::Rgba8(texels), TexelsOut::Bytes(room)) => {
-                if cut {
-                    bytes::<true>(texels, &sizes, decode, srgb, room);
-                } else {
-                    bytes::<false>(texels, &sizes, decode, srgb, room);
-                }
+            (Texels::Rgba8(texels), TexelsOut::Bytes(room)) if cut => {
+                bytes::<true>(texels, &sizes, decode, srgb, room);
             }
-            (Texels::Rgb32(texels), TexelsOut::Floats(room)) => floats(texels, &sizes, room),
+            (Texels::Rgba8(texels), TexelsOut::Bytes(room)) => {
+                bytes::<false>(texels, &sizes, decode, srgb, room);
+            }
+            (Texels::Rgba16(words), TexelsOut::Bytes(room)) => {
+                let texels = Texels::Rgba8(words.par_iter().map(|texel| texel.map(byte_of)).collect());
+                MipJob { texels: &texels, sizes, room: TexelsOut::Bytes(room), decode, srgb, cut }.run();
+            }
+            (Texels::Rgb32(texels), TexelsOut::Floats(room)) => floats(texels, |texel| texel, &sizes, room),
+            (Texels::Rgba16(texels), TexelsOut::Floats(room)) => match srgb {
+                true => floats(texels, |texel| color_of(texel, srgb_decode_16_bit), &sizes, room),
+                false => {
+                    floats(texels, |texel| color_of(texel, |word| f32::from(word) / 65_535.0), &sizes, room)
+                }
+            },
             _ => {}
         }
     }
@@ -116,9 +126,28 @@ fn bytes<const CUT: bool>(
     }
 }
 
-fn floats(texels: &[[f32; 3]], sizes: &[TexelSize], room: &mut [[f32; 3]]) {
+/// The byte nearest to a 16-bit value.
+fn byte_of(word: u16) -> u8 {
+    ((u32::from(word) + 128) / 257) as u8
+}
+
+fn color_of([r, g, b, _]: [u16; 4], decode: impl Fn(u16) -> f32) -> [f32; 3] {
+    [r, g, b].map(decode)
+}
+
+/// Makes the levels of floats; `read` converts a stored texel.
+fn floats<T: Copy + Sync>(
+    texels: &[T],
+    read: impl Fn(T) -> [f32; 3] + Sync,
+    sizes: &[TexelSize],
+    room: &mut [[f32; 3]],
+) {
     let (mut finer, mut rest) = room.split_at_mut(texels.len());
-    finer.par_chunks_mut(JOB).zip(texels.par_chunks(JOB)).for_each(|(to, from)| to.copy_from_slice(from));
+    finer.par_chunks_mut(JOB).zip(texels.par_chunks(JOB)).for_each(|(to, from)| {
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = read(*from);
+        }
+    });
     for pair in sizes.windows(2) {
         let [from, to] = [pair[0], pair[1]];
         let level;

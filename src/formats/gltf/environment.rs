@@ -5,7 +5,7 @@ use gltf::json::{self, Index};
 use super::extensions::light::{ImageLight, ImageLightOfScene, ImageLights};
 use super::{GltfNode, Import, pose};
 use crate::error::LoadError;
-use crate::film::tonemap::srgb_decode;
+use crate::film::texels::linear_colors;
 use crate::math::{DVec3, Rgb, Vec3};
 use crate::world::{Image, Light, Texels, Transform};
 
@@ -90,18 +90,12 @@ struct Face {
 impl Face {
     /// Decodes a face. Eight-bit images are RGBD: sRGB-encoded colours, divided by alpha.
     fn new(image: &Image) -> Self {
-        let texels = match &image.texels {
-            Texels::Rgb32(texels) => texels.clone(),
-            Texels::Rgba8(texels) => {
-                let linear: Vec<f32> =
-                    (0..=u8::MAX).map(|byte| srgb_decode(f32::from(byte) / 255.0)).collect();
-                let texel = |[r, g, b, d]: &[u8; 4]| {
-                    let divisor = f32::from(*d).max(1.0) / 255.0;
-                    [r, g, b].map(|byte| linear[usize::from(*byte)] / divisor)
-                };
-                texels.iter().map(texel).collect()
+        let mut texels = linear_colors(&image.texels).into_owned();
+        if let Texels::Rgba8(stored) = &image.texels {
+            for (texel, [.., divisor]) in texels.iter_mut().zip(stored) {
+                *texel = texel.map(|color| color / (f32::from(*divisor).max(1.0) / 255.0));
             }
-        };
+        }
         Self { width: image.width as usize, height: image.height as usize, texels }
     }
 

@@ -11,8 +11,6 @@ use super::basis_universal;
 use super::document::Document;
 use super::uri::{self, Resource};
 use crate::error::{Diagnostic, LoadError};
-use crate::film::tonemap::srgb_encode;
-use crate::world::assets::ColorSpace;
 use crate::world::{Assets, Image, ImageId, SourceFiles, Texels};
 
 /// The location of an image's bytes: equal for equal images.
@@ -28,8 +26,7 @@ pub(super) enum ImageLocation {
 /// The images used up to now.
 #[derive(Default)]
 pub(super) struct Images {
-    /// Ids by location and colour space (true for linear): see [`Images::id`].
-    ids: HashMap<(ImageLocation, bool), Option<ImageId>>,
+    ids: HashMap<ImageLocation, Option<ImageId>>,
     /// Images whose gloss was converted to roughness, with the bits of the factor.
     rough: HashMap<ImageLocation, (u32, ImageId)>,
     /// Encoded bytes decoded from each buffer: limits the expansion by overlapping views.
@@ -41,34 +38,21 @@ pub(super) struct Images {
 
 impl Images {
     /// Returns an image as an asset; none, with a warning, if it cannot be read.
-    ///
-    /// Images of more than eight bits per channel are made linear when they are decoded. If they do not contain
-    /// colours, the values as stored count: that is another image.
     pub(super) fn id(
         &mut self,
         document: &Document,
         index: Index<json::Image>,
-        color_space: ColorSpace,
         at: &str,
         assets: &mut Assets,
         warnings: &mut Vec<Diagnostic>,
     ) -> Result<Option<ImageId>, LoadError> {
         let Some(place) = place(document, index, at) else { return Ok(None) };
-        let linear = color_space == ColorSpace::Linear;
-        if let Some(id) = self.ids.get(&(place.clone(), linear)) {
+        if let Some(id) = self.ids.get(&place) {
             return Ok(*id);
         }
         let image = self.decode(document, index, &place, &assets.files, warnings)?;
-        let wide = image.as_ref().is_some_and(|image| matches!(image.texels, Texels::Rgb32(_)));
-        let id = image.map(|image| match linear && wide {
-            true => assets.add_made_image(as_stored(&image)),
-            false => assets.add_image(image),
-        });
-        // Eight-bit images serve both colour spaces.
-        if !wide {
-            self.ids.insert((place.clone(), !linear), id);
-        }
-        self.ids.insert((place, linear), id);
+        let id = image.map(|image| assets.add_image(image));
+        self.ids.insert(place, id);
         Ok(id)
     }
 
@@ -87,10 +71,18 @@ impl Images {
             return (*known == factor.to_bits()).then_some(*id);
         }
         let image = assets.images.get(glossy.0 as usize)?;
-        let Texels::Rgba8(texels) = &image.texels else { return None };
-        let rough = |gloss: u8| (255.0 - f32::from(gloss) * factor.clamp(0.0, 1.0)).round() as u8;
-        let texels = texels.iter().map(|texel| [rough(texel[3]), 0, 0, 255]).collect();
-        let texels = Texels::Rgba8(texels);
+        let factor_of_gloss = factor.clamp(0.0, 1.0);
+        let texels = match &image.texels {
+            Texels::Rgba8(texels) => {
+                let rough = |gloss: u8| (255.0 - f32::from(gloss) * factor_of_gloss).round() as u8;
+                Texels::Rgba8(texels.iter().map(|texel| [rough(texel[3]), 0, 0, u8::MAX]).collect())
+            }
+            Texels::Rgba16(texels) => {
+                let rough = |gloss: u16| (65_535.0 - f32::from(gloss) * factor_of_gloss).round() as u16;
+                Texels::Rgba16(texels.iter().map(|texel| [rough(texel[3]), 0, 0, u16::MAX]).collect())
+            }
+            Texels::Rgb32(_) => return None,
+        };
         let image = Image { source: None, width: image.width, height: image.height, texels };
         let id = assets.add_made_image(image);
         self.rough.insert(place, (factor.to_bits(), id));
@@ -122,7 +114,7 @@ impl Images {
         let ahead = self.ahead.remove(place);
         let encoded = if ahead.is_none() { Encoded::of(document, index, place) } else { None };
         if let ImageLocation::Buffer(buffer, _, length) = place {
-            // An image may be used both as colours and as stored.
+            // An image may be read once as a texture and once as part of an environment.
             let decoded = self.decoded.entry(*buffer).or_default();
             *decoded += length;
             if *decoded > whole(document, *buffer).saturating_mul(2) {
@@ -253,15 +245,4 @@ pub(super) fn place(document: &Document, index: Index<json::Image>, at: &str) ->
             None
         }
     }
-}
-
-/// Reverts the decoder's conversion of an image of 16 bits per channel, which it takes for colours.
-fn as_stored(image: &Image) -> Image {
-    let mut image = image.clone();
-    if let Texels::Rgb32(texels) = &mut image.texels {
-        for texel in texels {
-            *texel = texel.map(|linear| srgb_encode(linear.min(1.0)));
-        }
-    }
-    image
 }

@@ -93,7 +93,7 @@ impl Import<'_> {
         let document = self.document;
         let Some(source) = self.source(slot.index, at) else { return Ok(None) };
         let at_texture = format!("/textures/{}", slot.index.value());
-        let id = self.images.id(document, source, color_space, &at_texture, self.assets, self.warnings)?;
+        let id = self.images.id(document, source, &at_texture, self.assets, self.warnings)?;
         let Some(image) = id else { return Ok(None) };
         let mut texture = Texture { color_space, uv_set: slot.tex_coord, ..Texture::new(image) };
         self.sample(slot.index, &mut texture);

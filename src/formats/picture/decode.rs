@@ -3,14 +3,12 @@
 use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
-use std::sync::LazyLock;
 
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::limits;
 use crate::error::LoadError;
-use crate::film::tonemap::srgb_decode;
 use crate::world::{Image, Texels};
 
 /// The supported formats and their extensions in lower case.
@@ -57,7 +55,12 @@ pub(super) fn decode(bytes: &[u8], format: ImageFormat, path: &Path) -> Result<I
     let bytes = &without_notes(bytes, format);
     let decoder = open(bytes, format).map_err(refuse)?;
     let (width, height) = decoder.dimensions();
-    let pixel_bytes = if is_wide(decoder.color_type()) { 12 } else { 4 };
+    let color = decoder.color_type();
+    let pixel_bytes = match color.bytes_per_pixel() / color.channel_count() {
+        1 => 4,
+        2 => 8,
+        _ => 12,
+    };
     let _claim = limits::check(path, [width.into(), height.into()], pixel_bytes, bytes.len())?;
     let texels = texels(DynamicImage::from_decoder(decoder).map_err(refuse)?);
     Ok(Image { source: None, width, height, texels })
@@ -99,10 +102,6 @@ fn open(bytes: &[u8], format: ImageFormat) -> image::ImageResult<Box<dyn ImageDe
     })
 }
 
-fn is_wide(color: image::ColorType) -> bool {
-    color.bytes_per_pixel() > color.channel_count()
-}
-
 fn texels(image: DynamicImage) -> Texels {
     match image {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
@@ -112,9 +111,7 @@ fn texels(image: DynamicImage) -> Texels {
         | DynamicImage::ImageLumaA16(_)
         | DynamicImage::ImageRgb16(_)
         | DynamicImage::ImageRgba16(_) => {
-            let linear = |value: u16| LINEAR_OF_16_BIT[usize::from(value)];
-            let words = image.into_rgb16().into_raw();
-            Texels::Rgb32(words.as_chunks().0.iter().map(|texel: &[u16; 3]| texel.map(linear)).collect())
+            Texels::Rgba16(image.into_rgba16().into_raw().as_chunks().0.to_vec())
         }
         // The crate would first make a copy with four channels.
         DynamicImage::ImageRgb8(image) => {
@@ -127,7 +124,3 @@ fn texels(image: DynamicImage) -> Texels {
         _ => Texels::Rgba8(image.into_rgba8().into_raw().as_chunks().0.to_vec()),
     }
 }
-
-/// The sRGB curve for all 16-bit values: one `pow` per texel would take seconds.
-static LINEAR_OF_16_BIT: LazyLock<Vec<f32>> =
-    LazyLock::new(|| (0..=u16::MAX).map(|value| srgb_decode(f32::from(value) / 65_535.0)).collect());

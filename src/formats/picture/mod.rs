@@ -4,7 +4,7 @@
 //! | file | decoded to |
 //! |---|---|
 //! | up to 8 bits per channel | [`Texels::Rgba8`]: the bytes as they are |
-//! | PNG of 16 bits | [`Texels::Rgb32`]: assumed to be sRGB and decoded to linear; alpha is left out |
+//! | PNG of 16 bits | [`Texels::Rgba16`]: the values as they are |
 //! | Radiance HDR, OpenEXR | [`Texels::Rgb32`]: linear, unchanged |
 //! | photometric profile (IES) | [`Texels::Rgb32`]: candela by direction |
 //!
@@ -29,7 +29,7 @@ pub use encode::{Output, PngBits, is_saved, png_bytes, save, supported};
 pub use texts::load_text;
 
 use crate::error::LoadError;
-use crate::film::tonemap::srgb_decode;
+use crate::film::texels::linear_colors;
 use crate::math::Rgb;
 use crate::world::{Image, SourceFiles, Texels};
 
@@ -62,14 +62,7 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
 pub fn load_linear(path: &Path) -> Result<(u32, u32, Vec<Rgb>), LoadError> {
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     let image = decode_unchanged(&bytes, path)?;
-    let pixels = match image.texels {
-        Texels::Rgb32(texels) => texels.into_iter().map(Rgb::from).collect(),
-        Texels::Rgba8(texels) => {
-            let linear: Vec<f32> = (0..=u8::MAX).map(|byte| srgb_decode(f32::from(byte) / 255.0)).collect();
-            let decode = |byte: u8| linear[usize::from(byte)];
-            texels.into_iter().map(|[r, g, b, _]| Rgb::new(decode(r), decode(g), decode(b))).collect()
-        }
-    };
+    let pixels = linear_colors(&image.texels).iter().map(|texel| Rgb::from(*texel)).collect();
     Ok((image.width, image.height, pixels))
 }
 

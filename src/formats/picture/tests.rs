@@ -72,6 +72,7 @@ fn survives(name: &str, bytes: &[u8]) -> bool {
         Ok(image) => {
             let texels = match &image.texels {
                 Texels::Rgba8(texels) => texels.len(),
+                Texels::Rgba16(texels) => texels.len(),
                 Texels::Rgb32(texels) => {
                     assert!(
                         texels.as_flattened().iter().all(|value| (0.0..=BRIGHTEST_TEXEL).contains(value))
@@ -96,7 +97,7 @@ fn all_supported_formats_are_read() {
         let image = decode(&bytes, Path::new(name)).unwrap();
         assert_eq!((image.width, image.height, &image.source), (16, 16, &None), "{name}");
         let floats = matches!(image.texels, Texels::Rgb32(_));
-        assert_eq!(floats, name.ends_with("exr") || name.ends_with("hdr") || name == "16.png", "{name}");
+        assert_eq!(floats, name.ends_with("exr") || name.ends_with("hdr"), "{name}");
     }
 }
 
@@ -110,13 +111,17 @@ fn eight_bit_images_keep_their_bytes() {
 }
 
 #[test]
-fn grey_becomes_rgb_and_sixteen_bits_become_linear() {
+fn sixteen_bit_images_keep_their_values_and_grey_becomes_rgb() {
     let grey = image::ImageBuffer::from_raw(2, 1, vec![0_u16, 32_768]).unwrap();
     let bytes = by_image_crate(&DynamicImage::ImageLuma16(grey), ImageFormat::Png);
-    let Texels::Rgb32(texels) = decode(&bytes, Path::new("a.png")).unwrap().texels else { panic!() };
-    let half = srgb_decode(32_768.0 / 65_535.0);
-    assert_eq!(texels, [[0.0; 3], [half; 3]]);
-    assert!((half - 0.214_05).abs() < 1e-4);
+    let texels = decode(&bytes, Path::new("a.png")).unwrap().texels;
+    let opaque = |grey| [grey, grey, grey, u16::MAX];
+    assert_eq!(texels, Texels::Rgba16(vec![opaque(0), opaque(32_768)]));
+    let half = crate::film::texels::linear_colors(&texels)[1];
+    assert!(half.iter().all(|value| (value - 0.214_05).abs() < 1e-4), "{half:?}");
+    let clear = image::ImageBuffer::from_raw(1, 1, vec![1_u16, 2, 3, 40_000]).unwrap();
+    let bytes = by_image_crate(&DynamicImage::ImageRgba16(clear), ImageFormat::Png);
+    assert_eq!(decode(&bytes, Path::new("a.png")).unwrap().texels, Texels::Rgba16(vec![[1, 2, 3, 40_000]]));
 }
 
 #[test]

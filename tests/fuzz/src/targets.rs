@@ -153,6 +153,7 @@ fn image(bytes: &[u8]) {
         Ok(image) => {
             let count = match &image.texels {
                 Texels::Rgba8(texels) => texels.len(),
+                Texels::Rgba16(texels) => texels.len(),
                 Texels::Rgb32(texels) => texels.len(),
             };
             assert_eq!(count, image.width as usize * image.height as usize);
