@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{LoadOptions, extension, gltf, obj, picture, ply};
 use crate::error::{Diagnostic, LoadError, did_you_mean};
 use crate::files;
-use crate::world::{Assets, Image, Mesh, SourceFiles};
+use crate::world::{Assets, DecodedImage, Mesh, SourceFiles};
 
 /// Reads the files that a scene refers to, in any format.
 pub trait AssetFiles {
@@ -29,7 +29,7 @@ pub trait AssetFiles {
     ) -> Result<gltf::GltfModel, LoadError>;
 
     /// Reads and decodes an image.
-    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError>;
+    fn image(&mut self, path: &Path) -> Result<DecodedImage, LoadError>;
 
     /// Reads a scene's own text.
     fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
@@ -43,7 +43,7 @@ pub trait AssetFiles {
     }
 
     /// Reads and decodes several images.
-    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Arc<Image>, LoadError>> {
+    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<DecodedImage, LoadError>> {
         paths.iter().map(|path| self.image(path)).collect()
     }
 }
@@ -72,14 +72,15 @@ impl AssetFiles for Files {
             "obj" => {
                 assets.files = self.sources.clone();
                 // The loader borrows the assets while it requests images: they are added afterwards.
-                let mut images = Vec::new();
+                let (mut images, mut odd) = (Vec::new(), Vec::new());
                 let first = assets.images.len() as u32;
                 let mut decode = |path: &Path| {
-                    images.push(self.image(path)?);
+                    images.push(self.image(path)?.report(&mut odd));
                     Ok(crate::world::ImageId(first + images.len() as u32 - 1))
                 };
                 let mesh = obj::load(path, assets, warnings, &mut decode);
                 assets.images.append(&mut images);
+                warnings.append(&mut odd);
                 Ok(self.sources.kept.meshes.same(mesh?, Mesh::hash))
             }
             other => {
@@ -120,11 +121,11 @@ impl AssetFiles for Files {
         }
     }
 
-    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<DecodedImage, LoadError> {
         picture::load(path, &self.sources)
     }
 
-    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<Arc<Image>, LoadError>> {
+    fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<DecodedImage, LoadError>> {
         paths.par_iter().map(|path| picture::load(path, &self.sources)).collect()
     }
 

@@ -105,7 +105,8 @@ pub fn save_scene(path: impl AsRef<Path>, world: &World) -> Result<(), SaveError
 
 /// Reads an image for use as a texture: PNG, JPEG, TGA, BMP, WebP, Radiance HDR, OpenEXR, or a photometric profile
 /// (IES). The content determines the format; the extension counts only where the content does not. In formats with
-/// floats, NaN and negative values become 0, and values above 10⁹ become 10⁹.
+/// floats, NaN and negative values become 0, infinite ones the largest finite one or 65,504, and values above 10⁹ become
+/// 10⁹.
 ///
 /// Errors: a file that cannot be opened ([`LoadError::Io`]); one that is no such image, or damaged
 /// ([`LoadError::Invalid`]); more than 65,536 pixels along a side, more than 2 GiB when decoded, or more than memory
@@ -113,5 +114,5 @@ pub fn save_scene(path: impl AsRef<Path>, world: &World) -> Result<(), SaveError
 pub fn load_image(path: impl AsRef<Path>) -> Result<Image, LoadError> {
     let path = path.as_ref();
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
-    Ok(Image { source: Some(path.to_owned()), ..picture::decode(&bytes, path)? })
+    Ok(Image { source: Some(path.to_owned()), ..picture::decode(&bytes, path)?.0 })
 }

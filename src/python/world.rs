@@ -24,7 +24,7 @@ use crate::formats::{
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::render::{MemoryEstimate, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
-use crate::world::{Aov, AssetCache, Assets, Image, Mesh, Settings, SourceFiles, Tonemap, Transport};
+use crate::world::{Aov, AssetCache, Assets, DecodedImage, Mesh, Settings, SourceFiles, Tonemap, Transport};
 
 /// The interval at which a rendering reports its progress and checks for interrupts.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -98,7 +98,7 @@ impl AssetFiles for PyInputs {
         self.files.model(path, assets, warnings)
     }
 
-    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<DecodedImage, LoadError> {
         self.files.image(path)
     }
 

@@ -9,13 +9,16 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::assets::{Image, Mesh};
+use crate::error::Diagnostic;
 use crate::math::Vec4;
 
 /// A cache of images, meshes and tangents. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub struct AssetCache {
-    /// Images, by the content and path of their files or by their own content.
-    pub images: Store<Arc<Image>>,
+    /// Images, by the content and path of their files.
+    pub images: Store<DecodedImage>,
+    /// Images computed from files, by their own content.
+    pub computed: Store<Arc<Image>>,
     /// Meshes: by the content of their file if they have one of their own, else by their own content.
     pub meshes: Store<Arc<Mesh>>,
     /// Tangents at the corners of meshes, by the inputs that they are computed from.
@@ -36,18 +39,47 @@ struct CacheEntry<T> {
     is_used: bool,
 }
 
+/// An image read from a file.
+#[derive(Clone, Debug)]
+pub struct DecodedImage {
+    /// The image.
+    pub image: Arc<Image>,
+    /// A warning about its values.
+    pub warning: Option<Diagnostic>,
+}
+
+impl DecodedImage {
+    /// Appends the warning to a list and returns the image.
+    pub fn report(self, warnings: &mut Vec<Diagnostic>) -> Arc<Image> {
+        warnings.extend(self.warning);
+        self.image
+    }
+}
+
+impl From<Image> for DecodedImage {
+    fn from(image: Image) -> DecodedImage {
+        DecodedImage { image: image.into(), warning: None }
+    }
+}
+
 impl AssetCache {
     /// Drops the values that were not requested since the last call. Called after each reading of a scene, so that only
     /// values that a frame or an edit shares with the previous one stay cached.
     pub fn forget_unused(&self) {
         self.images.forget_unused();
+        self.computed.forget_unused();
         self.meshes.forget_unused();
         self.tangents.forget_unused();
     }
 
     /// Returns an empty cache that stores values; the default one stores none.
     pub fn keeping() -> AssetCache {
-        AssetCache { images: Store::keeping(), meshes: Store::keeping(), tangents: Store::keeping() }
+        AssetCache {
+            images: Store::keeping(),
+            computed: Store::keeping(),
+            meshes: Store::keeping(),
+            tangents: Store::keeping(),
+        }
     }
 }
 

@@ -82,7 +82,7 @@ impl Assets {
 
     /// Adds an image made from files, or the cached equal one if there is one.
     pub(crate) fn add_made_image(&mut self, image: Image) -> ImageId {
-        let image = self.files.kept.images.same(image, Image::hash);
+        let image = self.files.kept.computed.same(image, Image::hash);
         self.add_image(image)
     }
 
@@ -218,7 +218,7 @@ pub enum Texels {
     /// Eight bits a channel: red, green, blue in the sRGB curve (unless a texture
     /// says otherwise), then linear alpha.
     Rgba8(Vec<[u8; 4]>),
-    /// The same channels with sixteen bits each.
+    /// Channels of sixteen bits, encoded likewise.
     Rgba16(Vec<[u16; 4]>),
     /// Linear floats, finite: red, green, blue.
     Rgb32(Vec<[f32; 3]>),

@@ -27,7 +27,7 @@ mod used_materials;
 
 pub use crate::bvh::BuildQuality;
 use crate::error::words;
-pub(crate) use asset_cache::AssetCache;
+pub(crate) use asset_cache::{AssetCache, DecodedImage};
 pub use assets::*;
 pub use components::*;
 pub use hecs;

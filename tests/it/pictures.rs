@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
+use rayfront::internals::film::tonemap::DisplayTransform;
 use rayfront::internals::formats::picture;
 use rayfront::math::Rgb;
-use rayfront::world::Texels;
+use rayfront::world::{Texels, Tonemap};
 
 use crate::corpus;
 use crate::program::{Folder, Place, empty_folder};
@@ -57,7 +58,7 @@ fn shaded(folder: &Folder, square: &str) -> Vec<Rgb> {
         "(settings: (transport: Path, size: (6, 6), samples: 4), entities: [
             (camera: Orthographic(height_m: 2), transform: (translate: (0, 0, 3))),
             (light: Directional(irradiance: 2), transform: LookAt(from: (1, 2, 3), to: (0, 0, 0))),
-            (light: Environment(radiance: 0.3)), ({square})])"
+            ({square}), (light: Environment(radiance: 0.3))])"
     );
     folder.write("scene.ron", scene);
     let world = rayfront::formats::load(folder.join("scene.ron")).unwrap_or_else(|error| panic!("{error}"));
@@ -154,6 +155,48 @@ fn sixteen_bits_mean_the_same_as_eight_in_models() {
     }
 }
 
+/// Stores an OpenEXR image of grey floats, 8 by 4.
+fn exr(folder: &Folder, name: &str, of: impl Fn(usize) -> f32) {
+    let radiance: Vec<Rgb> = (0..32).map(|at| Rgb::splat(of(at))).collect();
+    let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &[]);
+    let bits = picture::PngBits::Eight;
+    let (metadata, channels) = (&[], &[]);
+    let output =
+        picture::Output { width: 8, height: 4, radiance: &radiance, display, bits, metadata, channels };
+    picture::save(&folder.join(name), &output).expect(name);
+}
+
+#[test]
+fn odd_values_of_environments_and_emission_are_named_and_bounded() {
+    let folder = empty_folder();
+    let square = "shape: Plane(corners: ((-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)))";
+    let uses = [
+        format!("light: Environment(image: \"a.exr\")), ({square}"),
+        format!("{square}, material: Principled(base_color: 0, emission: Image(\"a.exr\"))"),
+        format!("{square}, material: BlinnPhong(emission: Image(\"a.exr\"))"),
+    ];
+    for used in &uses {
+        let images = [65_504.0, f32::INFINITY, f32::NAN, -3.0, 0.0].map(|odd| {
+            exr(&folder, "a.exr", |at| if at == 13 { odd } else { 0.5 });
+            let image = shaded(&folder, used);
+            let world = rayfront::formats::load(folder.join("scene.ron")).expect("a scene");
+            let odd_texels = world.warnings.iter().filter(|warning| warning.code == "odd-texels");
+            (image, odd_texels.map(|warning| warning.text.clone()).collect::<Vec<_>>())
+        });
+        let [usual, infinite, nan, negative, none] = &images;
+        assert!(usual.0 == infinite.0 && nan.0 == none.0 && negative.0 == none.0, "{used}");
+        assert!(usual.0 != none.0 && usual.1.is_empty() && none.1.is_empty(), "{used}");
+        for (_, warnings) in [infinite, nan, negative] {
+            assert_eq!(warnings.len(), 1, "{used}: {warnings:?}");
+            assert!(warnings[0].starts_with("1 texel is infinite, NaN or negative: the first at 5, 1"));
+        }
+    }
+    // What emits is seen as bright as it is.
+    exr(&folder, "a.exr", |_| 1e6);
+    let seen = shaded(&folder, &uses[1]);
+    assert!(seen.iter().any(|pixel| (pixel.r - 1e6).abs() < 1e3), "{seen:?}");
+}
+
 #[test]
 fn corpus_images_load_or_fail_as_expected() {
     let Some(corpus) = corpus::folder() else { return };
@@ -194,7 +237,7 @@ fn corpus_furnace_image_is_uniform() {
 }
 
 fn check(path: &Path) -> Result<String, String> {
-    let image = picture::load(path, &Default::default()).map_err(|error| error.to_string())?;
+    let image = picture::load(path, &Default::default()).map_err(|error| error.to_string())?.image;
     let pixels = image.width as usize * image.height as usize;
     let kind = match &image.texels {
         Texels::Rgba8(texels) => {

@@ -65,7 +65,7 @@ fn check(name: &str, text: &str, reference: &Picture, limits: Limits) {
 
 /// Loads an image of eight bits per channel and decodes its values.
 fn bytes(path: &Path, decode: impl Fn(f32) -> f32) -> Picture {
-    let image = picture::load(path, &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+    let image = picture::load(path, &Default::default()).unwrap_or_else(|error| panic!("{error}")).image;
     let Texels::Rgba8(texels) = &image.texels else { panic!("{}: not of bytes", path.display()) };
     let value = |byte: u8| decode(f32::from(byte) / 255.0);
     let pixels = texels.iter().map(|[r, g, b, _]| Rgb::new(value(*r), value(*g), value(*b))).collect();

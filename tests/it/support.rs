@@ -8,6 +8,7 @@ use rayfront::error::{Diagnostic, LoadError};
 use rayfront::internals::film::Film;
 use rayfront::internals::formats::gltf::GltfModel;
 use rayfront::internals::formats::{AssetFiles, ron};
+use rayfront::internals::world::DecodedImage;
 use rayfront::math::{Quat, Rgb, Vec2, Vec3};
 use rayfront::render::{Options, Session};
 use rayfront::world::{Assets, Falloff, Image, Light, Mesh, Texels, Transform, World};
@@ -44,7 +45,7 @@ impl AssetFiles for MadeUp {
         Err(LoadError::Invalid { file: path.into(), reason: "no model has been made up".into() })
     }
 
-    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<DecodedImage, LoadError> {
         match path.file_stem().and_then(|stem| stem.to_str()) {
             Some("quarters") => Ok(quarters().into()),
             Some("noise") => Ok(noise().into()),

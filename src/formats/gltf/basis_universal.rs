@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::formats::picture;
 use crate::world::Image;
 
@@ -10,9 +10,9 @@ use crate::world::Image;
 const MAGIC: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// Decodes an image in any format that glTF files may contain.
-pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
+pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<(Image, Option<Diagnostic>), LoadError> {
     match bytes.starts_with(MAGIC) {
-        true => decode_ktx(bytes, path),
+        true => Ok((decode_ktx(bytes, path)?, None)),
         false => picture::decode(bytes, path),
     }
 }

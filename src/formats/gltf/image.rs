@@ -11,7 +11,7 @@ use super::basis_universal;
 use super::document::Document;
 use super::uri::{self, Resource};
 use crate::error::{Diagnostic, LoadError};
-use crate::world::{Assets, Image, ImageId, SourceFiles, Texels};
+use crate::world::{Assets, DecodedImage, Image, ImageId, SourceFiles, Texels};
 
 /// The location of an image's bytes: equal for equal images.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -33,7 +33,7 @@ pub(super) struct Images {
     decoded: HashMap<usize, u64>,
     complained: HashSet<ImageLocation>,
     /// Images decoded by `decode_ahead` that have not been used yet.
-    pub ahead: HashMap<ImageLocation, Result<Arc<Image>, LoadError>>,
+    pub ahead: HashMap<ImageLocation, Result<DecodedImage, LoadError>>,
 }
 
 impl Images {
@@ -124,7 +124,7 @@ impl Images {
         let Some(decoded) = ahead.or_else(|| encoded.map(|encoded| encoded.decode(sources))) else {
             return Ok(None);
         };
-        decoded.map(Some).or_else(|error| {
+        decoded.map(|decoded| Some(decoded.report(warnings))).or_else(|error| {
             if self.complained.insert(place.clone()) {
                 warnings.push(
                     Diagnostic::warning("image-left-out", error.to_string()).fixed_by("it is left out"),
@@ -176,7 +176,7 @@ impl<'d> Encoded<'d> {
     }
 
     /// Decodes the pixels.
-    pub(super) fn decode(self, sources: &SourceFiles) -> Result<Arc<Image>, LoadError> {
+    pub(super) fn decode(self, sources: &SourceFiles) -> Result<DecodedImage, LoadError> {
         let (bytes, name, source) = match self {
             Self::File(file) => {
                 let bytes = sources.read(&file).map_err(LoadError::io(&file))?;
@@ -185,8 +185,8 @@ impl<'d> Encoded<'d> {
             Self::Bytes(bytes, name) => (bytes, name, None),
         };
         sources.kept.images.decoded(&bytes, &name, || {
-            let image = basis_universal::decode(&bytes, &name)?;
-            Ok(Arc::new(Image { source, ..image }))
+            let (image, warning) = basis_universal::decode(&bytes, &name)?;
+            Ok(DecodedImage { image: Image { source, ..image }.into(), warning })
         })
     }
 }

@@ -1,7 +1,6 @@
 //! Parallel decoding of images, before materials are read in sequence.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
 
 use gltf::json::{self, Index};
 use rayon::prelude::*;
@@ -10,7 +9,7 @@ use serde_json::Value;
 use super::Import;
 use super::image::{Encoded, ImageLocation, place, whole};
 use crate::error::LoadError;
-use crate::world::Image;
+use crate::world::DecodedImage;
 
 impl Import<'_> {
     /// Decodes the images of all materials used by nodes below `roots`. Errors are not reported here: reading the
@@ -42,7 +41,7 @@ impl Import<'_> {
         }
         self.warnings.truncate(said);
         let sources = &self.assets.files;
-        let decoded: Vec<(ImageLocation, Result<Arc<Image>, LoadError>)> =
+        let decoded: Vec<(ImageLocation, Result<DecodedImage, LoadError>)> =
             encoded.into_par_iter().map(|(place, picture)| (place, picture.decode(sources))).collect();
         self.images.ahead.extend(decoded);
     }

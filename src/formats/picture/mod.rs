@@ -23,38 +23,66 @@ mod texts;
 pub mod video;
 
 use std::path::Path;
-use std::sync::Arc;
 
 pub use encode::{Output, PngBits, is_saved, png_bytes, save, supported};
 pub use texts::load_text;
 
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::film::texels::linear_colors;
 use crate::math::Rgb;
-use crate::world::{Image, SourceFiles, Texels};
+use crate::world::{DecodedImage, Image, SourceFiles, Texels};
 
 /// Brighter texels are clamped to this value, so that products of a few of them do not overflow.
 const BRIGHTEST_TEXEL: f32 = 1e9;
 
-/// Reads an image to be used as a texture. NaN and negative floats become 0; infinity and values above 10⁹ become 10⁹.
-pub fn load(path: &Path, sources: &SourceFiles) -> Result<Arc<Image>, LoadError> {
+/// The largest half float.
+const LARGEST_HALF: f32 = 65_504.0;
+
+/// Reads an image to be used as a texture, with the values that [`finite`] makes.
+pub fn load(path: &Path, sources: &SourceFiles) -> Result<DecodedImage, LoadError> {
     let bytes = sources.read(path).map_err(LoadError::io(path))?;
     sources.kept.images.decoded(&bytes, path, || {
-        let image = decode(&bytes, path)?;
-        Ok(Arc::new(Image { source: Some(path.to_owned()), ..image }))
+        let (image, warning) = decode(&bytes, path)?;
+        Ok(DecodedImage { image: Image { source: Some(path.to_owned()), ..image }.into(), warning })
     })
 }
 
-/// [`load`] for an image in memory, such as one within a glTF file. Errors call it `path`, whose extension gives the
-/// format if `bytes` do not identify it.
-pub fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
+/// [`load`] for an image in memory, such as one within a glTF file, with the warning about its values. Messages call it
+/// `path`, whose extension gives the format if `bytes` do not identify it.
+pub fn decode(bytes: &[u8], path: &Path) -> Result<(Image, Option<Diagnostic>), LoadError> {
     let mut image = decode_unchanged(bytes, path)?;
-    if let Texels::Rgb32(texels) = &mut image.texels {
-        for texel in texels {
-            *texel = texel.map(|value| if value > 0.0 { value.min(BRIGHTEST_TEXEL) } else { 0.0 });
+    let warning = match &mut image.texels {
+        Texels::Rgb32(texels) => finite(texels, image.width, path),
+        Texels::Rgba8(_) | Texels::Rgba16(_) => None,
+    };
+    Ok((image, warning))
+}
+
+/// Makes values fit for light: NaN and negative ones become 0, infinite ones the largest finite one of the image or
+/// 65,504, beyond which half floats are infinite. Values above 10⁹ become 10⁹. Returns a warning if the image has values
+/// that stand for no amount of light.
+fn finite(texels: &mut [[f32; 3]], width: u32, path: &Path) -> Option<Diagnostic> {
+    let values = texels.as_flattened().iter().copied();
+    let largest = values.filter(|value| value.is_finite()).fold(LARGEST_HALF, f32::max).min(BRIGHTEST_TEXEL);
+    let is_odd = |value: &f32| !(value.is_finite() && *value >= 0.0);
+    let (mut count, mut first) = (0_usize, None);
+    for (at, texel) in texels.iter_mut().enumerate() {
+        if texel.iter().any(is_odd) {
+            count += 1;
+            first.get_or_insert(at);
         }
+        *texel = texel.map(|value| match value > 0.0 {
+            true if value.is_infinite() => largest,
+            true => value.min(BRIGHTEST_TEXEL),
+            false => 0.0,
+        });
     }
-    Ok(image)
+    let (x, y) = (first? % width as usize, first? / width as usize);
+    let (texels, are) = if count == 1 { ("texel", "is") } else { ("texels", "are") };
+    let text = format!(
+        "{count} {texels} {are} infinite, NaN or negative: the first at {x}, {y}; infinite counts as {largest}, the others as 0"
+    );
+    Some(Diagnostic::in_file("odd-texels", path, &text))
 }
 
 /// Reads width, height and linear pixels of an image for comparison with another: PNG and other 8- and 16-bit formats

@@ -69,7 +69,7 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
 /// True if decoding succeeds; it may fail only with a one-line message that names the file.
 fn survives(name: &str, bytes: &[u8]) -> bool {
     match decode(bytes, Path::new(name)) {
-        Ok(image) => {
+        Ok((image, _)) => {
             let texels = match &image.texels {
                 Texels::Rgba8(texels) => texels.len(),
                 Texels::Rgba16(texels) => texels.len(),
@@ -94,7 +94,7 @@ fn survives(name: &str, bytes: &[u8]) -> bool {
 #[test]
 fn all_supported_formats_are_read() {
     for (name, bytes) in samples() {
-        let image = decode(&bytes, Path::new(name)).unwrap();
+        let image = decode(&bytes, Path::new(name)).unwrap().0;
         assert_eq!((image.width, image.height, &image.source), (16, 16, &None), "{name}");
         let floats = matches!(image.texels, Texels::Rgb32(_));
         assert_eq!(floats, name.ends_with("exr") || name.ends_with("hdr"), "{name}");
@@ -105,7 +105,9 @@ fn all_supported_formats_are_read() {
 fn eight_bit_images_keep_their_bytes() {
     let wanted = gradient().to_rgba8();
     for (name, bytes) in samples().iter().filter(|(name, _)| ["8.png", "a.tga", "a.webp"].contains(name)) {
-        let Texels::Rgba8(texels) = decode(bytes, Path::new(name)).unwrap().texels else { panic!("{name}") };
+        let Texels::Rgba8(texels) = decode(bytes, Path::new(name)).unwrap().0.texels else {
+            panic!("{name}")
+        };
         assert_eq!(texels.as_flattened(), wanted.as_raw().as_slice(), "{name}");
     }
 }
@@ -114,14 +116,14 @@ fn eight_bit_images_keep_their_bytes() {
 fn sixteen_bit_images_keep_their_values_and_grey_becomes_rgb() {
     let grey = image::ImageBuffer::from_raw(2, 1, vec![0_u16, 32_768]).unwrap();
     let bytes = by_image_crate(&DynamicImage::ImageLuma16(grey), ImageFormat::Png);
-    let texels = decode(&bytes, Path::new("a.png")).unwrap().texels;
+    let texels = decode(&bytes, Path::new("a.png")).unwrap().0.texels;
     let opaque = |grey| [grey, grey, grey, u16::MAX];
     assert_eq!(texels, Texels::Rgba16(vec![opaque(0), opaque(32_768)]));
     let half = crate::film::texels::linear_colors(&texels)[1];
     assert!(half.iter().all(|value| (value - 0.214_05).abs() < 1e-4), "{half:?}");
     let clear = image::ImageBuffer::from_raw(1, 1, vec![1_u16, 2, 3, 40_000]).unwrap();
     let bytes = by_image_crate(&DynamicImage::ImageRgba16(clear), ImageFormat::Png);
-    assert_eq!(decode(&bytes, Path::new("a.png")).unwrap().texels, Texels::Rgba16(vec![[1, 2, 3, 40_000]]));
+    assert_eq!(decode(&bytes, Path::new("a.png")).unwrap().0.texels, Texels::Rgba16(vec![[1, 2, 3, 40_000]]));
 }
 
 #[test]
@@ -129,7 +131,9 @@ fn lossless_exr_reads_back_unchanged() {
     for (name, bytes) in
         samples().iter().filter(|(name, _)| name.ends_with("exr") && !name.starts_with("b44"))
     {
-        let Texels::Rgb32(texels) = decode(bytes, Path::new(name)).unwrap().texels else { panic!("{name}") };
+        let Texels::Rgb32(texels) = decode(bytes, Path::new(name)).unwrap().0.texels else {
+            panic!("{name}")
+        };
         for (index, texel) in texels.iter().enumerate() {
             assert_eq!(*texel, [value(index % SIZE, index / SIZE), 0.5, 4.0], "{name} at {index}");
         }
@@ -154,7 +158,7 @@ fn both_signatures_of_radiance_are_recognised() {
     for signature in ["#?RADIANCE", "#?RGBE"] {
         let mut bytes = format!("{signature}\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n").into_bytes();
         bytes.extend([128, 64, 0, 129, 0, 0, 0, 0]);
-        let image = decode(&bytes, Path::new("probe")).unwrap();
+        let image = decode(&bytes, Path::new("probe")).unwrap().0;
         assert_eq!(image.texels, Texels::Rgb32(vec![[1.0, 0.5, 0.0], [0.0; 3]]));
     }
 }
@@ -182,7 +186,7 @@ fn exr_of_layers(layers: &[(&str, &[&str])]) -> Vec<u8> {
 #[test]
 fn exr_colours_are_found_among_layers_and_channels() {
     let first_texel = |layers: &[(&str, &[&str])]| {
-        let image = decode(&exr_of_layers(layers), Path::new("a.exr")).map_err(|error| error.to_string())?;
+        let image = decode(&exr_of_layers(layers), Path::new("a.exr")).map_err(|error| error.to_string())?.0;
         let Texels::Rgb32(texels) = image.texels else { panic!() };
         Ok::<_, String>(texels[0])
     };
@@ -204,7 +208,7 @@ fn exr_image_has_the_size_of_its_display_window() {
     let window = ImageAttributes::new(IntegerBounds::new((0, 0), (3, 2)));
     let image = Image::new(window, layer);
     let bytes = exr_bytes(|file| image.write().to_buffered(file));
-    let image = super::decode(&bytes, Path::new("a.exr")).unwrap();
+    let image = super::decode(&bytes, Path::new("a.exr")).unwrap().0;
     assert_eq!((image.width, image.height), (3, 2));
     let black = [0.0; 3];
     let wanted = vec![black, black, black, [2.0, 1.0, 9.0], [3.0, 1.0, 9.0], black];
@@ -227,12 +231,33 @@ fn textures_are_clamped_but_load_linear_keeps_all_values() {
         channels: &[],
     };
     save(&path, &output).unwrap();
-    let image = load(&path, &SourceFiles::default()).unwrap();
+    let image = load(&path, &SourceFiles::default()).unwrap().image;
     assert_eq!(image.texels, Texels::Rgb32(vec![[0.0, 0.0, 1e9], [1e9, 1e-30, 0.5]]));
     assert_eq!(image.source.as_deref(), Some(path.as_path()));
     let (width, height, pixels) = load_linear(&path).unwrap();
     assert_eq!((width, height), (2, 1));
     assert!(pixels[0].r.is_nan() && pixels[0].g == -1.0 && pixels[0].b == f32::INFINITY);
+}
+
+#[test]
+fn odd_texels_are_counted_and_named_once() {
+    let (path, inf) = (Path::new("sky.exr"), f32::INFINITY);
+    let mut texels = [[0.5; 3], [0.1, inf, 0.2], [f32::NAN; 3], [0.3, -1e-9, inf]];
+    let warning = finite(&mut texels, 2, path).unwrap();
+    assert_eq!(texels, [[0.5; 3], [0.1, 65_504.0, 0.2], [0.0; 3], [0.3, 0.0, 65_504.0]]);
+    assert_eq!(warning.code, "odd-texels");
+    let text = warning.to_string();
+    assert!(
+        text.starts_with("sky.exr: 3 texels are infinite, NaN or negative: the first at 1, 0;"),
+        "{text}"
+    );
+    // Of floats, the brightest one is the measure.
+    let mut texels = [[-inf, 0.0, 0.0], [1e6, inf, 3e9]];
+    assert!(finite(&mut texels, 1, path).unwrap().to_string().contains("2 texels are"));
+    assert_eq!(texels, [[0.0; 3], [1e6, 1e9, 1e9]]);
+    let mut texels = [[0.0, 1e-30, 7e5]];
+    assert_eq!(finite(&mut texels, 1, path), None);
+    assert_eq!(texels, [[0.0, 1e-30, 7e5]]);
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub(super) fn surround(world: &mut World, surroundings: &EnvironmentPreset) -> R
 fn read(world: &mut World, path: &Path) -> Result<ImageId, LoadError> {
     let mut files = Files { sources: SourceFiles::clone(&world.assets.files), ..Files::default() };
     files.sources.allow(path);
-    let image = files.image(path)?;
+    let image = files.image(path)?.report(&mut world.warnings);
     world.assets.files.extend(&files.sources);
     Ok(world.assets.add_image(image))
 }

@@ -150,7 +150,7 @@ fn image(bytes: &[u8]) {
     let names = ["a.png", "a.jpg", "a.tga", "a.bmp", "a.webp", "a.hdr", "a.exr", "a.ies"];
     let name = names[usize::from(*first) % names.len()];
     match picture::decode(rest, Path::new(name)) {
-        Ok(image) => {
+        Ok((image, _)) => {
             let count = match &image.texels {
                 Texels::Rgba8(texels) => texels.len(),
                 Texels::Rgba16(texels) => texels.len(),

@@ -144,7 +144,7 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         for ((image, id), raw) in read.into_iter().zip(self.wanted).zip(self.named) {
             let image = source.recover(image.map_err(|error| source.nested(raw, error)))?;
             if let Some(image) = image {
-                world.assets.images[id.0 as usize] = image;
+                world.assets.images[id.0 as usize] = image.report(&mut world.warnings);
             }
         }
         Ok(())

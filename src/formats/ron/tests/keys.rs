@@ -8,7 +8,7 @@ use crate::error::{Diagnostic, LoadError};
 use crate::formats::AssetFiles;
 use crate::formats::ron::parse;
 use crate::math::{Quat, Rgb, Vec3};
-use crate::world::{Assets, Camera, ColorInput, Image, Light, Material, Mesh, Transform, World};
+use crate::world::{Assets, Camera, ColorInput, DecodedImage, Light, Material, Mesh, Transform, World};
 
 /// A time in seconds, with files that are never read.
 struct At(f32);
@@ -27,7 +27,7 @@ impl AssetFiles for At {
         Fake::default().model(path, assets, warnings)
     }
 
-    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<DecodedImage, LoadError> {
         Fake::default().image(path)
     }
 

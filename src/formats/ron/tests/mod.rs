@@ -14,7 +14,7 @@ use std::sync::Arc;
 use crate::error::{Diagnostic, LoadError};
 use crate::formats::{AssetFiles, LoadOptions, gltf};
 use crate::math::{Rgb, Vec3};
-use crate::world::{Assets, Image, Mesh, Texels, World};
+use crate::world::{Assets, DecodedImage, Image, Mesh, Texels, World};
 
 /// Asset files that need no disk: every file exists, except those with "missing" in their path.
 #[derive(Default)]
@@ -51,13 +51,13 @@ impl AssetFiles for Fake {
         gltf::parse(bytes.as_bytes(), path, &LoadOptions::default(), assets, warnings)
     }
 
-    fn image(&mut self, path: &Path) -> Result<Arc<Image>, LoadError> {
+    fn image(&mut self, path: &Path) -> Result<DecodedImage, LoadError> {
         self.loaded.push(path.to_owned());
         if path.to_string_lossy().contains("missing") {
             return Err(LoadError::invalid(path, "there is no such file"));
         }
         let (source, texels) = (Some(path.to_owned()), Texels::Rgba8(vec![[0; 4]]));
-        Ok(Arc::new(Image { source, width: 1, height: 1, texels }))
+        Ok(Image { source, width: 1, height: 1, texels }.into())
     }
 }
 
