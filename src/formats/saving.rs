@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::picture::{self, Output, PngBits};
+use super::picture::{self, CropWindow, Output, PngBits};
 use super::{film_file, ron};
 use crate::denoise::Denoised;
 use crate::error::{LoadError, SaveError};
@@ -85,6 +85,7 @@ fn with_output<T>(
     write(&Output {
         width: region.width(),
         height: region.height(),
+        window: CropWindow::of(region, settings.size),
         radiance,
         display: DisplayTransform::new(settings.tonemap, exposure_ev(settings, &noisy), radiance),
         bits,

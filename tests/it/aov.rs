@@ -253,6 +253,7 @@ fn exr_files_contain_all_output_variables() {
     let output = rayfront::internals::formats::picture::Output {
         width: 8,
         height: 8,
+        window: None,
         radiance: &radiance,
         display,
         bits: Default::default(),

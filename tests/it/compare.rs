@@ -8,14 +8,22 @@ use rayfront::math::Rgb;
 use rayfront::world::Tonemap;
 use serde_json::{Value, json};
 
-use super::program::{Folder, Place, empty_folder};
+use super::program::{Folder, Place, empty_folder, folder};
 
 fn save(path: &Path, width: u32, pixels: &[Rgb]) {
     let display = DisplayTransform::new(Tonemap::Clamp, 0.0, pixels);
     let height = pixels.len() as u32 / width;
     let bits = picture::PngBits::Sixteen;
-    let output =
-        picture::Output { width, height, radiance: pixels, display, bits, metadata: &[], channels: &[] };
+    let output = picture::Output {
+        width,
+        height,
+        window: None,
+        radiance: pixels,
+        display,
+        bits,
+        metadata: &[],
+        channels: &[],
+    };
     picture::save(path, &output).expect("a picture");
 }
 
@@ -70,6 +78,57 @@ fn heatmap_shows_the_differences() {
     let (width, height, pixels) = folder.image("map.png");
     assert_eq!((width, height), (20, 20));
     assert!(pixels.iter().any(|p| p.luminance() > 0.02));
+}
+
+/// The data window and the display window of an OpenEXR file: first and last column and row.
+fn windows(file: &Path) -> [[i32; 4]; 2] {
+    let meta = exr::meta::MetaData::read_from_file(file, true).expect("an OpenEXR file");
+    let header = &meta.headers[0];
+    let window = |bounds: exr::meta::attribute::IntegerBounds| {
+        let last = bounds.max();
+        [bounds.position.x(), bounds.position.y(), last.x(), last.y()]
+    };
+    [window(header.data_window()), window(header.shared_attributes.display_window)]
+}
+
+#[test]
+fn crops_know_their_place_and_are_compared_with_whole_images() {
+    let folder = folder(
+        "(settings: (transport: Path, size: (16, 12), samples: 2), entities: [
+            (camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 1, 4), to: (0, 0, 0))),
+            (light: Environment()), (shape: Sphere(radius_m: 1))])",
+    );
+    for (name, crop) in
+        [("whole", "0,0,16,12"), ("left", "3,2,10,9"), ("right", "8,4,16,12"), ("corner", "0,0,2,2")]
+    {
+        folder.out(&format!("scene.ron -q --crop {crop} -o {name}.exr -o {name}.png -o {name}.hdr"));
+    }
+    assert_eq!(windows(&folder.join("whole.exr")), [[0, 0, 15, 11]; 2]);
+    assert_eq!(windows(&folder.join("left.exr")), [[3, 2, 9, 8], [0, 0, 15, 11]]);
+    assert_eq!(windows(&folder.join("right.exr")), [[8, 4, 15, 11], [0, 0, 15, 11]]);
+    for kind in ["exr", "png", "hdr"] {
+        for (pair, size, place) in [
+            ("left.KIND whole.KIND", [7, 7], "3,2,10,9 of 16x12"),
+            ("whole.KIND right.KIND", [8, 8], "8,4,16,12 of 16x12"),
+            ("left.KIND right.KIND", [2, 5], "8,4,10,9 of 16x12"),
+        ] {
+            let pair = pair.replace("KIND", kind);
+            let found = report(&folder, 0, &pair);
+            assert_eq!((&found["identical"], &found["size"]), (&true.into(), &json!(size)), "{pair}");
+            assert!(folder.messages(&format!("compare {pair}")).contains(place), "{pair}");
+        }
+        assert_eq!(folder.messages(&format!("compare left.{kind} left.{kind}")), "");
+        folder.fails(1, &format!("compare corner.{kind} right.{kind}"), &["do not overlap"]);
+    }
+    folder.messages("compare left.exr whole.exr --heatmap map.exr");
+    // As a texture a crop fills its part of the image, and its film can be rendered again.
+    assert_eq!(folder.image("left.exr").0, 16);
+    let (pixels, whole) = (folder.pixels("left.exr"), folder.pixels("whole.exr"));
+    for (at, (pixel, other)) in pixels.iter().zip(&whole).enumerate() {
+        let is_in = (3..10).contains(&(at % 16)) && (2..9).contains(&(at / 16));
+        assert_eq!(*pixel, if is_in { *other } else { Rgb::BLACK });
+    }
+    folder.out("reproduce left.exr -q");
 }
 
 #[test]

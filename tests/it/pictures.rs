@@ -161,8 +161,16 @@ fn exr(folder: &Folder, name: &str, of: impl Fn(usize) -> f32) {
     let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &[]);
     let bits = picture::PngBits::Eight;
     let (metadata, channels) = (&[], &[]);
-    let output =
-        picture::Output { width: 8, height: 4, radiance: &radiance, display, bits, metadata, channels };
+    let output = picture::Output {
+        width: 8,
+        height: 4,
+        window: None,
+        radiance: &radiance,
+        display,
+        bits,
+        metadata,
+        channels,
+    };
     picture::save(&folder.join(name), &output).expect(name);
 }
 

@@ -9,11 +9,12 @@ use serde_json::{Value, json};
 use super::save_plain;
 use crate::cli::args::parse_exposure;
 use crate::cli::failure::{Failure, Fault};
+use crate::cli::job::header_of_image;
 use crate::cli::output;
 use crate::files::are_same;
 use crate::film::metrics::{self, BLOCKS, Metrics, colormap};
 use crate::film::tonemap::DisplayTransform;
-use crate::formats::picture::{load_linear, supported};
+use crate::formats::picture::{LinearCrop, load_linear_crop, supported};
 use crate::math::Rgb;
 use crate::world::Tonemap;
 
@@ -23,7 +24,7 @@ use crate::world::Tonemap;
 pub struct Compare {
     /// The image (.png, .exr, .hdr and others)
     pub image: PathBuf,
-    /// The reference image, of the same size
+    /// The reference image, of the same size; of a crop and a whole image, what overlaps is compared
     pub reference: PathBuf,
     /// File for an image of FLIP's error: dark where the images look the same, bright where they differ
     #[arg(long, value_name = "FILE")]
@@ -64,16 +65,17 @@ pub fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
     }
     let image = LoadedImage::load(&arguments.image)?;
     let reference = LoadedImage::load(&arguments.reference)?;
-    if image.size != reference.size {
+    if image.whole != reference.whole {
         let text = |[w, h]: [u32; 2]| format!("{w}x{h}");
         return Err(Failure::file(format!(
             "{} has {} pixels and {} has {}: render both in one size",
             arguments.image.display(),
-            text(image.size),
+            text(image.whole),
             arguments.reference.display(),
-            text(reference.size)
+            text(reference.whole)
         )));
     }
+    let (image, reference) = overlap(arguments, image, reference)?;
     let is_linear = |path: &Path| {
         let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
         extension.is_some_and(|extension| extension == "exr" || extension == "hdr")
@@ -106,23 +108,86 @@ pub fn run(arguments: &Compare) -> Result<ExitCode, Failure> {
     Ok(if within { ExitCode::SUCCESS } else { Fault::Difference.code() })
 }
 
+/// An image, or a part of one.
 struct LoadedImage {
+    /// The column and row of the first pixel.
+    at: [i64; 2],
+    /// The size of the part.
     size: [u32; 2],
+    /// The size of the whole image.
+    whole: [u32; 2],
     pixels: Vec<Rgb>,
 }
 
 impl LoadedImage {
     fn load(path: &Path) -> Result<LoadedImage, Failure> {
-        let (width, height, pixels) = load_linear(path)?;
+        let LinearCrop { at, size, whole, pixels } = load_linear_crop(path)?;
+        let width = size[0] as usize;
         if let Some(at) = pixels.iter().position(|pixel| !pixel.is_finite()) {
-            let (x, y) = (at % width as usize, at / width as usize);
+            let (x, y) = (at % width, at / width);
             return Err(Failure::file(format!(
                 "{}: the pixel in column {x} and row {y} is not finite: there is no distance to it",
                 path.display()
             )));
         }
-        Ok(LoadedImage { size: [width, height], pixels })
+        let image = LoadedImage { at, size, whole, pixels };
+        // Formats without windows have the place in their record.
+        let record = (size == whole).then(|| header_of_image(path).ok()).flatten();
+        let recorded = record.map(|header| (header.region, header.settings.size));
+        Ok(match recorded.filter(|(region, _)| [region.width(), region.height()] == size) {
+            Some((region, whole)) => {
+                LoadedImage { at: [region.x0, region.y0].map(i64::from), whole, ..image }
+            }
+            None => image,
+        })
     }
+
+    /// The columns and rows of the whole image that this part has: the first and one past the last of each.
+    fn extent(&self) -> [[i64; 2]; 2] {
+        [0, 1].map(|axis| {
+            let end = self.at[axis] + i64::from(self.size[axis]);
+            [self.at[axis].max(0), end.min(i64::from(self.whole[axis]))]
+        })
+    }
+
+    /// Returns the part of it in these columns and rows, which it has.
+    fn part(self, [[left, right], [top, bottom]]: [[i64; 2]; 2]) -> LoadedImage {
+        let size = [(right - left) as u32, (bottom - top) as u32];
+        if size == self.size {
+            return self;
+        }
+        let width = self.size[0] as usize;
+        let place = |value: i64, axis: usize| (value - self.at[axis]) as usize;
+        let columns = place(left, 0)..place(right, 0);
+        let rows = self.pixels.chunks(width).take(place(bottom, 1)).skip(place(top, 1));
+        let pixels = rows.flat_map(|row| &row[columns.clone()]).copied().collect();
+        LoadedImage { at: [left, top], size, whole: self.whole, pixels }
+    }
+}
+
+/// Reduces two images of one size to the pixels that both have.
+fn overlap(
+    arguments: &Compare,
+    image: LoadedImage,
+    reference: LoadedImage,
+) -> Result<(LoadedImage, LoadedImage), Failure> {
+    let (one, other) = (image.extent(), reference.extent());
+    let both = [0, 1].map(|axis: usize| [one[axis][0].max(other[axis][0]), one[axis][1].min(other[axis][1])]);
+    let [[left, right], [top, bottom]] = both;
+    if left >= right || top >= bottom {
+        return Err(Failure::file(format!(
+            "{} and {} are crops that do not overlap: render what both show",
+            arguments.image.display(),
+            arguments.reference.display()
+        )));
+    }
+    if one != other {
+        let [width, height] = image.whole;
+        output::note(format_args!(
+            "note: compared is what overlaps: {left},{top},{right},{bottom} of {width}x{height} pixels"
+        ));
+    }
+    Ok((image.part(both), reference.part(both)))
 }
 
 /// A limit on a metric.

@@ -74,7 +74,7 @@ fn save_plain(
     display: DisplayTransform,
 ) -> Result<(), SaveError> {
     let bits = PngBits::Eight;
-    save(path, &Output { width, height, radiance, display, bits, metadata: &[], channels: &[] })
+    save(path, &Output { width, height, window: None, radiance, display, bits, metadata: &[], channels: &[] })
 }
 
 /// Creates the live views of a scene.

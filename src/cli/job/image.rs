@@ -14,7 +14,7 @@ use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, FilmChannel};
 use crate::formats::DENOISED;
 use crate::formats::film_file::{FilmHeader, Note};
-use crate::formats::picture::{Output, PngBits, is_saved, load_text, save, video};
+use crate::formats::picture::{CropWindow, Output, PngBits, is_saved, load_text, save, video};
 use crate::math::Rgb;
 
 /// The key of an image's metadata under which its film's header is stored, as JSON.
@@ -104,6 +104,7 @@ impl<'a> OutputImage<'a> {
         Output {
             width: region.width(),
             height: region.height(),
+            window: CropWindow::of(region, settings.size),
             radiance,
             display: DisplayTransform::new(settings.tonemap, self.exposure_ev, radiance),
             bits: self.bits,

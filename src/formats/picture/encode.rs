@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::{decode_unchanged, encode_openexr, encode_png, encode_radiance};
+use super::{decode_data, encode_openexr, encode_png, encode_radiance};
 use crate::error::{LoadError, SaveError};
 use crate::files::atomic_write::{writable, write_whole};
-use crate::film::FilmChannel;
 use crate::film::tonemap::DisplayTransform;
+use crate::film::{FilmChannel, Region};
 use crate::math::Rgb;
+use crate::world::Image;
 
 /// Bits per channel of a PNG file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,6 +27,8 @@ pub struct Output<'a> {
     pub width: u32,
     /// The number of rows.
     pub height: u32,
+    /// The place in a larger image, of which these pixels are a part. Only OpenEXR files hold it.
+    pub window: Option<CropWindow>,
     /// Linear Rec. 709 radiance, `width * height` pixels, top row first.
     pub radiance: &'a [Rgb],
     /// Exposure and tone curve. Only for PNG: OpenEXR and Radiance HDR store the radiance unchanged.
@@ -36,6 +39,23 @@ pub struct Output<'a> {
     pub metadata: &'a [(String, String)],
     /// Channels besides radiance, each with one value per pixel. Only for OpenEXR.
     pub channels: &'a [FilmChannel],
+}
+
+/// The place of a part of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CropWindow {
+    /// The column and row of the first pixel.
+    pub at: [u32; 2],
+    /// The size of the whole image.
+    pub whole: [u32; 2],
+}
+
+impl CropWindow {
+    /// The place of a region; none if it is the whole image, or no part of it.
+    pub fn of(region: Region, whole: [u32; 2]) -> Option<CropWindow> {
+        let is_part = region.x1 <= whole[0] && region.y1 <= whole[1] && region != Region::whole(whole);
+        is_part.then_some(CropWindow { at: [region.x0, region.y0], whole })
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -80,8 +100,8 @@ pub fn is_saved(path: &Path, output: &Output<'_>) -> Result<bool, LoadError> {
     if !is_written {
         return Ok(false);
     }
-    let [found, expected] = [found, expected].map(|bytes| decode_unchanged(&bytes, path));
-    let (found, expected) = (found?, expected?);
+    let [found, expected] = [found, expected].map(|bytes| Ok(decode_data(&bytes, path)?.image));
+    let (found, expected): (Image, Image) = (found?, expected?);
     Ok((found.width, found.height, found.texels) == (expected.width, expected.height, expected.texels))
 }
 
@@ -154,7 +174,16 @@ mod tests {
 
     fn output<'a>(radiance: &'a [Rgb], metadata: &'a [(String, String)], bits: PngBits) -> Output<'a> {
         let display = DisplayTransform::new(Tonemap::Clamp, 0.0, radiance);
-        Output { width: WIDTH, height: HEIGHT, radiance, display, bits, metadata, channels: &[] }
+        Output {
+            width: WIDTH,
+            height: HEIGHT,
+            window: None,
+            radiance,
+            display,
+            bits,
+            metadata,
+            channels: &[],
+        }
     }
 
     fn in_folder(name: &str) -> (tempfile::TempDir, PathBuf) {
@@ -213,7 +242,16 @@ mod tests {
             let bits = PngBits::Eight;
             save(
                 &path,
-                &Output { width, height: 1, radiance: &row, display, bits, metadata: &[], channels: &[] },
+                &Output {
+                    width,
+                    height: 1,
+                    window: None,
+                    radiance: &row,
+                    display,
+                    bits,
+                    metadata: &[],
+                    channels: &[],
+                },
             )
             .unwrap();
             for (read, written) in load_linear(&path).unwrap().2.iter().zip(&row) {

@@ -6,10 +6,10 @@ use exr::compression::Compression;
 use exr::image::write::WritableImage;
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
 use exr::math::Vec2;
-use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
+use exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Text};
 use exr::meta::header::{LayerAttributes, standard_names};
 
-use super::encode::Output;
+use super::encode::{CropWindow, Output};
 use crate::files::atomic_write::Writer;
 use crate::film::Values;
 
@@ -37,6 +37,11 @@ pub(super) fn bytes(output: &Output<'_>) -> Result<Vec<u8>, String> {
         }
     }
     let mut image = Image::from_layer(Layer::new(size, attributes, ENCODING, channels(output)));
+    if let Some(CropWindow { at, whole }) = output.window {
+        let [at, whole] = [at, whole].map(|[x, y]| Vec2(x as usize, y as usize));
+        image.layer_data.attributes.layer_position = at.to_i32();
+        image.attributes.display_window = IntegerBounds::new((0, 0), whole);
+    }
     image.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
         green: Vec2(0.30, 0.60),

@@ -24,7 +24,9 @@ pub mod video;
 
 use std::path::Path;
 
-pub use encode::{Output, PngBits, is_saved, png_bytes, save, supported};
+use self::openexr::{ExrWindow, PlacedImage};
+
+pub use encode::{CropWindow, Output, PngBits, is_saved, png_bytes, save, supported};
 pub use texts::load_text;
 
 use crate::error::{Diagnostic, LoadError};
@@ -94,12 +96,43 @@ pub fn load_linear(path: &Path) -> Result<(u32, u32, Vec<Rgb>), LoadError> {
     Ok((image.width, image.height, pixels))
 }
 
+/// The pixels of an image that may be a part of a larger one.
+#[derive(Debug)]
+pub struct LinearCrop {
+    /// The column and row of the first pixel in the larger image.
+    pub at: [i64; 2],
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Width and height of the larger image.
+    pub whole: [u32; 2],
+    /// Linear pixels, row by row.
+    pub pixels: Vec<Rgb>,
+}
+
+/// Reads the pixels that an image has, as [`load_linear`] does, and their place: the data window of an OpenEXR file in
+/// its display window. Other images are whole.
+pub fn load_linear_crop(path: &Path) -> Result<LinearCrop, LoadError> {
+    let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
+    let PlacedImage { image, at, whole } = decode_data(&bytes, path)?;
+    let pixels = linear_colors(&image.texels).iter().map(|texel| Rgb::from(*texel)).collect();
+    Ok(LinearCrop { at, size: [image.width, image.height], whole, pixels })
+}
+
+/// The pixels that a file stores, without a border.
+fn decode_data(bytes: &[u8], path: &Path) -> Result<PlacedImage, LoadError> {
+    if !ies::is_ies(bytes, path) && decode::recognise(bytes, path)? == image::ImageFormat::OpenExr {
+        return openexr::decode(bytes, path, ExrWindow::Data);
+    }
+    let image = decode_unchanged(bytes, path)?;
+    Ok(PlacedImage { at: [0; 2], whole: [image.width, image.height], image })
+}
+
 fn decode_unchanged(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
     if ies::is_ies(bytes, path) {
         return ies::decode(bytes, path);
     }
     match decode::recognise(bytes, path)? {
-        image::ImageFormat::OpenExr => openexr::decode(bytes, path),
+        image::ImageFormat::OpenExr => Ok(openexr::decode(bytes, path, ExrWindow::Display)?.image),
         format => decode::decode(bytes, format, path),
     }
 }

@@ -28,9 +28,26 @@ type Colours = [Option<usize>; 3];
 /// A function that finds the colours among the channel names of a layer.
 type FindColours = fn(&[String]) -> Option<Colours>;
 
-/// Decodes the first layer with colours, at its highest resolution. The image is the file's display window; it is black
-/// where the layer has no data.
-pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
+/// The part of a file that becomes an image.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum ExrWindow {
+    /// The display window; black where the layer has no data.
+    Display,
+    /// The data window of the layer.
+    Data,
+}
+
+/// An image and its place in the file's display window.
+pub(super) struct PlacedImage {
+    pub image: Image,
+    /// The display window's column and row of the first pixel.
+    pub at: [i64; 2],
+    /// The size of the display window.
+    pub whole: [u32; 2],
+}
+
+/// Decodes the first layer with colours, at its highest resolution.
+pub(super) fn decode(bytes: &[u8], path: &Path, window: ExrWindow) -> Result<PlacedImage, LoadError> {
     let invalid = |reason: String| LoadError::invalid(path, reason);
     let refuse =
         |error: exr::error::Error| invalid(format!("the OpenEXR picture cannot be decoded: {error}"));
@@ -45,12 +62,14 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Image, LoadError> {
         )));
     }
     let header = &reader.headers()[source.layer];
-    let picture = DecodedLayer::new(header, source, bytes.len(), path)?;
+    let picture = DecodedLayer::new(header, source, window, bytes.len(), path)?;
     let layer = picture.source.layer;
     let chunks = reader
         .filter_chunks(false, |_, tile, block| block.layer == layer && tile.is_largest_resolution_level())
         .map_err(refuse)?;
-    picture.fill(chunks.sequential_decompressor(false)).map_err(refuse)
+    let (at, whole) = (picture.at, picture.whole);
+    let image = picture.fill(chunks.sequential_decompressor(false)).map_err(refuse)?;
+    Ok(PlacedImage { image, at, whole })
 }
 
 /// Selects the channels to read: red, green and blue of the first layer that has all three, without a prefix or with
@@ -102,8 +121,12 @@ fn some_of_three(names: &[String]) -> Option<Colours> {
 struct DecodedLayer {
     source: ColourChannels,
     channels: ChannelList,
-    /// The offset from the display window's origin to the data window's.
+    /// The offset from the image's origin to the data window's.
     offset: [i64; 2],
+    /// The offset from the display window's origin to the image's.
+    at: [i64; 2],
+    /// The size of the display window.
+    whole: [u32; 2],
     size: [usize; 2],
     texels: Vec<[f32; 3]>,
 }
@@ -112,6 +135,7 @@ impl DecodedLayer {
     fn new(
         header: &Header,
         source: ColourChannels,
+        window: ExrWindow,
         file_bytes: usize,
         path: &Path,
     ) -> Result<Self, LoadError> {
@@ -124,16 +148,24 @@ impl DecodedLayer {
         }
         let IntegerBounds { position: display, size } = header.shared_attributes.display_window;
         let data = header.own_attributes.layer_position;
+        let from_display = [0, 1].map(|axis: usize| {
+            let of = |v: Vec2<i32>| i64::from(if axis == 0 { v.x() } else { v.y() });
+            of(data) - of(display)
+        });
+        let whole = [size.x() as u32, size.y() as u32];
+        let (size, at, offset) = match window {
+            ExrWindow::Display => (size, [0; 2], from_display),
+            ExrWindow::Data => (header.layer_size, from_display, [0; 2]),
+        };
         limits::check(path, [size.x() as u64, size.y() as u64], 12, file_bytes)?;
         let layer = [header.layer_size.x() as u64, header.layer_size.y() as u64];
         let _claim = limits::check(path, layer, header.channels.bytes_per_pixel as u64, file_bytes)?;
         Ok(Self {
             source,
             channels: header.channels.clone(),
-            offset: [0, 1].map(|axis: usize| {
-                let of = |v: Vec2<i32>| i64::from(if axis == 0 { v.x() } else { v.y() });
-                of(data) - of(display)
-            }),
+            offset,
+            at,
+            whole,
             size: [size.x(), size.y()],
             texels: vec![[0.0; 3]; size.x() * size.y()],
         })

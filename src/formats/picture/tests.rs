@@ -224,6 +224,7 @@ fn textures_are_clamped_but_load_linear_keeps_all_values() {
     let output = Output {
         width: 2,
         height: 1,
+        window: None,
         radiance: &odd,
         display,
         bits: PngBits::Eight,

@@ -56,6 +56,7 @@ mod tests {
         let output = Output {
             width: 3,
             height: 1,
+            window: None,
             radiance: &radiance,
             display: DisplayTransform::new(Tonemap::Clamp, 0.0, &radiance),
             bits: PngBits::Eight,

@@ -229,8 +229,16 @@ impl<'a> Run<'a> {
     fn save(&self, path: &Path, image: &StudyImage) -> Result<(), SaveError> {
         let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &image.pixels);
         let (width, height, radiance) = (image.width, image.height, &image.pixels[..]);
-        let output =
-            Output { width, height, radiance, display, bits: PngBits::Eight, metadata: &[], channels: &[] };
+        let output = Output {
+            width,
+            height,
+            window: None,
+            radiance,
+            display,
+            bits: PngBits::Eight,
+            metadata: &[],
+            channels: &[],
+        };
         save(path, &output)
     }
 
