@@ -27,8 +27,8 @@ pub struct ImageOptions<'a> {
     pub denoised: Option<&'a Denoised>,
 }
 
-/// Writes an image in the format given by the extension of `path`: `.png` (8-bit sRGB, exposed and tone mapped by the
-/// settings), `.exr` (32-bit floats) or `.hdr` (8-bit mantissas with a shared exponent). The latter two hold unchanged
+/// Writes an image in the format given by the extension of `path`: `.png`, `.jpg` or `.webp` (8-bit sRGB, exposed and tone
+/// mapped by the settings), `.exr` (32-bit floats) or `.hdr` (8-bit mantissas with a shared exponent). The latter two hold unchanged
 /// radiance in W m⁻² sr⁻¹, linear with the primaries of Rec. 709. The file appears when it is complete; until then an
 /// older one stays as it was.
 ///

@@ -138,7 +138,7 @@ fn images_that_cannot_be_compared_are_errors() {
         (1, "a.exr none.exr", "none.exr"),
         (1, "a.exr small.exr", "20x20 pixels and small.exr has 20x10"),
         (1, "a.exr broken.exr", "column 7 and row 2"),
-        (3, "a.exr a.exr --heatmap map.jpg", "map.jpg"),
+        (3, "a.exr a.exr --heatmap map.gif", "map.gif"),
         (2, "a.exr a.exr --max-rmse nan", "finite"),
         (2, "a.exr", "REFERENCE"),
     ] {

@@ -9,7 +9,7 @@ use rayfront::math::Rgb;
 use rayfront::world::{Texels, Tonemap};
 
 use crate::corpus;
-use crate::program::{Folder, Place, empty_folder};
+use crate::program::{Folder, Place, empty_folder, folder};
 use crate::support::Picture;
 
 const EXTENSIONS: [&str; 8] = ["png", "jpg", "jpeg", "tga", "bmp", "webp", "hdr", "exr"];
@@ -203,6 +203,59 @@ fn odd_values_of_environments_and_emission_are_named_and_bounded() {
     exr(&folder, "a.exr", |_| 1e6);
     let seen = shaded(&folder, &uses[1]);
     assert!(seen.iter().any(|pixel| (pixel.r - 1e6).abs() < 1e3), "{seen:?}");
+}
+
+const STILL: &str = "(settings: (transport: Path, size: (16, 8), samples: 2), entities: [
+    (camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 1, 4), to: (0, 0, 0))),
+    (light: Environment(radiance: (0.2, 0.5, 0.9))), (shape: Sphere(radius_m: 1))])";
+
+#[test]
+fn images_on_standard_output_are_those_in_files() {
+    let folder = folder(STILL);
+    for (format, start) in [
+        ("png", "\u{89}PNG"),
+        ("jpg", "\u{ff}\u{d8}"),
+        ("webp", "RIFF"),
+        ("exr", "v/1\u{1}"),
+        ("hdr", "#?RADIANCE"),
+    ] {
+        let start: Vec<u8> = start.chars().map(|c| c as u8).collect();
+        folder.out(&format!("scene.ron -o a.{format} -o a.film --overwrite -q"));
+        for line in [
+            format!("scene.ron -o {format}:-"),
+            format!("scene.ron -o {format}:- --json"),
+            format!("scene.ron -q -o {format}:- -o b.png"),
+            format!("merge a.film -o {format}:-"),
+        ] {
+            let output = folder.command(&line).output().expect("the program runs");
+            assert!(output.status.success() && output.stdout.starts_with(&start), "{line}");
+            folder.write(&format!("b.{format}"), &output.stdout);
+            if !line.starts_with("merge") {
+                assert!(output.stdout == folder.bytes(&format!("a.{format}")), "{line}");
+            }
+            assert!(folder.image(&format!("b.{format}")) == folder.image(&format!("a.{format}")), "{line}");
+            assert!(line.contains("-q") || !output.stderr.is_empty(), "{line}: no report");
+        }
+        // Each format stores how to render it again.
+        folder.out(&format!("reproduce a.{format} -q"));
+    }
+    folder.out("scene.ron -q --denoise -o c.png");
+    let output = folder.command("scene.ron -q --denoise -o png:-").output().expect("the program runs");
+    assert!(output.stdout == folder.bytes("c.denoised.png"));
+    folder.fails(2, "scene.ron -o png:- -o -", &["name a file for one of them"]);
+    folder.fails(2, "scene.ron -o tiff:-", &["no format for standard output", "-o png:-"]);
+    folder.fails(2, "scene.ron -o png:- --frames 1-2", &["-o frame.####.png"]);
+    folder.fails(3, "scene.ron --size 16385x1 -o a.webp", &["WebP holds at most 16384 pixels"]);
+}
+
+#[test]
+fn webp_keeps_every_byte_of_png_and_jpeg_nearly() {
+    let folder = folder(STILL);
+    folder.out("scene.ron -q -o a.png -o a.webp -o a.jpeg");
+    let [png, webp, jpeg] = ["a.png", "a.webp", "a.jpeg"].map(|name| folder.pixels(name));
+    assert!(png == webp);
+    let far = png.iter().zip(&jpeg).map(|(a, b)| (a.luminance() - b.luminance()).abs()).fold(0.0, f32::max);
+    assert!(far > 0.0 && far < 0.05, "{far}");
 }
 
 #[test]

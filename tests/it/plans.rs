@@ -133,7 +133,7 @@ fn plans_refuse_jobs_that_would_fail_at_the_end() {
     missing("plan fade.ron --shards 2 --for slurm -o nowhere/out.png", "nowhere/out.png");
     missing("plan fade.ron --shards 2 --for slurm -o out.png -o nowhere/out.film", "nowhere/out.film");
     missing("plan fade.ron --for slurm -o nowhere/f.##.png -- --frames 1-3", "nowhere/f.01.png");
-    missing("plan fade.ron --shards 2 --for slurm -o out.jpg", "out.jpg");
+    missing("plan fade.ron --shards 2 --for slurm -o out.gif", "out.gif");
     here.fails(2, "plan fade.ron --shards 2 --for kubernetes -o ../out.png", &["image must lie in"]);
     here.fails(2, "plan fade.ron --shards 2 --for slurm -- --camera ear", &["ear", "eye"]);
     here.fails(2, "plan fade.ron --shards 2 --for commands --time-limit 2h", &["--max-time"]);

@@ -72,8 +72,8 @@ pub struct LookOptions {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Output")]
 pub struct OutputOptions {
-    /// Output files: images (.png, .exr, .hdr), a film to continue later (.film), or - for standard output (a film;
-    /// with --frames a video, as YUV4MPEG2); may be given several times [default: the scene's name with .png, in the
+    /// Output files: images (.png, .jpg, .webp, .exr, .hdr), a film to continue later (.film), or standard output: - (a
+    /// film; with --frames a video, as YUV4MPEG2) or an image as png:-, exr:- and so on; may be given several times [default: the scene's name with .png, in the
     /// current folder]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,

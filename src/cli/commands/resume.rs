@@ -42,7 +42,7 @@ fn resume(arguments: &Resume) -> Result<u8, Failure> {
     let Resume { film: path, scene_file, spp, output, run } = arguments;
     let film = load(path)?;
     let mut outputs = Outputs::of(&output.output)?;
-    if outputs.images.is_empty() && !outputs.to_stdout && outputs.film.is_none() {
+    if outputs.images.is_empty() && !outputs.takes_stdout() && outputs.film.is_none() {
         outputs.images.clone_from(&film.header.note.outputs);
         outputs.images.iter().try_for_each(|image| may_be_written(image, path))?;
         outputs.images.iter().try_for_each(|image| may_be_replaced(image, &film.header))?;

@@ -18,7 +18,7 @@ use crate::cli::interrupt::{self, Interrupt};
 use crate::cli::{command_line, failure::Failure, output, process_times};
 use crate::error::Diagnostic;
 use crate::formats::film_file::{self, FilmFile, FilmHeader};
-use crate::formats::picture::supported;
+use crate::formats::picture::{ImageEncoding, fits, supported};
 use crate::integrator::Stop;
 use crate::render::{MemoryEstimate, Options, Progress, Session};
 use crate::study::explain::Recipe;
@@ -67,7 +67,8 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
     };
     let needs = MemoryEstimate {
         region: job.header.region,
-        to_openexr: images.iter().any(|path| aov::holds(path)),
+        to_openexr: outputs.stdout_image == Some(ImageEncoding::OpenExr)
+            || images.iter().any(|path| aov::holds(path)),
         denoises: *denoises,
         schedule: work.schedule,
         wave: work.wave,
@@ -112,7 +113,9 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
     job.header.note.stopped_by = stopped_by;
     describe(&mut job.header, session.state());
     session.free_workers();
-    if let Some(fault) = uneven_blur(&job.header).filter(|_| !images.is_empty()) {
+    if let Some(fault) =
+        uneven_blur(&job.header).filter(|_| !images.is_empty() || outputs.stdout_image.is_some())
+    {
         output::note(format_args!("warning: {fault}"));
         job.findings.push(fault);
     }
@@ -140,7 +143,8 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
 /// Checks that the outputs can be written, and replace neither each other nor the scene's files.
 fn check_outputs(wanted: &RunRequest, images: &[PathBuf], header: &FilmHeader) -> Result<(), Failure> {
     let RunRequest { outputs, denoises, .. } = wanted;
-    images.iter().try_for_each(|path| supported(path))?;
+    let size = [header.region.width(), header.region.height()];
+    images.iter().try_for_each(|path| supported(path).and_then(|()| fits(path, size)))?;
     if *denoises {
         outputs.images.iter().try_for_each(|path| supported(&denoised_name(path)))?;
     }
@@ -171,9 +175,13 @@ fn finish(
     }
     let start = Instant::now();
     let picture = OutputImage::new(&header, session.film(), wanted.bits);
-    let channels = if images.is_empty() { Vec::new() } else { session.channels(&header.settings.aov) };
+    let has_layers = !images.is_empty() || wanted.outputs.stdout_image == Some(ImageEncoding::OpenExr);
+    let channels = if has_layers { session.channels(&header.settings.aov) } else { Vec::new() };
     let manifest = aov::manifest(&channels, &names, session.scene());
-    picture.write(images, &channels, manifest, &mut saved);
+    picture.write(images, &channels, manifest.clone(), &mut saved);
+    if let Some(encoding) = wanted.outputs.stdout_image {
+        saved.pixels(picture.write_to_stdout(encoding, denoised.as_ref(), &channels, manifest));
+    }
     if let Some(video) = wanted.outputs.video {
         saved.pixels(picture.write_to_video(video, denoised.as_ref()));
     }

@@ -1,6 +1,6 @@
 //! The images of a film, and their metadata.
 
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::aov;
@@ -14,7 +14,9 @@ use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, FilmChannel};
 use crate::formats::DENOISED;
 use crate::formats::film_file::{FilmHeader, Note};
-use crate::formats::picture::{CropWindow, Output, PngBits, is_saved, load_text, save, video};
+use crate::formats::picture::{
+    CropWindow, ImageEncoding, Output, PngBits, encode, is_saved, load_text, save, video,
+};
 use crate::math::Rgb;
 
 /// The key of an image's metadata under which its film's header is stored, as JSON.
@@ -66,6 +68,24 @@ impl<'a> OutputImage<'a> {
     pub fn is_in(&self, path: &Path, denoised: Option<&Denoised>) -> Result<bool, Failure> {
         let radiance = denoised.map_or(&self.radiance, |denoised| &denoised.radiance);
         Ok(is_saved(path, &self.output(radiance, &[]))?)
+    }
+
+    /// Writes the image to standard output, or its denoised version if there is one.
+    pub fn write_to_stdout(
+        &self,
+        encoding: ImageEncoding,
+        denoised: Option<&Denoised>,
+        channels: &[FilmChannel],
+        manifest: Option<String>,
+    ) -> Result<(), Failure> {
+        let mut metadata = self.metadata();
+        metadata.extend(manifest.map(|ids| ("manifest".to_string(), ids)));
+        metadata.extend(denoised.map(|denoised| (DENOISED.to_string(), format!("{:032x}", denoised.hash()))));
+        let radiance = denoised.map_or(&self.radiance, |denoised| &denoised.radiance);
+        let output = Output { channels, ..self.output(radiance, &metadata) };
+        let mut out = BufWriter::new(std::io::stdout().lock());
+        let written = encode(&mut out, encoding, &output).and_then(|()| out.flush());
+        written.map_err(Failure::stdout("the image"))
     }
 
     /// Writes the image to standard output as a frame of a video.

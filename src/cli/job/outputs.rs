@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::failure::Failure;
-use crate::error::in_one_line;
+use crate::error::{did_you_mean, in_one_line};
 use crate::files::are_same;
 use crate::formats::film_file::{Source, is_film};
+use crate::formats::picture::ImageEncoding;
 
 /// The files to be written, by kind.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,6 +19,8 @@ pub struct Outputs {
     pub to_stdout: bool,
     /// The video that goes to standard output instead.
     pub video: Option<Video>,
+    /// The image that goes to standard output instead, by its format.
+    pub stdout_image: Option<ImageEncoding>,
 }
 
 /// A video, as a stream of frames.
@@ -30,17 +33,26 @@ pub struct Video {
 }
 
 impl Outputs {
-    /// True if standard output carries a film or a video, not text.
+    /// True if standard output carries a film, a video or an image, not text.
     pub fn takes_stdout(&self) -> bool {
-        self.to_stdout || self.video.is_some()
+        self.to_stdout || self.video.is_some() || self.stdout_image.is_some()
     }
 
     /// Sorts the given files by kind.
     pub fn of(given: &[PathBuf]) -> Result<Outputs, Failure> {
         let mut outputs = Outputs::default();
         for path in given {
+            let format = path.to_str().and_then(|path| path.strip_suffix(":-"));
+            let is_stdout = path.as_os_str() == "-" || format.is_some();
+            if is_stdout && outputs.takes_stdout() {
+                let reason = "two outputs go to standard output: name a file for one of them";
+                return Err(Failure::command_line(reason));
+            }
             match path {
-                _ if path.as_os_str() == "-" => outputs.to_stdout = true,
+                _ if is_stdout => match format.filter(|format| !format.eq_ignore_ascii_case("film")) {
+                    None => outputs.to_stdout = true,
+                    Some(format) => outputs.stdout_image = Some(encoding(format)?),
+                },
                 _ if is_film(path) => {
                     if let Some(first) = outputs.film.replace(path.clone()) {
                         let (first, second) = (first.display(), path.display());
@@ -54,6 +66,18 @@ impl Outputs {
         }
         Ok(outputs)
     }
+}
+
+/// The format of an image for standard output.
+fn encoding(format: &str) -> Result<ImageEncoding, Failure> {
+    ImageEncoding::of_extension(format).ok_or_else(|| {
+        let known = ["png", "jpg", "webp", "exr", "hdr", "film"];
+        let (format, hint) = (in_one_line(format), did_you_mean(format, known));
+        Failure::command_line(format!(
+            "-o {format}:- is no format for standard output{hint}: {} are, such as -o png:-",
+            known.join(", ")
+        ))
+    })
 }
 
 /// Checks that outputs replace neither each other nor the scene's files.
@@ -102,9 +126,21 @@ mod tests {
             images: paths(&["a.png", "c.exr"]),
             film: Some("b.FILM".into()),
             to_stdout: true,
-            video: None,
+            ..Outputs::default()
         };
         assert_eq!(outputs, Some(expected));
         assert!(Outputs::of(&paths(&["a.film", "b.film"])).is_err());
+        let stdout = |names: &[&str]| {
+            Outputs::of(&paths(names)).map(|outputs| (outputs.to_stdout, outputs.stdout_image))
+        };
+        assert_eq!(stdout(&["EXR:-"]).ok(), Some((false, Some(ImageEncoding::OpenExr))));
+        assert_eq!(stdout(&["jpeg:-"]).ok(), Some((false, Some(ImageEncoding::Jpeg))));
+        assert_eq!((stdout(&["film:-"]).ok(), stdout(&["-"]).ok()), (Some((true, None)), Some((true, None))));
+        let error = |names: &[&str]| stdout(names).map_err(|error| error.to_string()).unwrap_err();
+        assert!(
+            error(&["png:-", "-"]).contains("two outputs")
+                && error(&["png:-", "exr:-"]).contains("two outputs")
+        );
+        assert!(error(&["pgn:-"]).contains("did you mean \"png\"?"));
     }
 }

@@ -90,7 +90,7 @@ fn without_notes(bytes: &[u8], format: ImageFormat) -> Cow<'_, [u8]> {
 }
 
 /// Creates a decoder; reads the header only.
-fn open(bytes: &[u8], format: ImageFormat) -> image::ImageResult<Box<dyn ImageDecoder + '_>> {
+pub(super) fn open(bytes: &[u8], format: ImageFormat) -> image::ImageResult<Box<dyn ImageDecoder + '_>> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut allowed = Limits::default();
     allowed.max_alloc = Some(2 * limits::LARGEST_SIZE);

@@ -1,6 +1,6 @@
 //! OpenEXR encoder: 32-bit float, linear Rec. 709, run-length encoded.
 
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 
 use exr::compression::Compression;
 use exr::image::write::WritableImage;
@@ -10,7 +10,6 @@ use exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Text};
 use exr::meta::header::{LayerAttributes, standard_names};
 
 use super::encode::{CropWindow, Output};
-use crate::files::atomic_write::Writer;
 use crate::film::Values;
 
 /// Bytes before the first attribute: magic number and version.
@@ -19,12 +18,6 @@ const ATTRIBUTES_START: usize = 8;
 /// Rendered floats hardly compress: ZIP shrinks 14.8 MB (1280 × 960 pixels) to 14.1 MB and takes 0.3 to 0.4 s, longer
 /// than rendering one sample. Run-length encoding takes 0.04 to 0.09 s, and also shortens backgrounds and identifiers.
 const ENCODING: Encoding = Encoding { compression: Compression::RLE, ..Encoding::SMALL_LOSSLESS };
-
-/// Writes the file; the error is a reason.
-pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
-    let file = bytes(output)?;
-    writer.write_all(&file).and_then(|()| writer.flush()).map_err(|error| error.to_string())
-}
 
 /// Returns the file's bytes; the error is a reason.
 pub(super) fn bytes(output: &Output<'_>) -> Result<Vec<u8>, String> {

@@ -5,13 +5,6 @@ use std::io::Write;
 use png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
 
 use super::encode::{Output, PngBits};
-use crate::files::atomic_write::Writer;
-
-/// Writes the file; the error is a reason.
-pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
-    encode(&mut writer, output).map_err(|error| error.to_string())?;
-    writer.flush().map_err(|error| error.to_string())
-}
 
 pub(super) fn encode(writer: impl Write, output: &Output<'_>) -> Result<(), png::EncodingError> {
     let mut encoder = Encoder::new(writer, output.width, output.height);

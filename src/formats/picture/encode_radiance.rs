@@ -4,7 +4,6 @@
 use std::io::{self, Write};
 
 use super::encode::Output;
-use crate::files::atomic_write::Writer;
 use crate::math::Rgb;
 
 /// Rows of other widths cannot be run-length encoded.
@@ -13,11 +12,6 @@ const LONGEST_RUN: usize = 127;
 const LONGEST_LITERAL: usize = 128;
 /// A shorter run takes as many bytes as a literal.
 const SHORTEST_RUN: usize = 3;
-
-/// Writes the file; the error is a reason.
-pub(super) fn write(mut writer: Writer<'_>, output: &Output<'_>) -> Result<(), String> {
-    encode(&mut writer, output).and_then(|()| writer.flush()).map_err(|error| error.to_string())
-}
 
 pub(super) fn encode(writer: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
     writer.write_all(b"#?RADIANCE\n")?;

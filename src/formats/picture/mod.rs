@@ -1,5 +1,5 @@
 //! Image files: reads textures (PNG, JPEG, TGA, BMP, WebP, Radiance HDR, OpenEXR) and writes rendered images (PNG,
-//! OpenEXR, Radiance HDR).
+//! JPEG, WebP, OpenEXR, Radiance HDR).
 //!
 //! | file | decoded to |
 //! |---|---|
@@ -13,9 +13,11 @@
 
 mod decode;
 mod encode;
+mod encode_eight_bit;
 mod encode_openexr;
 mod encode_png;
 mod encode_radiance;
+mod exif;
 mod ies;
 pub mod limits;
 mod openexr;
@@ -26,7 +28,9 @@ use std::path::Path;
 
 use self::openexr::{ExrWindow, PlacedImage};
 
-pub use encode::{CropWindow, Output, PngBits, is_saved, png_bytes, save, supported};
+pub use encode::{
+    CropWindow, ImageEncoding, Output, PngBits, encode, fits, is_saved, png_bytes, save, supported,
+};
 pub use texts::load_text;
 
 use crate::error::{Diagnostic, LoadError};

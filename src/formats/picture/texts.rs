@@ -6,7 +6,9 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
 
-use super::decode;
+use image::ImageDecoder;
+
+use super::{decode, exif};
 use crate::error::LoadError;
 
 /// Reads the text that an image stores under a name; none if there is none, or if its format cannot store texts.
@@ -16,6 +18,7 @@ pub fn load_text(path: &Path, name: &str) -> Result<Option<String>, LoadError> {
         image::ImageFormat::Png => of_png(&bytes, name),
         image::ImageFormat::OpenExr => of_openexr(&bytes, name),
         image::ImageFormat::Hdr => of_radiance(&bytes, name),
+        format @ (image::ImageFormat::Jpeg | image::ImageFormat::WebP) => of_exif(&bytes, format, name),
         _ => None,
     })
 }
@@ -39,6 +42,11 @@ fn of_openexr(bytes: &[u8], name: &str) -> Option<String> {
         Some(AttributeValue::Text(text)) => Some(text.to_string()),
         _ => None,
     }
+}
+
+fn of_exif(bytes: &[u8], format: image::ImageFormat, name: &str) -> Option<String> {
+    let exif = decode::open(bytes, format).ok()?.exif_metadata().ok()??;
+    exif::text(&exif, name)
 }
 
 /// Searches the header: all lines up to an empty one.

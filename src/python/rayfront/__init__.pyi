@@ -81,7 +81,7 @@ class Rendering:
     def srgb(self, denoised: bool = ...) -> NDArray[np.uint8]:
         """The image for screens, with the scene's exposure and tone curve: (height, width, 3)."""
     def save(self, path: _Path, bits: Literal[8, 16] = ..., denoised: bool = ...) -> None:
-        """Writes a `.png` (with the scene's exposure and tone curve), an `.exr` with all layers, or an `.hdr`.
+        """Writes a `.png`, `.jpg` or `.webp` (with the scene's exposure and tone curve), an `.exr` with all layers, or an `.hdr`.
 
         bits: bits per channel of PNG files. denoised: writes the denoised image, if it was requested.
         """

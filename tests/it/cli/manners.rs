@@ -120,7 +120,7 @@ fn exit_codes_distinguish_input_usage_output_and_comparison() {
         (2, "scene.ron --crop 0,0,99,99", "--crop"),
         (2, "scene.ron --camera side", "side"),
         (3, "scene.ron -o no/such/folder.png", "folder.png"),
-        (3, "scene.ron -o a.jpg", "a.jpg"),
+        (3, "scene.ron -o a.gif", "a.gif"),
         (3, "scene.ron --seed 2 -o a.film", "--overwrite"),
         (5, "compare a.exr b.exr --max-rmse 0", ""),
     ] {

@@ -308,20 +308,25 @@ fn write_images(
     }
     let picture = OutputImage::new(&header, &gathered.film, arguments.output.bits);
     let (channels, manifest) = match (&session, &job) {
-        (Some(session), Some(job)) if !images.is_empty() => {
+        (Some(session), Some(job)) if !images.is_empty() || outputs.stdout_image.is_some() => {
             let channels = session.channels(&header.settings.aov);
             let manifest = aov::manifest(&channels, &job.names, session.scene());
             (channels, manifest)
         }
         _ => (crate::render::film_channels(gathered, &header.settings.aov), None),
     };
-    picture.write(&images, &channels, manifest, &mut saved);
+    picture.write(&images, &channels, manifest.clone(), &mut saved);
     let mut written: Vec<PathBuf> = saved.images.iter().chain(&saved.film).cloned().collect();
-    if arguments.output.denoise {
-        match session.and_then(|session| session.denoised()) {
-            Some(denoised) => written.extend(picture.write_denoised(&outputs.images, &denoised, &mut saved)),
-            None => output::note("warning: nothing is denoised: that takes two samples of each pixel"),
+    let denoised = session.filter(|_| arguments.output.denoise).and_then(|session| session.denoised());
+    match &denoised {
+        Some(denoised) => written.extend(picture.write_denoised(&outputs.images, denoised, &mut saved)),
+        None if arguments.output.denoise => {
+            output::note("warning: nothing is denoised: that takes two samples of each pixel");
         }
+        None => {}
+    }
+    if let Some(encoding) = outputs.stdout_image {
+        saved.pixels(picture.write_to_stdout(encoding, denoised.as_ref(), &channels, manifest));
     }
     let films: Vec<_> = parts.iter().map(|(path, _, _)| output::path_json(path)).collect();
     let text = if arguments.work.json {
@@ -354,7 +359,7 @@ fn write_images(
         }
         text + &format!("film      {}\n", header.film_hash)
     };
-    saved.report(output::print_text(&text, outputs.to_stdout));
+    saved.report(output::print_text(&text, outputs.takes_stdout()));
     saved.end_of_merge(&header, gathered, &arguments.films)?;
     Ok(0)
 }

@@ -117,6 +117,11 @@ impl RenderCommand<'_> {
         let Render { frames: options, output, part, .. } = self.arguments;
         let time_of = |frame: u32| frame as f32 / options.fps;
         let several = frames.numbers().count() > 1;
+        if several && outputs.stdout_image.is_some() {
+            let reason =
+                "standard output takes one image: name files, such as -o frame.####.png, or a video, -o -";
+            return Err(Failure::command_line(reason));
+        }
         let mut exposing = frames.numbers().next().filter(|_| several);
         let frames = frames.resolve()?;
         let count = frames.numbers().count();

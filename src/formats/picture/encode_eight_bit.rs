@@ -1,0 +1,32 @@
+//! JPEG and WebP encoders: tone mapped, sRGB encoded, 8 bits a channel.
+
+use std::io::Write;
+
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::webp::WebPEncoder;
+use image::{ExtendedColorType, ImageEncoder, ImageError, ImageResult};
+
+use super::encode::Output;
+use super::exif;
+
+/// The quality of JPEG files, from 1 to 100: steps between colours are not visible, nor are blocks.
+const QUALITY: u8 = 95;
+
+/// Writes a JPEG file, without reducing the resolution of colours.
+pub(super) fn jpeg(writer: impl Write, output: &Output<'_>) -> ImageResult<()> {
+    encode(JpegEncoder::new_with_quality(writer, QUALITY), output)
+}
+
+/// Writes a WebP file, which keeps every byte.
+pub(super) fn webp(writer: impl Write, output: &Output<'_>) -> ImageResult<()> {
+    encode(WebPEncoder::new_lossless(writer), output)
+}
+
+fn encode(mut encoder: impl ImageEncoder, output: &Output<'_>) -> ImageResult<()> {
+    if !output.metadata.is_empty() {
+        encoder.set_exif_metadata(exif::of(output.metadata)).map_err(ImageError::Unsupported)?;
+    }
+    let pixels = output.radiance.iter().flat_map(|pixel| output.display.apply_8_bit(*pixel));
+    let bytes: Vec<u8> = pixels.collect();
+    encoder.write_image(&bytes, output.width, output.height, ExtendedColorType::Rgb8)
+}
