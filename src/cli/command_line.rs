@@ -11,10 +11,11 @@ use clap::parser::ValueSource;
 use clap::{Arg, Args, Command};
 
 use super::args::{
-    ADAPTIVE, LIGHT_UNITS, ProcessLimits, QUALITIES, Render, SAMPLERS, TRANSPORTS, name_of, parse_place,
+    ADAPTIVE, LIGHT_UNITS, ProcessLimits, QUALITIES, Render, SAMPLERS, TRANSPORTS, UP_AXES, name_of,
+    parse_place,
 };
 use crate::formats::film_file::FilmHeader;
-use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions};
+use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions, UpAxis};
 use crate::study::explain::Recipe;
 use crate::world::{Caustics, DepthLimits, Settings, Sharing};
 
@@ -158,12 +159,23 @@ impl CommandLine {
             light_units,
             solid_glass,
             double_sided,
+            up,
             surroundings,
             edits,
             size,
         } = options;
-        // The background is one of the statements in `set`.
-        let Edits { set, only, hide, look_at, orbit, zoom, ground } = edits;
+        let Edits {
+            set,
+            only,
+            hide,
+            look_at,
+            orbit,
+            zoom,
+            background,
+            env_turn_degrees,
+            env_strength,
+            ground,
+        } = edits;
         self.option("time", time_s.as_ref());
         self.option("variant", variant.as_ref());
         self.option("scene", scene.as_ref());
@@ -174,7 +186,10 @@ impl CommandLine {
         );
         self.switch("solid-glass", *solid_glass);
         self.switch("double-sided", *double_sided);
+        self.option("up", changed(up, &UpAxis::Y).map(|up| name_of(UP_AXES, up)));
         self.surroundings(surroundings.as_ref());
+        self.option("env-turn", env_turn_degrees.as_ref());
+        self.option("env-strength", env_strength.as_ref());
         for (name, texts) in [("set", set), ("only", only), ("hide", hide)] {
             texts.iter().for_each(|text| self.option(name, Some(text)));
         }
@@ -184,6 +199,7 @@ impl CommandLine {
         self.option("orbit", orbit.map(|[right, up]| format!("{right},{up}")));
         self.option("zoom", zoom.as_ref());
         self.switch("ground", *ground);
+        self.option("background", background.as_ref());
         self.option("size", size.map(|[width, height]| format!("{width}x{height}")));
     }
 
@@ -469,7 +485,8 @@ mod tests {
             "--light-units candela --time 0.1",
             "--env none --set a --set b=c --only d --hide e --hide f --ground --background #fff",
             "--env sky:-3.5,90 --orbit=-30,10.1 --zoom 0.3 --size 7x9",
-            "--env sky:45,220 --look-at -1,2,3 4,5,-6",
+            "--env sky:45,220 --look-at -1,2,3 4,5,-6 --background 1,0.5,0",
+            "--up z --env studio --env-turn=-90.5 --env-strength 0.25",
             "--env studio --depth 3 --diffuse-depth 2 --glossy-depth 0 --transmission-depth 1000",
             "--env /a/sky.hdr --sampler jittered --sharing 16 --adaptive=unbiased --seed 18446744073709551615",
             "--caustics 0.25,3.5 --sharing off",

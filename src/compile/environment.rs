@@ -20,6 +20,7 @@ use crate::world::{Background, Light, World};
 pub(super) struct EnvironmentInputs {
     text: DebugText,
     background: Background,
+    backdrop: Option<Background>,
     /// The first environment or sky light, its image and its matrix.
     light: Option<(Light, Option<ByPtr<Image>>, DMat3)>,
 }
@@ -38,13 +39,15 @@ impl EnvironmentInputs {
             Some((light, image, transforms[entity].matrix3))
         };
         let (background, light) = (world.settings.background, order.iter().find_map(around));
-        let text = debug_text(&(&background, light.as_ref().map(|(light, _, matrix)| (light, matrix))));
-        EnvironmentInputs { text, background, light }
+        let backdrop = world.settings.backdrop;
+        let text =
+            debug_text(&(&background, &backdrop, light.as_ref().map(|(light, _, matrix)| (light, matrix))));
+        EnvironmentInputs { text, background, backdrop, light }
     }
 }
 
 pub(super) fn compile(inputs: &EnvironmentInputs) -> Result<Environment, Shortage> {
-    let EnvironmentInputs { background, light, .. } = inputs;
+    let EnvironmentInputs { background, backdrop, light, .. } = inputs;
     let texels = light
         .iter()
         .filter_map(|(_, image, _)| image.as_ref())
@@ -73,7 +76,7 @@ pub(super) fn compile(inputs: &EnvironmentInputs) -> Result<Environment, Shortag
         Some((Light::Environment { radiance, image: None }, ..)) => Background::Constant(*radiance),
         _ => *background,
     };
-    Ok(Environment { background, panorama })
+    Ok(Environment { background, panorama, backdrop: *backdrop })
 }
 
 /// A panorama turned by a rotation.

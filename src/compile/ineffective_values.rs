@@ -1,11 +1,11 @@
 //! Values in a world that have no effect, whatever the transport.
 
 use crate::error::{Diagnostic, words};
-use crate::world::{AlphaMode, Background, Material, MaterialId, Principled, World};
+use crate::world::{AlphaMode, Background, Light, Material, MaterialId, Principled, World};
 
 /// One warning for each kind.
 pub(super) fn values(world: &World) -> Vec<Diagnostic> {
-    let mut told: Vec<Diagnostic> = around(world).into_iter().collect();
+    let mut told: Vec<Diagnostic> = around(world).into_iter().chain(stretched(world)).collect();
     if world.settings.background != Background::default() {
         told.extend(world.hidden_background());
     }
@@ -30,6 +30,24 @@ fn around(world: &World) -> Option<Diagnostic> {
         );
         Diagnostic::warning("several-surroundings", text)
     })
+}
+
+/// A note about the image of an environment that is not twice as wide as it is high.
+fn stretched(world: &World) -> Option<Diagnostic> {
+    let entity = world.surroundings().next()?;
+    let image = match *world.entities.get::<&Light>(entity).ok()? {
+        Light::Environment { image, .. } => world.assets.images.get(image?.0 as usize)?,
+        _ => return None,
+    };
+    let (width, height) = (u64::from(image.width), u64::from(image.height));
+    // A single texel has no shape.
+    if width * height == 1 || (19 * height..=21 * height).contains(&(10 * width)) {
+        return None;
+    }
+    let what = "environments are equirectangular, twice as wide as high, so it is stretched over the sphere";
+    let text =
+        format!("\"{}\": its picture has {width}x{height} texels: {what}", words(&world.name_of(entity)));
+    Some(Diagnostic::note("environment-stretched", text))
 }
 
 type IsIneffective = fn(&Principled) -> bool;

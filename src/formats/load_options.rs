@@ -6,8 +6,8 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{LoadError, did_you_mean, in_one_line};
-use crate::math::Rgb;
-use crate::world::Light;
+use crate::math::{Quat, Rgb, Vec3};
+use crate::world::{Light, Transform};
 
 /// Options for reading a scene. The default reads it as it is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -34,6 +34,9 @@ pub struct LoadOptions {
     pub solid_glass: bool,
     /// True if all surfaces of models are visible from both sides. For glTF files, and `.ron` files that place them.
     pub double_sided: bool,
+    /// The axis that points up in a model or mesh. For `.gltf`, `.glb` files and meshes: scene files have transforms.
+    #[serde(skip_serializing_if = "UpAxis::is_usual")]
+    pub up: UpAxis,
     /// Surroundings that replace the scene's own environments and skies. None: these stay.
     pub surroundings: Option<EnvironmentPreset>,
     /// Other changes.
@@ -49,6 +52,10 @@ impl LoadOptions {
     pub(super) fn are_for(&self, path: &Path, extension: &str) -> Result<(), LoadError> {
         let (to_gltf, to_scenes) = match extension {
             "gltf" | "glb" => return Ok(()),
+            "ron" if self.up != UpAxis::default() => {
+                let way = "in a scene, transform: (rotate_degrees: (-90, 0, 0)) turns an entity upright";
+                return Err(LoadError::option("up", format!("this is for models and meshes: {way}")));
+            }
             "ron" => (true, false),
             _ => (true, true),
         };
@@ -88,8 +95,34 @@ pub enum LightUnits {
     Watt,
 }
 
-/// Changes to a scene beyond its files. They are applied in this order: `look_at`, `set`, `only`, `hide`, `orbit`,
-/// `zoom`, `ground`.
+/// The axis that points up in a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum UpAxis {
+    /// +Y, as in scene files and glTF.
+    #[default]
+    Y,
+    /// +Z, as in Blender, CAD and scans: turned by −90° about X, so that it points to +Y.
+    Z,
+}
+
+impl UpAxis {
+    fn is_usual(&self) -> bool {
+        *self == UpAxis::default()
+    }
+
+    /// The transform that turns the axis to +Y.
+    pub(super) fn upright(self) -> Transform {
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        let rotation = match self {
+            UpAxis::Y => Quat::IDENTITY,
+            UpAxis::Z => Quat::from_xyzw(-half, 0.0, 0.0, half),
+        };
+        Transform::Trs { translation: Vec3::ZERO, rotation, scale: Vec3::ONE }
+    }
+}
+
+/// Changes to a scene beyond its files. They are applied in this order: `env_turn_degrees`, `env_strength`, `look_at`,
+/// `set`, `only`, `hide`, `background`, `orbit`, `zoom`, `ground`.
 ///
 /// `only` and `hide` hold queries, which select entities. A query is a kind of component (`Light`), perhaps with a name
 /// or filters in brackets (`Mesh["floor"]`, `Light[name~"lamp*", parent="stage"]`), or only a name (`"lamp*"`); queries
@@ -118,11 +151,24 @@ pub struct Edits {
     /// The factor by which cameras come nearer to the point that they look at, from 0.001 to 1000. An orthographic
     /// camera shows a part that is smaller by this factor instead.
     pub zoom: Option<f64>,
+    /// What rays see if they hit nothing: a colour or a gradient as in scene files, such as `0.2`. If there is an
+    /// environment or a sky, only the camera sees it, and they still give light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<String>,
+    /// The angle in degrees by which environments and skies are turned, clockwise seen from above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub env_turn_degrees: Option<f64>,
+    /// The factor on the light of environments and skies, at least 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub env_strength: Option<f32>,
     /// True if a large grey floor is added under everything.
     pub ground: bool,
 }
 
 impl Edits {
+    /// The largest [`Edits::env_strength`].
+    pub const MOST_STRENGTH: f32 = 1e6;
+
     /// True if there are no edits.
     pub(crate) fn is_empty(&self) -> bool {
         *self == Edits::default()

@@ -189,7 +189,7 @@ impl PyWorld {
         };
         let place = |[x, y, z]: [f64; 3]| format!("{x}, {y}, {z}");
         let look_at = look_at.map(|places| places.map(place));
-        let edits = Edits { set, only, hide, look_at, orbit, zoom, ground };
+        let edits = Edits { set, only, hide, look_at, orbit, zoom, ground, ..Edits::default() };
         let common =
             LoadOptions { time_s: time, variant, scene, surroundings, edits, size, ..LoadOptions::default() };
         let options = LoadOptions { animation, light_units, solid_glass, double_sided, ..common };

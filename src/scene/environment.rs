@@ -11,6 +11,8 @@ pub struct Environment {
     pub background: Background,
     /// An image of all directions.
     pub panorama: Option<Panorama>,
+    /// The radiance that camera rays see instead.
+    pub backdrop: Option<Background>,
 }
 
 /// An equirectangular image: its centre lies along local −Z, its top along +Y.
@@ -34,8 +36,18 @@ pub struct Panorama {
 }
 
 impl Environment {
-    /// The largest component of any radiance of the environment, and its approximate mean.
+    /// The largest component of any radiance of the environment or backdrop, and the approximate mean of its light.
     pub fn levels(&self) -> (f32, f32) {
+        let seen = match self.backdrop {
+            Some(Background::Constant(color)) => color.max_component(),
+            Some(Background::Gradient { bottom, top }) => bottom.max_component().max(top.max_component()),
+            None => 0.0,
+        };
+        let (brightest, usual) = self.light_levels();
+        (brightest.max(seen), usual)
+    }
+
+    fn light_levels(&self) -> (f32, f32) {
         match (&self.panorama, self.background) {
             (Some(panorama), _) => {
                 let (mut most, mut sum) = (0.0f32, 0.0);

@@ -12,7 +12,21 @@ pub fn radiance<F: Float>(environment: &Environment, direction: Vector<F>, mask:
     if let Some(panorama) = &environment.panorama {
         return panorama_radiance(panorama, direction, mask);
     }
-    match &environment.background {
+    background_radiance(&environment.background, direction)
+}
+
+/// The radiance that camera rays see in a unit direction in place of light, if a backdrop is set.
+#[inline(always)]
+pub fn backdrop<F: Float>(environment: &Environment, direction: Vector<F>) -> Option<Color<F>> {
+    match &environment.backdrop {
+        Some(backdrop) => Some(background_radiance(backdrop, direction)),
+        None => None,
+    }
+}
+
+#[inline(always)]
+fn background_radiance<F: Float>(background: &Background, direction: Vector<F>) -> Color<F> {
+    match background {
         Background::Constant(color) => Color::splat(*color),
         Background::Gradient { bottom, top } => {
             let height = direction.y * F::splat(0.5) + F::splat(0.5);

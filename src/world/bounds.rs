@@ -84,8 +84,10 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
             number("the photons of caustics", *photons, Caustics::PHOTON_RANGE)?;
             number("the radius of caustics", *radius, Caustics::RADIUS_RANGE)?;
         }
-        Slot::Background(Background::Constant(color)) => check_color(name, *color)?,
-        Slot::Background(Background::Gradient { bottom, top }) => {
+        Slot::Background(Background::Constant(color))
+        | Slot::OptionalBackground(Some(Background::Constant(color))) => check_color(name, *color)?,
+        Slot::Background(Background::Gradient { bottom, top })
+        | Slot::OptionalBackground(Some(Background::Gradient { bottom, top })) => {
             check_color(name, *bottom)?;
             check_color(name, *top)?;
         }

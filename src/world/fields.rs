@@ -118,6 +118,8 @@ pub(crate) enum Slot<'a> {
     Caustics(&'a mut Caustics),
     /// A colour or a gradient.
     Background(&'a mut Background),
+    /// A colour or a gradient, or `None`.
+    OptionalBackground(&'a mut Option<Background>),
     /// `Auto` or `Fixed`.
     Exposure(&'a mut bool),
     /// `All`, or a list of output variables.

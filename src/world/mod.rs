@@ -173,7 +173,10 @@ impl World {
     pub(crate) fn hidden_background(&self) -> Option<Diagnostic> {
         let name = words(&self.name_of(self.surroundings().next()?));
         let text = format!("background does nothing: \"{name}\" is all around");
-        Some(Diagnostic::warning("hidden-background", text).fixed_by("`--env none` leaves it out"))
+        Some(
+            Diagnostic::warning("hidden-background", text)
+                .fixed_by("write backdrop instead, or `--env none`"),
+        )
     }
 
     /// Calls `change` on every light.

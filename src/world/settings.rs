@@ -58,6 +58,10 @@ fields! {
         /// radiance that rays see if they hit nothing, W m⁻² sr⁻¹, unless there is an environment or a sky; under the
         /// Whitted transport it lights nothing by itself
         background: Background = Background::default(), Background;
+        /// radiance that the camera sees, straight or through surfaces that bend no light, where nothing is hit; it
+        /// lights nothing and no mirror shows it; `None`: the environment, the sky or the `background`, which give light
+        /// all the same
+        backdrop: Option<Background> = None, OptionalBackground;
         /// light from nowhere, W m⁻² sr⁻¹: every surface reflects it, times its diffuse colour; under the Whitted
         /// transport
         ambient: Rgb = Rgb::BLACK, Color(Range::From(0.0));

@@ -6,7 +6,7 @@ use hecs::Entity;
 
 use super::{Parent, Shape, Transform, World};
 use crate::error::CompileError;
-use crate::math::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use crate::math::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
 
 /// The local-to-world matrix of every entity, in double precision: rounded only once, when geometry is made.
 pub type WorldTransforms = HashMap<Entity, DAffine3>;
@@ -76,7 +76,8 @@ pub(crate) fn entity_error(world: &World, entity: Entity, reason: impl Into<Stri
     CompileError::Entity { entity: world.name_of(entity), reason: reason.into() }
 }
 
-fn to_matrix(transform: &Transform) -> DAffine3 {
+/// The matrix of a transform.
+pub(crate) fn to_matrix(transform: &Transform) -> DAffine3 {
     match transform {
         Transform::Trs { translation, rotation, scale } => {
             let q = rotation.to_array().map(f64::from);
@@ -90,6 +91,27 @@ fn to_matrix(transform: &Transform) -> DAffine3 {
             DAffine3 { matrix3, translation: *translation }
         }
         Transform::Matrix(matrix) => *matrix,
+    }
+}
+
+impl Transform {
+    /// Returns this transform below a parent, turned in world space about +Y, clockwise seen from above.
+    pub(crate) fn turned(&self, degrees: f64, parent: Option<DMat3>) -> Transform {
+        let half = -degrees.to_radians() / 2.0;
+        let turn = DQuat::from_xyzw(0.0, libm::sin(half), 0.0, libm::cos(half));
+        match (self, parent) {
+            (Transform::Trs { translation, rotation, scale }, None) => {
+                let rotation = (turn * rotation.as_dquat()).as_quat();
+                let translation = (rotation_matrix(turn) * translation.as_dvec3()).as_vec3();
+                Transform::Trs { translation, rotation, scale: *scale }
+            }
+            (own, parent) => {
+                let (own, above) = (to_matrix(own), parent.unwrap_or(DMat3::IDENTITY));
+                let turn = above.inverse() * rotation_matrix(turn) * above;
+                let turned = DAffine3 { matrix3: turn * own.matrix3, translation: turn * own.translation };
+                Transform::Matrix(DMat4::from(turned).as_mat4())
+            }
+        }
     }
 }
 

@@ -38,6 +38,7 @@ mod stopping;
 mod straight;
 mod studies;
 mod support;
+mod surroundings;
 mod tev;
 mod tidy;
 mod trace;

@@ -4,7 +4,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::bvh::Coherence;
 use crate::cli::progress::ProgressForm;
-use crate::formats::LightUnits;
+use crate::formats::{LightUnits, UpAxis};
 use crate::integrator::Schedule;
 use crate::world::{Adaptive, Aov, BuildQuality, Sampler, Tonemap, Transport};
 
@@ -61,6 +61,8 @@ pub const ADAPTIVE: NamedValues<Adaptive> =
 
 pub const LIGHT_UNITS: NamedValues<LightUnits> =
     &[("auto", "", LightUnits::Auto), ("candela", "", LightUnits::Candela), ("watt", "", LightUnits::Watt)];
+
+pub const UP_AXES: NamedValues<UpAxis> = &[("y", "", UpAxis::Y), ("z", "", UpAxis::Z)];
 
 pub const PROGRESS_FORMS: NamedValues<ProgressForm> = &[
     ("lines", "Progress: 42%, and details", ProgressForm::Lines),

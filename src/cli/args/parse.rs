@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::film::Region;
+use crate::formats::Edits;
 use crate::formats::film_file::RenderedView;
 use crate::simd::Isa;
 use crate::world::{Caustics, Settings, Sharing};
@@ -51,6 +52,17 @@ pub fn parse_degrees(text: &str) -> Result<[f64; 2], String> {
     let both = text.split_once(',').and_then(|(right, up)| Some([number(right)?, number(up)?]));
     both.or_else(|| Some([number(text)?, 0.0]))
         .ok_or_else(|| "expected degrees to the right and up, such as 30,15".into())
+}
+
+pub fn parse_turn(text: &str) -> Result<f64, String> {
+    let degrees =
+        text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= RenderedView::MOST_DEGREES);
+    degrees.ok_or_else(|| "expected degrees, clockwise seen from above, such as 90".into())
+}
+
+pub fn parse_strength(text: &str) -> Result<f32, String> {
+    let factor = text.trim().parse().ok().filter(|factor| (0.0..=Edits::MOST_STRENGTH).contains(factor));
+    factor.ok_or_else(|| "expected a factor from 0 to 1000000: 2 is twice as bright".into())
 }
 
 pub fn parse_zoom(text: &str) -> Result<f64, String> {

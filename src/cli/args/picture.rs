@@ -3,13 +3,13 @@
 use clap::Args;
 
 use super::names::{
-    ADAPTIVE, LIGHT_UNITS, QUALITIES, SAMPLERS, TONEMAPS, TRANSPORTS, TransportChoice, one_of,
+    ADAPTIVE, LIGHT_UNITS, QUALITIES, SAMPLERS, TONEMAPS, TRANSPORTS, TransportChoice, UP_AXES, one_of,
 };
 use super::parse::{
     Exposure, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_place, parse_sharing, parse_size,
-    parse_time, parse_zoom,
+    parse_strength, parse_time, parse_turn, parse_zoom,
 };
-use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions};
+use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, UpAxis};
 use crate::world::{Adaptive, BuildQuality, Caustics, DepthLimits, Sampler, Sharing, Tonemap, World};
 
 /// Angles in degrees, to the right and up.
@@ -187,9 +187,18 @@ pub struct ModelOptions {
     /// Make all surfaces of glTF files visible from both sides
     #[arg(long)]
     pub double_sided: bool,
+    /// Axis that points up in a model or mesh: y, or z (Blender, CAD, scans), which is turned upright
+    #[arg(long, value_name = "y|z", default_value = "y", hide_possible_values = true, value_parser = one_of(UP_AXES))]
+    pub up: UpAxis,
     /// Environment in place of the scene's own: an image file, or none, studio, sky, sky:ELEVATION,AZIMUTH
     #[arg(long, value_name = "NAME|FILE", value_parser = EnvironmentPreset::named)]
     pub env: Option<EnvironmentPreset>,
+    /// Turn the environment or sky, by degrees clockwise seen from above
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = parse_turn)]
+    pub env_turn: Option<f64>,
+    /// Factor on the light of the environment or sky
+    #[arg(long, value_name = "FACTOR", value_parser = parse_strength)]
+    pub env_strength: Option<f32>,
     /// The edits of the scene.
     #[command(flatten)]
     pub edits: EditOptions,
@@ -220,7 +229,8 @@ pub struct EditOptions {
     /// Put a grey floor under everything
     #[arg(long)]
     pub ground: bool,
-    /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, '#ff8000' or 0.1,0.2,0.4
+    /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, '#ff8000' or 0.1,0.2,0.4; if
+    /// there is an environment, it still gives light and is seen in mirrors
     #[arg(long, value_name = "COLOUR")]
     pub background: Option<String>,
 }
@@ -239,28 +249,20 @@ fn as_in_files(color: &str) -> String {
 impl EditOptions {
     /// Returns the edits in the form that loaders expect.
     pub fn edits(self) -> Edits {
-        let EditOptions { mut set, only, hide, look_at, orbit, zoom, ground, background } = self;
-        set.extend(background.map(|color| format!("settings.background = {}", as_in_files(&color))));
-        Edits { set, only, hide, look_at: look_at.try_into().ok(), orbit, zoom, ground }
+        let EditOptions { set, only, hide, look_at, orbit, zoom, ground, background } = self;
+        let (look_at, background) = (look_at.try_into().ok(), background.map(|color| as_in_files(&color)));
+        Edits { set, only, hide, look_at, orbit, zoom, ground, background, ..Edits::default() }
     }
 }
 
 impl ModelOptions {
     /// Returns the options in the form that loaders expect, with the given size of the image, if any.
     pub fn of_size(&self, size: Option<ImageSize>) -> LoadOptions {
-        let ModelOptions {
-            time,
-            variant,
-            scene,
-            animation,
-            light_units,
-            solid_glass,
-            double_sided,
-            env,
-            edits,
-        } = self.clone();
-        let edits = edits.edits();
+        let ModelOptions { time, variant, scene, animation, light_units, solid_glass, double_sided, .. } =
+            self.clone();
+        let ModelOptions { up, env, env_turn, env_strength, edits, .. } = self.clone();
+        let edits = Edits { env_turn_degrees: env_turn, env_strength, ..edits.edits() };
         let common = LoadOptions { time_s: time, variant, scene, edits, size, ..LoadOptions::default() };
-        LoadOptions { animation, light_units, solid_glass, double_sided, surroundings: env, ..common }
+        LoadOptions { animation, light_units, solid_glass, double_sided, up, surroundings: env, ..common }
     }
 }

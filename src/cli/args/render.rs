@@ -113,30 +113,7 @@ impl Render {
         let (shutter_s, moments) = (shutter.map(|part| part / fps), shutter.and(Some(moments)));
         let SampleOptions { camera, size, .. } = &self.picture.sampling;
         let (camera, size) = (camera.clone(), *size);
-        let ModelOptions {
-            variant,
-            scene,
-            animation,
-            light_units,
-            solid_glass,
-            double_sided,
-            env,
-            edits,
-            ..
-        } = self.model.clone();
-        let (surroundings, edits) = (env, edits.edits());
-        let options = LoadOptions {
-            time_s,
-            variant,
-            scene,
-            animation,
-            light_units,
-            solid_glass,
-            double_sided,
-            surroundings,
-            edits,
-            size,
-        };
+        let options = LoadOptions { time_s, ..self.model.of_size(size) };
         RenderedView { camera, shutter_s, moments, options }
     }
 }

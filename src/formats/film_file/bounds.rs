@@ -3,7 +3,7 @@
 use super::header::{Begun, FilmHeader, PROGRAM, RenderedView};
 use crate::error::words;
 use crate::film::{Allocation, Region};
-use crate::formats::{EnvironmentPreset, SkyOptions};
+use crate::formats::{Edits, EnvironmentPreset, SkyOptions};
 use crate::world::{Adaptive, Settings};
 
 /// An upper bound: a film cannot have more shards than samples.
@@ -91,6 +91,15 @@ impl RenderedView {
         is_true(
             "orbit",
             self.options.edits.orbit.is_none_or(|angles| all(&angles, RenderedView::MOST_DEGREES)),
+        )?;
+        let edits = &self.options.edits;
+        is_true(
+            "env_turn_degrees",
+            edits.env_turn_degrees.is_none_or(|angle| all(&[angle], RenderedView::MOST_DEGREES)),
+        )?;
+        is_true(
+            "env_strength",
+            edits.env_strength.is_none_or(|factor| (0.0..=Edits::MOST_STRENGTH).contains(&factor)),
         )?;
         if let Some(EnvironmentPreset::Sky(sky)) = &self.options.surroundings {
             let SkyOptions { elevation_degrees, azimuth_degrees, haze } = sky;

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::surroundings;
 use crate::error::Diagnostic;
 use crate::error::{LoadError, in_one_line};
 use crate::formats::Files;
@@ -18,6 +19,7 @@ impl Edits {
         if self.orbit.is_some_and(|angles| !angles.iter().all(|angle| angle.is_finite())) {
             return Err(LoadError::option("orbit", "its angles must be finite"));
         }
+        surroundings::change(world, self.env_turn_degrees, self.env_strength)?;
         let mut changes = EditRunner::new(world);
         if let Some([from, to]) = &self.look_at {
             let statement = format!("Camera.transform = LookAt(from: ({from}), to: ({to}))");
@@ -51,6 +53,12 @@ impl Edits {
                     "hide: nothing of that is a shape or a light, so nothing is hidden",
                 ));
             }
+        }
+        if let Some(background) = &self.background {
+            // The light of an environment stays; only the camera sees the colour.
+            let field = if world.surroundings().next().is_some() { "backdrop" } else { "background" };
+            let done = changes.carry_out(world, &format!("settings.{field} = {background}"), files);
+            done.map_err(|error| LoadError::option("background", error))?;
         }
         // A background other than black is reported when the scene is compiled.
         if world.settings.background == Background::default()

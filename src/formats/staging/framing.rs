@@ -41,7 +41,7 @@ pub(super) fn load_mesh(
     let mut files = Files { sources: sources.clone(), ..Files::default() };
     let mesh = files.mesh(path, &mut world.assets, &mut world.warnings)?;
     let id = world.assets.add_mesh(mesh);
-    world.entities.spawn((Name("mesh".into()), Transform::IDENTITY, Shape::Mesh(id)));
+    world.entities.spawn((Name("mesh".into()), options.up.upright(), Shape::Mesh(id)));
     add_camera(&mut world);
     if options.surroundings.as_ref().is_some_and(|around| *around != EnvironmentPreset::None) {
         // Only this transport lights surfaces by an environment.
@@ -64,7 +64,7 @@ pub(super) fn load_model(
     if let Some(unknown) = model.unknown_animation.take() {
         return Err(unknown);
     }
-    let root = world.entities.spawn((Transform::IDENTITY, Model(path.to_owned())));
+    let root = world.entities.spawn((options.up.upright(), Model(path.to_owned())));
     model.place(&mut world, Some(root));
     world.warnings.extend(after_the_end(options.time_s, world.animation_end_s));
     let settings = &mut world.settings;

@@ -70,6 +70,9 @@ pub fn miss<F: Float>(
         let density = photons.plan.emission.sky_density(scene, path.direction, mask);
         light = light * photons.left_to_path(path, density, false, mask);
     }
+    if let Some(backdrop) = environment::backdrop(&scene.environment, path.direction) {
+        light = Color::select(path.bounce_counts.eq(F::Int::splat(0)), backdrop, light);
+    }
     path.radiance + limited(setup, path, path.throughput * light)
 }
 

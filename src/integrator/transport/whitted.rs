@@ -26,10 +26,16 @@ use crate::simd::{Float, Int, Mask};
 /// Returns the final radiance of paths that have hit nothing.
 #[inline(always)]
 pub fn miss<F: Float>(setup: &RenderSetup, path: &Path<F>) -> Color<F> {
-    path.radiance
-        + path.throughput
-            * environment::radiance(&setup.scene.environment, path.direction, F::Mask::first(F::WIDTH))
+    let environment = &setup.scene.environment;
+    let mut light = environment::radiance(environment, path.direction, F::Mask::first(F::WIDTH));
+    if let Some(backdrop) = environment::backdrop(environment, path.direction) {
+        light = Color::select(path.pdf.eq(F::zero()), backdrop, light);
+    }
+    path.radiance + path.throughput * light
 }
+
+/// The least cosine between directions that count as one.
+const STRAIGHT: f32 = 1.0 - 1e-5;
 
 /// The data of a hit that the lights need.
 #[derive(Clone, Copy)]
@@ -231,9 +237,11 @@ fn follow<F: Float>(
     forked: F::Mask,
 ) -> Path<F> {
     let depth = path.depth + F::Int::splat(1);
+    let is_straight = direction.dot(path.direction).gt(F::splat(STRAIGHT));
     Path {
         origin: offset_origin(vertex.position, vertex.geometric_normal, vertex.offset, direction),
         direction,
+        pdf: F::select(is_straight, path.pdf, F::one()),
         throughput,
         radiance: Color::black(),
         bounce_counts: F::Int::select(forked, combine(path.bounce_counts, depth), path.bounce_counts),

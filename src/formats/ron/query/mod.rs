@@ -11,6 +11,7 @@
 //! Kinds are components and their forms, as named in scene files; keys are `name`, `parent` and `material`; after `~`,
 //! `*` stands for any text. Values are validated by the reader of scene files, which reads the changed component again.
 
+mod rotation;
 mod select;
 mod set;
 #[cfg(test)]

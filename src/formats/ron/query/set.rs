@@ -5,14 +5,14 @@ use crate::error::Diagnostic;
 use hecs::Entity;
 
 use super::select::Index;
-use super::{Query, QueryError, QueryReader, Selected};
+use super::{Query, QueryError, QueryReader, Selected, rotation};
 use crate::error::{LoadError, did_you_mean, in_one_line};
 use crate::formats::AssetFiles;
 use crate::formats::ron::lower::reread::{Component, Names, reread, reread_settings};
 use crate::formats::ron::scan;
 use crate::formats::ron::tree::BracketTree;
 use crate::formats::ron::write::{component_text, settings_text};
-use crate::world::{MaterialId, World};
+use crate::world::{MaterialId, Transform, World};
 
 /// Assignment (`=`) and the arithmetic assignment operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -249,6 +249,13 @@ impl Statement<'_> {
         };
         let Some(old) = old else {
             return Err(whole(format!("{name} has no {}", component.name())));
+        };
+        let old = match (component, entity, self.path.first()) {
+            (Component::Transform, Some(entity), Some(name)) => {
+                let own = world.entities.get::<&Transform>(entity).map(|own| *own).unwrap_or_default();
+                rotation::in_parts(old, &own, name).map_err(whole)?
+            }
+            _ => old,
         };
         let new = match self.edited(&old) {
             Ok(new) => new,

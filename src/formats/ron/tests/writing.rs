@@ -82,7 +82,7 @@ fn written_text_is_compact_and_omits_defaults() {
          min_throughput: 0.01, roulette_depth: None, \
          clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
-         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
+         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
          exposure: Auto, build_quality: High, copied_triangles: 1000, aov: [Normal, Depth]),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
@@ -385,6 +385,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 filter,
                 pixel_pattern,
                 background,
+                backdrop: auto_exposure.then_some(background),
                 ambient,
                 tonemap,
                 exposure_ev,

@@ -50,6 +50,7 @@ impl WrittenTextures<'_> {
             (Slot::Sharing(a), Slot::Sharing(b)) => a == b,
             (Slot::Caustics(a), Slot::Caustics(b)) => a == b,
             (Slot::Background(a), Slot::Background(b)) => a == b,
+            (Slot::OptionalBackground(a), Slot::OptionalBackground(b)) => a == b,
             (Slot::Exposure(a), Slot::Exposure(b)) => a == b,
             (Slot::Aovs(a), Slot::Aovs(b)) => a == b,
             _ => false,
@@ -110,8 +111,10 @@ impl WrittenTextures<'_> {
                 format!("(photons: {}, radius: {})", number(*photons)?, number(*radius)?)
             }
             Slot::Caustics(caustics) => format!("{caustics:?}"),
-            Slot::Background(Background::Constant(radiance)) => color(*radiance)?,
-            Slot::Background(Background::Gradient { bottom, top }) => {
+            Slot::Background(Background::Constant(radiance))
+            | Slot::OptionalBackground(Some(Background::Constant(radiance))) => color(*radiance)?,
+            Slot::Background(Background::Gradient { bottom, top })
+            | Slot::OptionalBackground(Some(Background::Gradient { bottom, top })) => {
                 format!("Gradient(bottom: {}, top: {})", color(*bottom)?, color(*top)?)
             }
             Slot::Exposure(is_chosen) => if *is_chosen { "Auto" } else { "Fixed" }.to_owned(),
@@ -123,6 +126,7 @@ impl WrittenTextures<'_> {
             Slot::CornerUvs(Some(corners)) => pairs(corners)?,
             Slot::Mesh(mesh) => self.paths.mesh(*mesh)?,
             Slot::Inline(_)
+            | Slot::OptionalBackground(None)
             | Slot::OptionalNumber(None, _)
             | Slot::ChannelMap(None, _)
             | Slot::DataMap(None)

@@ -52,6 +52,7 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Sharing(_) => "`Auto`, `Off`, or 2, 4, 8, 16, 32 or 64".into(),
         Slot::Caustics(_) => "`Auto`, `Off` or `(photons: number, radius: pixels)`".into(),
         Slot::Background(_) => "colour or `Gradient(bottom: colour, top: colour)`".into(),
+        Slot::OptionalBackground(_) => "colour, `Gradient(bottom: colour, top: colour)` or `None`".into(),
         Slot::Exposure(_) => "`Fixed` or `Auto`".into(),
         Slot::Aovs(_) => {
             let names: Vec<String> = Aov::ALL.iter().map(|aov| format!("`{aov:?}`")).collect();

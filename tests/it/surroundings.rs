@@ -1,0 +1,335 @@
+//! Options about what is around a scene, which way it points, and what is seen behind it.
+
+use rayfront::formats::{Edits, LoadOptions, UpAxis, load_with};
+use rayfront::math::{Quat, Rgb, Vec3};
+use rayfront::render::{Options, Schedule};
+use rayfront::world::{Transform, World};
+
+use crate::program::{Folder, Place, empty_folder, folder};
+use crate::support::{Picture, film};
+
+/// The largest difference between two images.
+#[track_caller]
+fn far(a: &[Rgb], b: &[Rgb]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let differences = a.iter().zip(b).map(|(a, b)| {
+        let [a, b] = [a, b].map(|color| color.to_array());
+        (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)
+    });
+    differences.fold(0.0, f32::max)
+}
+
+fn loaded(folder: &Folder, name: &str, options: &LoadOptions) -> World {
+    load_with(folder.join(name), options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A wedge that stands on the ground, with different sides, as OBJ, PLY and glTF; `place` converts its corners.
+fn wedge(folder: &Folder, name: &str, place: impl Fn([f32; 3]) -> [f32; 3]) {
+    let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.5, 3.0, 0.25]].map(place);
+    let faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+    let line = |corner: &[f32; 3]| corner.map(|c| c.to_string()).join(" ");
+    let vertices = |start: &str| corners.iter().map(|c| format!("{start}{}\n", line(c))).collect::<String>();
+    let obj: String = faces.iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1)).collect();
+    folder.write(&format!("{name}.obj"), vertices("v ") + &obj);
+    let ply: String = faces.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n")).collect();
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                  element face 4\nproperty list uchar int vertex_indices\nend_header\n";
+    folder.write(&format!("{name}.ply"), header.to_owned() + &vertices("") + &ply);
+    let floats = faces.iter().flatten().flat_map(|corner| corners[*corner as usize]);
+    let bytes: Vec<u8> = floats.flat_map(f32::to_le_bytes).collect();
+    folder.write(&format!("{name}.bin"), &bytes);
+    folder.write(
+        &format!("{name}.gltf"),
+        format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 12, "type": "VEC3"}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": 144}}],
+            "buffers": [{{"byteLength": 144, "uri": "{name}.bin"}}]}}"#
+        ),
+    );
+}
+
+#[test]
+fn files_with_z_up_are_turned_upright() {
+    let folder = empty_folder();
+    wedge(&folder, "upright", |corner| corner);
+    // +Y of the scene is +Z of the file, and the scene's −Z is +Y.
+    wedge(&folder, "lying", |[x, y, z]| [x, -z, y]);
+    let size = Some([12, 12]);
+    for kind in ["obj", "ply", "gltf"] {
+        let image = |name: &str, up: UpAxis| {
+            let options = LoadOptions { up, size, ..LoadOptions::default() };
+            let mut world = loaded(&folder, &format!("{name}.{kind}"), &options);
+            world.settings.samples = 4;
+            Picture::of(&world).pixels
+        };
+        let upright = image("upright", UpAxis::Y);
+        assert!(far(&upright, &image("lying", UpAxis::Z)) < 0.02, "{kind}");
+        assert!(far(&upright, &image("lying", UpAxis::Y)) > 0.1, "{kind}");
+    }
+    folder.out("lying.ply --up z --size 8x8 --spp 1 -q -o a.png");
+    folder.out("reproduce a.png -q");
+    folder.write("scene.ron", "(entities: [(shape: Sphere(radius_m: 1))])");
+    folder.fails(2, "scene.ron --up z", &["--up: ", "transform: (rotate_degrees: (-90, 0, 0))"]);
+}
+
+/// An environment, and a camera that looks along −Z into it.
+fn around(light: &str) -> String {
+    format!(
+        "(settings: (transport: Path, size: (8, 4), samples: 4), entities: [
+            (camera: Pinhole(vertical_fov_degrees: 60)), (name: \"around\", {light})])"
+    )
+}
+
+/// Half of the sphere is red, towards −X, the other one blue.
+fn halves(folder: &Folder) {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 4, 2);
+    encoder.set_color(png::ColorType::Rgb);
+    let row = [[255, 0, 0], [255, 30, 0], [0, 30, 255], [0, 0, 255]].concat();
+    encoder.write_header().expect("a header").write_image_data(&[row.clone(), row].concat()).expect("pixels");
+    folder.write("halves.png", file);
+}
+
+#[test]
+fn environments_are_turned_and_made_stronger() {
+    let folder = empty_folder();
+    halves(&folder);
+    let image = |light: &str, edits: Edits| {
+        folder.write("scene.ron", around(light));
+        let options = LoadOptions { edits, ..LoadOptions::default() };
+        Picture::of(&loaded(&folder, "scene.ron", &options)).pixels
+    };
+    let turn = |degrees: f64| Edits { env_turn_degrees: Some(degrees), ..Edits::default() };
+    let plain = "light: Environment(image: \"halves.png\")";
+    for (light, turned) in [
+        (plain, "light: Environment(image: \"halves.png\"), transform: (rotate_degrees: (0, -70, 0))"),
+        (
+            "light: Sky(elevation_degrees: 20, azimuth_degrees: 10)",
+            "light: Sky(elevation_degrees: 20, azimuth_degrees: 80)",
+        ),
+        (
+            "light: Environment(image: \"halves.png\"), transform: Matrix(((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)))",
+            "light: Environment(image: \"halves.png\"), transform: (rotate_degrees: (0, -70, 0))",
+        ),
+    ] {
+        let after = image(light, turn(70.0));
+        assert!(far(&after, &image(turned, Edits::default())) < 1e-3, "{light}");
+        assert!(far(&after, &image(light, Edits::default())) > 0.01, "{light}");
+    }
+    // To the right of the picture's middle is +X; turned clockwise by a quarter, what lay there lies behind.
+    let right = image(plain, turn(-90.0));
+    assert!(right[0].b > 0.5 && right[7].b > 0.5 && right[0].r < 0.3, "{right:?}");
+    let strong = Edits { env_strength: Some(2.5), ..Edits::default() };
+    let radiance = "light: Environment(image: \"halves.png\", radiance: 2.5)";
+    assert!(image(plain, strong.clone()) == image(radiance, Edits::default()));
+
+    // Below a turned and stretched parent, too.
+    let below = |light: &str, edits: Edits| {
+        let parent = "parent: \"above\", light: Environment(image: \"halves.png\")";
+        let scene = around(parent).replace(
+            "])",
+            &format!(", (name: \"above\", transform: (rotate_degrees: (20, {light}, 0), scale: 2))])"),
+        );
+        folder.write("scene.ron", scene);
+        let options = LoadOptions { edits, ..LoadOptions::default() };
+        Picture::of(&loaded(&folder, "scene.ron", &options)).pixels
+    };
+    assert!(far(&below("-45", turn(30.0)), &below("-75", Edits::default())) < 1e-3);
+
+    folder.write(
+        "scene.ron",
+        "(entities: [(camera: Orthographic(height_m: 2)), (shape: Sphere(radius_m: 1))])",
+    );
+    let messages = folder.messages("scene.ron --env-turn 90 --size 4x4 --spp 1 -o a.png");
+    assert!(messages.contains("there is no environment and no sky (--env studio adds one)"), "{messages}");
+    folder.out("scene.ron --env halves.png --env-turn=-90 --env-strength 0.5 --size 4x4 --spp 1 -q -o a.png");
+    folder.out("reproduce a.png -q");
+    folder.fails(2, "scene.ron --env studio --env-strength=-1", &["expected a factor"]);
+}
+
+#[test]
+fn pictures_of_environments_that_are_not_two_to_one_get_a_note() {
+    let folder = empty_folder();
+    halves(&folder);
+    let image = |width: u32, height: u32| {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, width, height);
+        encoder.set_color(png::ColorType::Grayscale);
+        let pixels = vec![200; (width * height) as usize];
+        encoder.write_header().expect("a header").write_image_data(&pixels).expect("pixels");
+        folder.write("a.png", file);
+        folder.write("scene.ron", around("light: Environment(image: \"a.png\")"));
+        folder.messages("scene.ron --spp 1 -o out.png")
+    };
+    for (width, height) in [(16, 16), (6, 16), (40, 16)] {
+        let messages = image(width, height);
+        let note = format!("\"around\": its picture has {width}x{height} texels");
+        assert_eq!(messages.matches(&note).count(), 1, "{messages}");
+    }
+    for (width, height) in [(32, 16), (33, 16), (1, 1)] {
+        assert!(!image(width, height).contains("texels"), "{width}x{height}");
+    }
+}
+
+#[test]
+fn statements_replace_the_rotation_of_models_nodes() {
+    let folder = empty_folder();
+    let nodes = |own: &str| {
+        folder.write(
+            "a.gltf",
+            format!(
+                r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}],
+                "nodes": [{{"name": "Suzanne", {own}}}]}}"#
+            ),
+        );
+    };
+    let set = |statement: &str| {
+        let edits = Edits { set: vec![format!("\"Suzanne\".transform.{statement}")], ..Edits::default() };
+        let world = load_with(folder.join("a.gltf"), &LoadOptions { edits, ..LoadOptions::default() })?;
+        let found = world.in_order().into_iter().find(|entity| world.name_of(*entity) == "Suzanne");
+        Ok::<_, rayfront::error::LoadError>(
+            *world.entities.get::<&Transform>(found.expect("a node")).expect("a transform"),
+        )
+    };
+    let near = |found: Transform, at: Vec3, turn: Quat, size: Vec3| {
+        let Transform::Trs { translation, rotation, scale } = found else { panic!("{found:?}") };
+        assert!((translation - at).length() < 1e-5 && (scale - size).length() < 1e-5, "{found:?}");
+        assert!(rotation.dot(turn).abs() > 1.0 - 1e-6, "{found:?} instead of {turn}");
+    };
+    let quarter = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+    // By quaternion, and by a matrix that moves by (1, 2, 3), turns by 90 degrees about X and doubles.
+    let matrix = "\"matrix\": [2, 0, 0, 0, 0, 0, 2, 0, 0, -2, 0, 0, 1, 2, 3, 1]";
+    for (own, at, size) in [
+        ("\"rotation\": [0.5, 0.5, 0.5, 0.5]", Vec3::ZERO, Vec3::ONE),
+        (
+            "\"rotation\": [0.5, 0.5, 0.5, 0.5], \"scale\": [1, 2, 3], \"translation\": [0, 0, 4]",
+            Vec3::new(0.0, 0.0, 4.0),
+            Vec3::new(1.0, 2.0, 3.0),
+        ),
+        ("\"translation\": [0, 0, 4]", Vec3::new(0.0, 0.0, 4.0), Vec3::ONE),
+        (matrix, Vec3::new(1.0, 2.0, 3.0), Vec3::splat(2.0)),
+    ] {
+        nodes(own);
+        near(set("rotate_degrees = (0, 90, 0)").expect(own), at, quarter, size);
+        near(set("rotate_quaternion = (0, 0, 0, 1)").expect(own), at, Quat::IDENTITY, size);
+    }
+    let tilted = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    near(
+        set("translate += (1, 0, 0)").expect("a matrix"),
+        Vec3::new(2.0, 2.0, 3.0),
+        tilted,
+        Vec3::splat(2.0),
+    );
+    // Angles are added to those of a quaternion: (100, 20, -30) degrees.
+    let angles = |x: f32, y: f32, z: f32| {
+        let [x, y, z] = [x, y, z].map(f32::to_radians);
+        Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x)
+    };
+    nodes(&format!("\"rotation\": {:?}", angles(100.0, 20.0, -30.0).to_array()));
+    near(
+        set("rotate_degrees += (5, 0, 10)").expect("angles"),
+        Vec3::ZERO,
+        angles(105.0, 20.0, -20.0),
+        Vec3::ONE,
+    );
+    nodes(&format!("\"rotation\": {:?}", angles(40.0, 90.0, 0.0).to_array()));
+    near(set("rotate_degrees += (0, 0, 0)").expect("angles"), Vec3::ZERO, angles(40.0, 90.0, 0.0), Vec3::ONE);
+    nodes("\"matrix\": [1, 0, 0, 0, 0.5, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]");
+    let error = set("rotate_degrees = (0, 90, 0)").expect_err("it shears").to_string();
+    assert!(error.contains("a Matrix that shears: set all of it, as .transform = (…)"), "{error}");
+    set("scale = 1").expect_err("it shears");
+}
+
+/// A mirror ball before a red and blue environment; to its left a pane that lets half of the light through.
+fn staged(transport: &str, settings: &str) -> String {
+    let (mirror, pane) = match transport {
+        "Path" => (
+            "Principled(metallic: 1, roughness: 0, base_color: 1)",
+            "Principled(base_color: 0, specular: 0, metallic: 0, alpha: 0.5, alpha_mode: Blend)",
+        ),
+        _ => (
+            "BlinnPhong(diffuse: 0, specular: 0, kr: 1)",
+            "BlinnPhong(diffuse: 0, specular: 0, kt: 0.5, ior: 1)",
+        ),
+    };
+    format!(
+        "(settings: (transport: {transport}, size: (24, 8), samples: 16, ambient: 0, {settings}), entities: [
+            (camera: Orthographic(height_m: 2), transform: (translate: (0, 0, 5))),
+            (light: Environment(image: \"halves.png\")),
+            (shape: Sphere(radius_m: 0.9), material: {mirror}),
+            (shape: Plane(corners: ((-3, 1, 0), (-2, 1, 0), (-2, -1, 0), (-3, -1, 0))), material: {pane})])"
+    )
+}
+
+#[test]
+fn backdrops_are_seen_and_environments_light() {
+    let folder = empty_folder();
+    halves(&folder);
+    for transport in ["Path", "Whitted"] {
+        let image = |settings: &str, options: Options| {
+            folder.write("scene.ron", staged(transport, settings));
+            film(&loaded(&folder, "scene.ron", &LoadOptions::default()), options).radiance()
+        };
+        let schedules = [Schedule::Wavefront, Schedule::Recursive]
+            .map(|schedule| Options { schedule, ..Options::default() });
+        let [plain, seen] = ["", "backdrop: (0, 0.7, 0)"].map(|settings| {
+            let [wave, depth] = schedules.clone().map(|options| image(settings, options));
+            assert!(wave == depth, "{transport}, {settings}");
+            wave
+        });
+        let green = Rgb::new(0.0, 0.7, 0.0);
+        let at = |image: &[Rgb], x: usize, y: usize| image[y * 24 + x];
+        // Right of the ball nothing is hit.
+        assert!(far(&[at(&seen, 22, 4)], &[green]) < 1e-5, "{transport}");
+        // Through the pane half of it is seen.
+        let through = at(&seen, 1, 4);
+        assert!(
+            (through.g - 0.35).abs() < 0.12 && through.r < 1e-5 && through.b < 1e-5,
+            "{transport}: {through:?}"
+        );
+        // The ball shows the environment, bit by bit.
+        for (x, y) in [(12, 4), (11, 3), (10, 4)] {
+            assert!(at(&seen, x, y) == at(&plain, x, y) && at(&seen, x, y).g < 0.1, "{transport}");
+        }
+        let gradient = image("backdrop: Gradient(bottom: 0, top: (0, 1, 0))", Options::default());
+        assert!(far(&[at(&gradient, 22, 4)], &[Rgb::new(0.0, 0.5, 0.0)]) < 1e-5);
+    }
+}
+
+#[test]
+fn backgrounds_on_the_command_line_are_seen_behind_environments() {
+    let folder = folder(&staged("Path", ""));
+    halves(&folder);
+    let corner = |name: &str| folder.pixels(name)[23];
+    let green = Rgb::new(0.0, 0.7, 0.0);
+    folder.write("key.ron", staged("Path", "backdrop: (0, 0.7, 0)"));
+    let by_key = folder.hash("key.ron -q -o b.exr");
+    assert_eq!(folder.hash("scene.ron -q --background 0,0.7,0 -o a.exr --aov all"), by_key);
+    assert!(corner("a.exr") == green);
+    folder.out("reproduce a.exr -q");
+    // Denoising keeps it, and coverage is 0 there.
+    folder.out("scene.ron -q --background 0,0.7,0 --denoise -o c.exr");
+    assert!(far(&[corner("c.denoised.exr")], &[green]) < 1e-4);
+    let dark = folder.hash("scene.ron -q --background 0 -o a.exr");
+    assert!(corner("a.exr") == Rgb::BLACK && dark != folder.hash("scene.ron -q -o a.exr"));
+    // Bare models get a studio; what hides it is named.
+    wedge(&folder, "wedge", |corner| corner);
+    folder.out("wedge.gltf -q --background 0,0.7,0 --size 8x8 --spp 1 -o a.exr");
+    assert!(folder.pixels("a.exr")[0] == green);
+    let message = folder.messages("wedge.gltf --background 0,0.7,0 --size 8x8 --spp 1 -o a.exr");
+    assert!(!message.contains("background"), "{message}");
+    // Without an environment the background is what it was: light, too.
+    let bare = |settings: &str| {
+        format!("(settings: (transport: Path, size: (8, 8), samples: 4, {settings}), entities: [
+            (camera: Orthographic(height_m: 3), transform: (translate: (0, 0, 5))), (shape: Sphere(radius_m: 1))])")
+    };
+    folder.write("bare.ron", bare(""));
+    folder.write("lit.ron", bare("background: 0.4"));
+    assert_eq!(folder.hash("bare.ron -q --background 0.4 -o a.png"), folder.hash("lit.ron -q -o a.png"));
+    // A background in the scene is still hidden, and the warning names the key that is not.
+    folder.write("hidden.ron", staged("Path", "background: 0.4"));
+    let message = folder.messages("hidden.ron -o a.png");
+    assert!(message.contains("write backdrop instead, or --env none"), "{message}");
+}
