@@ -238,8 +238,10 @@ fn nearest_file(missing: &Path) -> String {
 
 /// Returns the edit distance between two names. A unit at the end may be left out: "radus" is near "radius_m".
 fn distance(name: &str, known: &str) -> usize {
+    const UNITS: [&str; 6] = ["degrees", "ev", "kelvin", "m", "s", "w"];
     let edits = |k: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase());
-    let without_unit = known.rsplit_once('_').map_or(usize::MAX, |(stem, _)| edits(stem));
+    let unit = known.rsplit_once('_').filter(|(_, unit)| UNITS.contains(unit));
+    let without_unit = unit.map_or(usize::MAX, |(stem, _)| edits(stem));
     edits(known).min(without_unit)
 }
 

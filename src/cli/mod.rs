@@ -28,6 +28,7 @@ use self::commands::{
 };
 use self::failure::{Failure, Fault};
 use crate::error::did_you_mean;
+use crate::formats::elsewhere::option_advice;
 use crate::render::check_environment;
 
 /// The text below the options in the help.
@@ -170,7 +171,7 @@ pub fn run(words: impl Iterator<Item = OsString>) -> ExitCode {
     let words = normalize_args(words);
     let outcome = match Arguments::try_parse_from(&words) {
         Ok(arguments) => dispatch(arguments, &words),
-        Err(error) => answer(&error, words.get(1)),
+        Err(error) => answer(error, &words),
     };
     outcome.unwrap_or_else(|failure| {
         if !failure.is_closed_pipe() {
@@ -225,18 +226,55 @@ fn dispatch(arguments: Arguments, words: &[OsString]) -> Result<ExitCode, Failur
     }
 }
 
-/// Prints the requested help, or what is wrong with the command line, whose first word is `first`.
-fn answer(error: &clap::Error, first: Option<&OsString>) -> Result<ExitCode, Failure> {
-    let misspelt = first.filter(|_| error.use_stderr()).and_then(|word| misspelt_command(word));
+/// Prints the requested help, or what is wrong with the command line.
+fn answer(error: clap::Error, words: &[OsString]) -> Result<ExitCode, Failure> {
+    let misspelt = words.get(1).filter(|_| error.use_stderr()).and_then(|word| misspelt_command(word));
     if let Some(failure) = misspelt {
         return Err(failure);
     }
-    let printed = error.print();
-    if error.use_stderr() {
+    let is_mistake = error.use_stderr();
+    let printed = if is_mistake { with_our_tip(error, words).print() } else { error.print() };
+    if is_mistake {
         return Ok(Fault::CommandLine.code());
     }
     printed.and_then(|()| std::io::stdout().flush()).map_err(Failure::stdout("the help"))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Replaces the tip of an error about an unknown option: by what other programs' option is called here, or by an option
+/// with nearly that name.
+fn with_our_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
+    use clap::error::{ContextKind, ContextValue, ErrorKind};
+    let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else { return error };
+    if error.kind() != ErrorKind::UnknownArgument || !option.starts_with('-') {
+        return error;
+    }
+    let tip = tip_on(&option.clone(), words);
+    for kind in [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::Suggested] {
+        error.remove(kind);
+    }
+    if let Some(tip) = tip {
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
+}
+
+/// Returns what to type in place of an unknown option.
+fn tip_on(option: &str, words: &[OsString]) -> Option<String> {
+    if let Some(advice) = option_advice(option) {
+        return Some(advice.into_owned());
+    }
+    let program = Arguments::command();
+    let command = words.get(1).and_then(|word| program.find_subcommand(word)).unwrap_or(&program);
+    let names: Vec<String> = command
+        .get_arguments()
+        .filter_map(|argument| argument.get_long())
+        .map(|name| format!("--{name}"))
+        .collect();
+    let name = option.split('=').next().unwrap_or_default();
+    let near = did_you_mean(name, names.iter().map(String::as_str));
+    let near = near.trim().trim_start_matches("(did you mean ").trim_end_matches("?)");
+    (name.starts_with("--") && !near.is_empty()).then(|| format!("did you mean {near}?"))
 }
 
 /// Returns the failure for a word in the place of a command or a scene that is neither, but resembles a command.
@@ -255,6 +293,48 @@ fn misspelt_command(word: &OsStr) -> Option<Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn everything_that_tips_say_to_type_is_an_option() {
+        let mut count = 0;
+        for typed in crate::formats::elsewhere::typed_options() {
+            let words = ["rayfront", "scene.ron"].map(str::to_owned).into_iter();
+            let words: Vec<String> = words.chain(shlex::split(typed).expect("closed quotes")).collect();
+            assert_eq!(understands(&words), Ok(()), "{typed}");
+            count += 1;
+        }
+        assert!(count > 25, "{count}");
+    }
+
+    #[test]
+    fn unknown_options_get_what_to_type_or_nothing() {
+        let tip = |line: &str| {
+            let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+            let error = Arguments::try_parse_from(&words).expect_err(line);
+            with_our_tip(error, &words).to_string()
+        };
+        for (line, typed) in [
+            ("rayfront a.ron --width 640", "tip: --size 1280x720"),
+            ("rayfront render a.ron --fov=40", "tip: --set 'Camera.vertical_fov_degrees = 40'"),
+            ("rayfront a.glb --camera-azimuth-angle 30", "tip: --orbit 30,15"),
+            ("rayfront a.glb -E CYCLES", "tip: --transport path"),
+            ("rayfront a.ron --exposre 1", "tip: did you mean \"--exposure\"?"),
+            ("rayfront compare a.png b.png --max-rms 1", "tip: did you mean \"--max-rmse\"?"),
+        ] {
+            let text = tip(line);
+            assert!(text.contains(typed) && text.matches("tip:").count() == 1, "{text}");
+        }
+        for line in ["rayfront a.ron --wibble", "rayfront a.ron --hair 3", "rayfront info a.ron --grain"] {
+            assert!(!tip(line).contains("tip:"), "{}", tip(line));
+        }
+        for line in [
+            "--resolution 640x480", "--hdri studio", "--max-depth 4", "--bounces 4", "--samples-count 4",
+            "--out a.png",
+        ] {
+            let words = ["rayfront", "a.ron"].into_iter().chain(line.split(' ')).map(str::to_owned);
+            assert_eq!(understands(&words.collect::<Vec<_>>()), Ok(()), "{line}");
+        }
+    }
 
     #[test]
     fn clap_declaration_is_valid() {

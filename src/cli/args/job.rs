@@ -75,7 +75,7 @@ pub struct OutputOptions {
     /// Output files: images (.png, .jpg, .webp, .exr, .hdr), a film to continue later (.film), or standard output: - (a
     /// film; with --frames a video, as YUV4MPEG2) or an image as png:-, exr:- and so on; may be given several times [default: the scene's name with .png, in the
     /// current folder]
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, aliases = ["out", "outfile", "render-output"], value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Replace a .film that holds something else
     #[arg(long)]

@@ -24,11 +24,11 @@ pub type ImageSize = [u32; 2];
 #[command(next_help_heading = "Picture")]
 pub struct SampleOptions {
     /// Samples per pixel
-    #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N",
+    #[arg(short = 's', long, visible_alias = "samples-per-pixel", aliases = ["sample-count", "samples-count"], value_name = "N",
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: Option<u32>,
     /// Size of the image in pixels, such as 1280x720
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, aliases = ["resolution", "res"], value_name = "WxH", value_parser = parse_size)]
     pub size: Option<ImageSize>,
     /// Effort put into building the acceleration structure [default: the scene's]
     #[arg(long, value_parser = one_of(QUALITIES))]
@@ -87,7 +87,7 @@ impl PictureOptions {
 #[command(next_help_heading = "Light")]
 pub struct LightOptions {
     /// Maximum number of bounces after the camera ray [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
+    #[arg(long, aliases = ["max-depth", "maxdepth", "bounces", "max-bounces"], value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_535))]
     pub depth: Option<u32>,
     /// Maximum number of diffuse bounces among these, under the path transport [default: the scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=DepthLimits::MOST as i64))]
@@ -191,7 +191,8 @@ pub struct ModelOptions {
     #[arg(long, value_name = "y|z", default_value = "y", hide_possible_values = true, value_parser = one_of(UP_AXES))]
     pub up: UpAxis,
     /// Environment in place of the scene's own: an image file, or none, studio, sky, sky:ELEVATION,AZIMUTH
-    #[arg(long, value_name = "NAME|FILE", value_parser = EnvironmentPreset::named)]
+    #[arg(long, aliases = ["hdri", "hdri-file", "envmap", "environment", "skybox"], value_name = "NAME|FILE",
+          value_parser = EnvironmentPreset::named)]
     pub env: Option<EnvironmentPreset>,
     /// Turn the environment or sky, by degrees clockwise seen from above
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = parse_turn)]
@@ -231,7 +232,7 @@ pub struct EditOptions {
     pub ground: bool,
     /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, '#ff8000' or 0.1,0.2,0.4; if
     /// there is an environment, it still gives light and is seen in mirrors
-    #[arg(long, value_name = "COLOUR")]
+    #[arg(long, aliases = ["background-color", "bg-color", "bg"], value_name = "COLOUR")]
     pub background: Option<String>,
 }
 

@@ -12,12 +12,14 @@ pub mod query;
 mod scan;
 mod source;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod tree;
 mod value;
 mod write;
 
 use std::path::Path;
+
+use serde::de::DeserializeOwned;
 
 pub use self::edit::with_keys;
 use self::source::SceneText;
@@ -48,6 +50,13 @@ pub fn load(path: &Path, files: &mut dyn AssetFiles) -> Result<World, LoadError>
             Err(LoadError::At { file: path.to_owned(), line, column, reason })
         }
     }
+}
+
+/// Reads a value of another kind of file from its text, with the messages of scene files.
+pub fn value<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, LoadError> {
+    let source = SceneText::new(text.strip_prefix('\u{feff}').unwrap_or(text), path, 0.0);
+    source.root()?;
+    source.whole_value()
 }
 
 /// Reads a scene from its text. `path` is its path in messages, and the files that it names are relative to its folder.

@@ -9,12 +9,13 @@ use std::path::Path;
 
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
-use serde::de::{Deserialize, IgnoredAny};
+use serde::de::{Deserialize, DeserializeOwned, IgnoredAny};
 
 use super::keyframes::Clock;
 use super::scan;
 use super::tree::BracketTree;
 use crate::error::{LoadError, did_you_mean, meant};
+use crate::formats::elsewhere;
 
 /// The number of faults after which reading stops.
 const MOST_FAULTS: usize = 20;
@@ -287,6 +288,38 @@ impl<'a> SceneText<'a> {
         self.error(name, format!("unknown {kind} \"{}\"{suggestion}; {kinds}: {known}", shorten(name)))
     }
 
+    /// The whole file as a value of another kind, after checking that it is well formed.
+    pub(super) fn whole_value<T: DeserializeOwned>(&self) -> Result<T, LoadError> {
+        use ron::Error;
+        self.options.from_str(self.text).map_err(|error| {
+            let start = error.span.start;
+            let place = &self.text[scan::offset(self.text, start.line, start.col)..];
+            let list =
+                |known: &[&str], found: &str| (suggest(found, known.iter().copied()), known.join(", "));
+            let name = |outer: &Option<String>| outer.clone().unwrap_or_else(|| "this".to_owned());
+            let reason = match &error.code {
+                Error::NoSuchStructField { expected, found, outer } => {
+                    let (hint, known) = list(expected, found);
+                    let (found, outer) = (shorten(found), name(outer));
+                    format!("unknown field \"{found}\" in {outer}{hint}; fields: {known}")
+                }
+                Error::NoSuchEnumVariant { expected, found, outer } => {
+                    let (hint, known) = list(expected, found);
+                    let (found, outer) = (shorten(found), name(outer));
+                    format!("unknown {outer} \"{found}\"{hint}; expected one of {known}")
+                }
+                Error::MissingStructField { field, outer } => {
+                    format!("{} needs the field \"{field}\"", name(outer))
+                }
+                Error::DuplicateStructField { field, outer } => {
+                    format!("{} has the field \"{field}\" twice", name(outer))
+                }
+                other => format!("{other}, found {}", describe(Raw(scan::skip_blank(place)))),
+            };
+            self.error(place, reason)
+        })
+    }
+
     /// Translates a syntax error of `ron` into an error with our wording and position.
     fn syntax_error(&self, error: &SpannedError) -> LoadError {
         use ron::Error;
@@ -334,7 +367,7 @@ impl<'a> SceneText<'a> {
 }
 
 /// A short description of a value, for messages.
-fn describe(raw: Raw) -> String {
+pub(super) fn describe(raw: Raw) -> String {
     let text = raw.0;
     let (name, rest) = scan::split_identifier(text);
     let after_name = scan::skip_blank(rest);
@@ -375,77 +408,17 @@ pub(super) fn suggest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) 
         return String::new();
     }
     let known: Vec<&str> = known.into_iter().filter(|known| known.len() <= LONGEST).collect();
-    let advice = ADVICE.iter().find(|(theirs, among, _)| *theirs == name && known.contains(among));
-    if let Some((_, _, advice)) = advice {
+    if let Some(advice) = elsewhere::advice(name, &known) {
         return format!(" ({advice})");
     }
+    // Names of colours stand where colours or textures may.
+    let is_color = known.contains(&"Image") || known.contains(&"Srgb");
+    if let Some(color) = elsewhere::color_advice(name).filter(|_| is_color) {
+        return format!(" (write {color})");
+    }
     let near = did_you_mean(name, known.iter().copied());
-    let ours = NAMES_ELSEWHERE.iter().filter(|(theirs, _)| near.is_empty() && *theirs == name);
-    let ours = ours.flat_map(|(_, ours)| *ours).find(|ours| known.contains(ours));
-    ours.map_or(near, |ours| meant(ours))
+    match elsewhere::same_field(name, &known) {
+        Some(ours) if near.is_empty() => meant(ours),
+        _ => near,
+    }
 }
-
-/// Advice on features of other programs: their name, a name that must be among the known ones for the advice to apply,
-/// and the advice.
-const ADVICE: [(&str, &str, &str); 30] = [
-    ("Box", "Sphere", MESH),
-    ("Checker", "Image", "textures are pictures: Image(\"file.png\")"),
-    ("Cone", "Sphere", MESH),
-    ("Cube", "Sphere", MESH),
-    ("Cylinder", "Sphere", MESH),
-    ("Dielectric", "Principled", GLASS),
-    ("Diffuse", "BlinnPhong", "(diffuse: …), or Principled(metallic: 0, …)"),
-    ("Disc", "Sphere", MESH),
-    ("Disk", "Sphere", MESH),
-    ("Glass", "Principled", GLASS),
-    ("Metal", "Principled", "Principled(metallic: 1, base_color: …, roughness: …)"),
-    ("Mirror", "Principled", "Principled(metallic: 1, roughness: 0)"),
-    ("Sun", "Directional", "Directional(irradiance: …, angle_degrees: 0.53), or Sky()"),
-    ("Torus", "Sphere", MESH),
-    ("candela", "power_w", "power_w: 4π times as much"),
-    ("denoise", "max_depth", "that is said on the command line: --denoise"),
-    ("direction", "angle_degrees", "its transform says where it shines to: LookAt(from: …, to: …)"),
-    ("fov", "max_depth", "the camera has it: vertical_fov_degrees"),
-    ("fps", "max_depth", "that is said on the command line: --fps"),
-    ("lumens", "power_w", "power_w, in watts: for pictures only proportions count"),
-    ("radiance", "size_m", "power_w: π times the area times the radiance"),
-    ("scattering", "attenuation_color", SCATTERING),
-    ("shutter", "max_depth", "that is said on the command line: --shutter"),
-    ("sigma_a", "attenuation_color", SCATTERING),
-    ("sigma_s", "attenuation_color", SCATTERING),
-    ("sigma_t", "attenuation_color", SCATTERING),
-    ("strength", "power_w", "power_w, in watts"),
-    ("subsurface", "base_color", "a volume with a multiscatter_color"),
-    ("thin", "base_color", "glass is thin if it has no volume"),
-    ("visible", "falloff", "only Area lights can be seen"),
-];
-const MESH: &str = "that is a Mesh: from a .ply, .obj or .glb file";
-const GLASS: &str = "Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, volume: ())";
-const SCATTERING: &str = "of light after attenuation_distance_m, attenuation_color is left; how much of the rest is \
-                          scattered, multiscatter_color says";
-
-/// Field names of other programs, and the corresponding fields of scene files.
-const NAMES_ELSEWHERE: [(&str, &[&str]); 22] = [
-    ("albedo", &["base_color", "diffuse"]),
-    ("color", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
-    ("colour", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
-    ("bump_map", &["bump"]),
-    ("emissive", &["emission"]),
-    ("eta", &["ior"]),
-    ("eye", &["from"]),
-    ("fov", &["vertical_fov_degrees"]),
-    ("intensity", &["power_w", "irradiance", "radiance"]),
-    ("location", &["translate"]),
-    ("metalness", &["metallic"]),
-    ("normal_map", &["normal"]),
-    ("opacity", &["alpha"]),
-    ("origin", &["translate", "from"]),
-    ("position", &["translate", "from"]),
-    ("power", &["power_w", "irradiance", "radiance"]),
-    ("reflectance", &["diffuse", "base_color"]),
-    ("resolution", &["size"]),
-    ("spec_trans", &["transmission"]),
-    ("spp", &["samples"]),
-    ("target", &["to"]),
-    ("transparency", &["transmission", "kt"]),
-];

@@ -6,9 +6,10 @@ use serde::de::Deserialize;
 
 use super::keyframes::Keyed;
 use super::scan;
-use super::source::{Raw, SceneText, VariantText};
+use super::source::{Raw, SceneText, VariantText, describe};
 use crate::error::LoadError;
 use crate::film::tonemap::srgb_decode;
+use crate::formats::elsewhere;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 
 /// The largest magnitude of a body's priority.
@@ -199,8 +200,14 @@ impl<'a> SceneText<'a> {
         }
         if !raw.0.starts_with('(') {
             if self.try_read::<f64>(raw).is_none() {
+                let written = scan::split_identifier(raw.0).0;
+                let written =
+                    if written.is_empty() { self.string(raw, "").ok() } else { Some(written.into()) };
+                let advice = written.and_then(|text| elsewhere::color_advice(&text));
+                let advice = advice.map(|advice| format!(" (write {advice})")).unwrap_or_default();
                 let forms = "as (r, g, b), one number, Srgb(r, g, b) or \"#rrggbb\"";
-                return Err(self.expected(raw, &format!("{what}, {forms}")));
+                let reason = format!("expected {what}, {forms}, found {}{advice}", describe(raw));
+                return Err(self.error(raw.0, reason));
             }
             return Ok(Rgb::splat(self.at_least_zero(raw, what)?));
         }
@@ -245,6 +252,15 @@ impl<'a> SceneText<'a> {
         }
     }
 
+    /// The error for a value that is no name; those in quotes that are one get it without.
+    pub(super) fn expected_name(&self, raw: Raw<'a>, what: &str, names: &[&str]) -> LoadError {
+        let quoted = self.try_read::<String>(raw);
+        let same = quoted.and_then(|text| names.iter().find(|name| is_same_word(name, &text)));
+        let advice = same.map(|name| format!(" (write {name}, without quotes)")).unwrap_or_default();
+        let names = names.join(", ");
+        self.error(raw.0, format!("expected {what}: {names}, found {}{advice}", describe(raw)))
+    }
+
     /// One of several names.
     pub(super) fn choice<T: Copy>(
         &self,
@@ -254,11 +270,19 @@ impl<'a> SceneText<'a> {
     ) -> Result<T, LoadError> {
         let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
         let Some(variant) = self.variant(raw) else {
-            return Err(self.expected(raw, &format!("a {kind}: {}", names.join(", "))));
+            return Err(self.expected_name(raw, &format!("a {kind}"), &names));
         };
         let found = known.iter().find(|(name, _)| *name == variant.name);
         let (_, value) = found.ok_or_else(|| self.unknown(variant.name, kind, &names))?;
         self.no_fields(variant)?;
         Ok(*value)
     }
+}
+
+/// True if two names differ only in case, hyphens, underscores and blanks.
+fn is_same_word(name: &str, other: &str) -> bool {
+    let letters = |text: &str| -> String {
+        text.chars().filter(|c| c.is_ascii_alphanumeric()).map(|c| c.to_ascii_lowercase()).collect()
+    };
+    letters(name) == letters(other)
 }

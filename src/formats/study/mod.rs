@@ -421,13 +421,7 @@ pub fn load(path: &Path) -> Result<StudyFile, LoadError> {
 
 /// Reads a study from its text; messages call it `path`.
 pub fn parse(text: &str, path: &Path) -> Result<StudyFile, LoadError> {
-    let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-    let mut study: StudyFile = options.from_str(text).map_err(|error| LoadError::At {
-        file: path.to_owned(),
-        line: error.span.start.line,
-        column: error.span.start.col,
-        reason: error.code.to_string(),
-    })?;
+    let mut study: StudyFile = super::ron::value(text, path)?;
     limits::check(&study).map_err(|reason| LoadError::invalid(path, reason))?;
     for experiment in &mut study.experiments {
         // The reference must also go through the middle of the pixel: edges would make most of the error.
@@ -471,7 +465,10 @@ mod tests {
     #[test]
     fn mistakes_are_named_with_their_place() {
         let unknown = error("(title: \"t\",\n experiments: [(nam: \"a\")])");
-        assert!(unknown.starts_with("a.ron:2:") && unknown.contains("nam"), "{unknown}");
+        let hint = "unknown field \"nam\" in Experiment (did you mean \"name\"?); fields: name, title";
+        assert!(unknown.starts_with("a.ron:2:") && unknown.contains(hint), "{unknown}");
+        let unclosed = error("(title: \"t\",\n experiments: [(name: \"a\"");
+        assert_eq!(unclosed, "a.ron:2:15: this \"(\" is never closed");
         for (from, to, wanted) in [
             ("name: \"a\"", "name: \"a b\"", "letters, digits"),
             ("x: Triangles([100, 1000])", "x: Triangles([])", "one value of x"),

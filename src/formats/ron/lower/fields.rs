@@ -138,7 +138,7 @@ impl<'a> Lowering<'_, 'a> {
         let (source, names, kind) = (self.source, to.names(), to.kind());
         let Some(variant) = source.variant(raw) else {
             let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
-            return Err(source.expected(raw, &format!("{article} {kind}: {}", names.join(", "))));
+            return Err(source.expected_name(raw, &format!("{article} {kind}"), names));
         };
         let found = names.iter().position(|name| *name == variant.name);
         to.set_form(found.ok_or_else(|| source.unknown(variant.name, kind, names))?);

@@ -73,7 +73,7 @@ const MODEL: &str = r#"{
     "buffers": [{"byteLength": 9, "uri": "data:;base64,AAAAAQAAAAEA"}]
 }"#;
 
-pub(in crate::formats::ron) fn read(text: &str) -> Result<World, LoadError> {
+pub(in crate::formats) fn read(text: &str) -> Result<World, LoadError> {
     super::parse(text, Path::new("scenes/test.ron"), &mut Fake::default())
 }
 
