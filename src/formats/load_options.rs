@@ -6,7 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{LoadError, did_you_mean, in_one_line};
-use crate::math::{Quat, Rgb, Vec3};
+use crate::math::{DVec3, Quat, Rgb, Vec3};
 use crate::world::{Light, Transform};
 
 /// Options for reading a scene. The default reads it as it is.
@@ -117,7 +117,7 @@ impl UpAxis {
             UpAxis::Y => Quat::IDENTITY,
             UpAxis::Z => Quat::from_xyzw(-half, 0.0, 0.0, half),
         };
-        Transform::Trs { translation: Vec3::ZERO, rotation, scale: Vec3::ONE }
+        Transform::Trs { translation: DVec3::ZERO, rotation, scale: Vec3::ONE }
     }
 }
 

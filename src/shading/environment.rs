@@ -18,10 +18,8 @@ pub fn radiance<F: Float>(environment: &Environment, direction: Vector<F>, mask:
 /// The radiance that camera rays see in a unit direction in place of light, if a backdrop is set.
 #[inline(always)]
 pub fn backdrop<F: Float>(environment: &Environment, direction: Vector<F>) -> Option<Color<F>> {
-    match &environment.backdrop {
-        Some(backdrop) => Some(background_radiance(backdrop, direction)),
-        None => None,
-    }
+    let backdrop = environment.backdrop.as_ref()?;
+    Some(background_radiance(backdrop, direction))
 }
 
 #[inline(always)]

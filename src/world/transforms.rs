@@ -6,7 +6,7 @@ use hecs::Entity;
 
 use super::{Parent, Shape, Transform, World};
 use crate::error::CompileError;
-use crate::math::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
+use crate::math::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 /// The local-to-world matrix of every entity, in double precision: rounded only once, when geometry is made.
 pub type WorldTransforms = HashMap<Entity, DAffine3>;
@@ -102,14 +102,14 @@ impl Transform {
         match (self, parent) {
             (Transform::Trs { translation, rotation, scale }, None) => {
                 let rotation = (turn * rotation.as_dquat()).as_quat();
-                let translation = (rotation_matrix(turn) * translation.as_dvec3()).as_vec3();
+                let translation = rotation_matrix(turn) * *translation;
                 Transform::Trs { translation, rotation, scale: *scale }
             }
             (own, parent) => {
                 let (own, above) = (to_matrix(own), parent.unwrap_or(DMat3::IDENTITY));
                 let turn = above.inverse() * rotation_matrix(turn) * above;
                 let turned = DAffine3 { matrix3: turn * own.matrix3, translation: turn * own.translation };
-                Transform::Matrix(DMat4::from(turned).as_mat4())
+                Transform::Matrix(turned)
             }
         }
     }

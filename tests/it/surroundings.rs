@@ -195,7 +195,7 @@ fn statements_replace_the_rotation_of_models_nodes() {
     };
     let near = |found: Transform, at: Vec3, turn: Quat, size: Vec3| {
         let Transform::Trs { translation, rotation, scale } = found else { panic!("{found:?}") };
-        assert!((translation - at).length() < 1e-5 && (scale - size).length() < 1e-5, "{found:?}");
+        assert!((translation.as_vec3() - at).length() < 1e-5 && (scale - size).length() < 1e-5, "{found:?}");
         assert!(rotation.dot(turn).abs() > 1.0 - 1e-6, "{found:?} instead of {turn}");
     };
     let quarter = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
@@ -275,7 +275,7 @@ fn backdrops_are_seen_and_environments_light() {
         let schedules = [Schedule::Wavefront, Schedule::Recursive]
             .map(|schedule| Options { schedule, ..Options::default() });
         let [plain, seen] = ["", "backdrop: (0, 0.7, 0)"].map(|settings| {
-            let [wave, depth] = schedules.clone().map(|options| image(settings, options));
+            let [wave, depth] = schedules.map(|options| image(settings, options));
             assert!(wave == depth, "{transport}, {settings}");
             wave
         });

@@ -2,7 +2,7 @@
 
 use crate::formats::ron::scan;
 use crate::formats::ron::tree::BracketTree;
-use crate::math::{DMat3, DQuat, DVec3};
+use crate::math::{DMat3, DQuat};
 use crate::world::{Transform, transforms};
 
 /// The fields of a transform in parts.
@@ -60,9 +60,9 @@ fn parts(transform: &Transform, name: &str) -> Result<String, String> {
             format!("rotate_degrees: ({x}, {y}, {z})")
         }
     };
-    let numbers = |v: DVec3| format!("({}, {}, {})", v.x as f32, v.y as f32, v.z as f32);
-    let (at, size) = (numbers(matrix.translation), numbers(DVec3::new(x, y, z)));
-    Ok(format!("(translate: {at}, {rotation}, scale: {size})"))
+    let [a, b, c] = matrix.translation.to_array();
+    let [x, y, z] = [x, y, z].map(|factor| factor as f32);
+    Ok(format!("(translate: ({a}, {b}, {c}), {rotation}, scale: ({x}, {y}, {z}))"))
 }
 
 /// The angles in degrees about the fixed X axis first, then Y, then Z, of a rotation.
