@@ -384,11 +384,11 @@ fn texel(world: &World, texture: &Texture, uv: Vec2) -> Rgb {
     };
     let [wrap_u, wrap_v] = texture.wrap;
     let index = place(v, wrap_v, image.height) * image.width as usize + place(u, wrap_u, image.width);
-    let color = match &image.texels {
-        Texels::Rgba8(texels) => texels[index],
+    let [r, g, b, _] = match &image.texels {
+        Texels::Rgba8(texels) => texels[index].map(|byte| f32::from(byte) / 255.0),
+        Texels::Rgba16(texels) => texels[index].map(|word| f32::from(word) / 65_535.0),
         Texels::Rgb32(texels) => return Rgb::from(texels[index]) * texture.factor,
     };
-    let [r, g, b, _] = color.map(|byte| f32::from(byte) / 255.0);
     let linear = Rgb::new(r, g, b);
     let linear = if texture.color_space == ColorSpace::Srgb { linear.map(srgb_decode) } else { linear };
     linear * texture.factor
