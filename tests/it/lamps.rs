@@ -208,3 +208,39 @@ fn light_of_several_lights_adds_up() {
     let together = mean(&film(&scene(&lights.concat()), true));
     assert!((together / apart - 1.0).abs() < 0.01, "{together} {apart}");
 }
+
+/// A floor seen from above, lit by a spotlight 2 m above it.
+fn below_a_spot(cone: [f32; 2], height_m: f32, at: f32) -> f64 {
+    let [inner, outer] = cone;
+    let world = world(&format!(
+        "(
+        settings: (size: (8, 8), samples: 16, max_depth: 1, transport: Path, filter: Box),
+        entities: [
+            (camera: Orthographic(height_m: {height_m}),
+                transform: LookAt(from: ({at}, 1, 0), to: ({at}, 0, 0), up: (0, 0, -1))),
+            (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))), material: (diffuse: 0.7)),
+            (light: Spot(power_w: 100, inner_degrees: {inner}, outer_degrees: {outer}),
+                transform: LookAt(from: (0, 2, 0), to: (0, 0, 0), up: (0, 0, -1))),
+        ],
+    )"
+    ));
+    let mut session = Session::new(compile(&world, None).unwrap(), &world.settings, Options::default());
+    session.advance(u32::MAX);
+    mean(session.film())
+}
+
+#[test]
+fn spotlights_with_equal_angles_have_a_hard_edge_however_narrow() {
+    // A power of 100 W is 100 / 4π W/sr; the floor 2 m below reflects 0.7 / π of what arrives.
+    let expected = 0.7 / std::f64::consts::PI * (100.0 / (4.0 * std::f64::consts::PI)) / 4.0;
+    for degrees in [0.05, 1.0, 30.0, 90.0] {
+        let found = below_a_spot([degrees, degrees], 0.001, 0.0);
+        assert!((found / expected - 1.0).abs() < 1e-3, "{degrees} degrees: {found} {expected}");
+    }
+    // The edge at 30° is 1.1547 m away: bright within 1 mm of it, dark beyond.
+    let edge = 2.0 * 30f32.to_radians().tan();
+    let inside = below_a_spot([30.0, 30.0], 0.001, edge - 0.001);
+    let cos = 30f64.to_radians().cos();
+    assert!((inside / (expected * cos.powi(3)) - 1.0).abs() < 0.01, "{inside}");
+    assert_eq!(below_a_spot([30.0, 30.0], 0.001, edge + 0.001), 0.0);
+}

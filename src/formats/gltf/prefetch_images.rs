@@ -16,7 +16,6 @@ impl Import<'_> {
     /// material that uses the image reports them, or succeeds.
     pub(super) fn decode_ahead(&mut self, roots: &[usize]) {
         let document = self.document;
-        let said = self.warnings.len();
         let mut encoded: Vec<(ImageLocation, Encoded)> = Vec::new();
         let mut known = HashSet::new();
         let mut lengths: HashMap<usize, u64> = HashMap::new();
@@ -39,7 +38,6 @@ impl Import<'_> {
                 encoded.push((place, picture));
             }
         }
-        self.warnings.truncate(said);
         let sources = &self.assets.files;
         let decoded: Vec<(ImageLocation, Result<DecodedImage, LoadError>)> =
             encoded.into_par_iter().map(|(place, picture)| (place, picture.decode(sources))).collect();

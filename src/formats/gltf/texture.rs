@@ -132,7 +132,7 @@ impl Import<'_> {
     }
 
     /// The image of a texture; none, with a warning, if only an unsupported extension gives it.
-    pub(super) fn source(&mut self, index: Index<json::Texture>, at: &str) -> Option<Index<json::Image>> {
+    pub(super) fn source(&self, index: Index<json::Texture>, at: &str) -> Option<Index<json::Image>> {
         let document = self.document;
         // Without a place it is read ahead, and read again when a material uses it.
         let texture = match at {
@@ -155,7 +155,7 @@ impl Import<'_> {
             }
         }
         if !has_own {
-            self.warnings.push(document.warning(format_args!("{at}: has no image that can be read")));
+            document.mend(at, "it has no image that can be read: it is left out");
             return None;
         }
         Some(texture.source)

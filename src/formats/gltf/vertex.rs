@@ -94,7 +94,10 @@ impl Vertices {
                 _ => "0 is taken",
             };
             let of = if name.starts_with("target") { "" } else { "attributes/" };
-            let what = format!("{count} of these are not finite, the first is of vertex {first}: {instead}");
+            let what = match count {
+                1 => format!("that of vertex {first} is not finite: {instead}"),
+                _ => format!("{count} of these are not finite, the first is of vertex {first}: {instead}"),
+            };
             document.mend(format_args!("{at}/{of}{name}"), what);
             if name == "NORMAL" {
                 let made = smooth_normals(&self.mesh.positions, self.mesh.triangles.iter().copied());
@@ -300,7 +303,11 @@ impl VertexReader<'_> {
         let targets = self.primitive.targets.as_deref().unwrap_or_default();
         let weights = shaping.weights.unwrap_or_default();
         for (number, (target, weight)) in targets.iter().zip(weights).enumerate() {
-            if *weight == 0.0 {
+            if !weight.is_finite() {
+                let place = format_args!("{}/targets/{number}", self.at);
+                self.document.mend(place, "its weight is not finite: it is left out");
+            }
+            if *weight == 0.0 || !weight.is_finite() {
                 continue;
             }
             let moves = target.positions.map(|index| {

@@ -188,7 +188,7 @@ fn joint_weights_and_targets_that_are_not_finite_do_nothing() {
     let read = read(&file);
     assert!(read.mesh().positions.iter().all(|position| position.is_finite()));
     assert!(
-        read.warnings.len() == 1 && read.warnings[0].contains("WEIGHTS_0: 1 of these"),
+        read.warnings.len() == 1 && read.warnings[0].contains("WEIGHTS_0: that of vertex 0 is not finite"),
         "{:?}",
         read.warnings
     );
@@ -205,7 +205,7 @@ fn joint_weights_and_targets_that_are_not_finite_do_nothing() {
     let read = super::read(&file);
     assert_eq!(read.mesh().normals[..2], [Vec3::Z, Vec3::new(1.0, 0.0, 1.0)]);
     assert!(
-        read.warnings[0].contains("/meshes/0/primitives/0/targets/0/NORMAL: 1 of these"),
+        read.warnings[0].contains("/meshes/0/primitives/0/targets/0/NORMAL: that of vertex 0 is"),
         "{:?}",
         read.warnings
     );
@@ -220,7 +220,7 @@ fn tangents_that_are_not_finite_are_generated() {
     set(&mut file, "/meshes/0/primitives/0/attributes/TANGENT", json!(accessor));
     let read = read(&file);
     assert_eq!(read.mesh(), generated.mesh());
-    assert!(read.warnings[0].contains("TANGENT: 1 of these are not finite"), "{:?}", read.warnings);
+    assert!(read.warnings[0].contains("TANGENT: that of vertex 3 is not finite"), "{:?}", read.warnings);
 }
 
 /// The light that a node gets, and the warnings.
@@ -457,4 +457,80 @@ fn keys_that_are_not_as_expected_are_mended() {
     }
     let (found, warnings) = moved(&[nan, nan], &[0.0; 6], &[]);
     assert!(found.is_none() && warnings.iter().any(|line| line.contains("no key is finite")), "{warnings:?}");
+}
+
+/// The JSON pointers of all values, outermost first.
+fn pointers(value: &Value, at: &str, found: &mut Vec<String>) {
+    let inside: Vec<(String, &Value)> = match value {
+        Value::Object(members) => {
+            members.iter().map(|(key, value)| (format!("{at}/{}", key.replace('/', "~1")), value)).collect()
+        }
+        Value::Array(items) => {
+            items.iter().enumerate().map(|(number, value)| (format!("{at}/{number}"), value)).collect()
+        }
+        _ => Vec::new(),
+    };
+    for (pointer, value) in inside {
+        found.push(pointer.clone());
+        pointers(value, &pointer, found);
+    }
+}
+
+/// True if a file may be refused for what is at a pointer: the lists of items, the hierarchy, and what places vertices.
+fn places_geometry(pointer: &str) -> bool {
+    let parts: Vec<&str> = pointer.split('/').skip(1).collect();
+    match &parts[..] {
+        ["asset" | "accessors" | "bufferViews" | "buffers" | "scenes" | "extensionsRequired", ..] | [_] => {
+            true
+        }
+        ["nodes" | "meshes", _]
+        | ["nodes", _, "children" | "mesh" | "matrix" | "translation" | "scale" | "rotation", ..] => true,
+        ["nodes", _, "extensions", rest @ ..] => rest.is_empty() || rest[0] == "EXT_mesh_gpu_instancing",
+        ["skins", _, "joints" | "inverseBindMatrices", ..] => true,
+        ["meshes", _, "primitives", _, rest @ ..] | ["meshes", _, "primitives", rest @ ..] => match rest {
+            ["attributes", name, ..] => ["POSITION", "JOINTS_0", "WEIGHTS_0"].contains(name),
+            [] | ["attributes" | "indices" | "targets" | "mode" | "extensions", ..] => true,
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
+/// Whatever stands anywhere else is mended, with a few warnings at most.
+#[test]
+fn odd_values_beside_the_geometry_never_refuse_a_file() {
+    let bytes = robust::everything();
+    let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
+    let (json, binary) = (&bytes[20..20 + length], &bytes[20 + length + 8..]);
+    let file: Value = serde_json::from_slice(json).unwrap();
+    let usual = read_bytes(&bytes).unwrap().warnings.len();
+    let mut all = Vec::new();
+    pointers(&file, "", &mut all);
+    let odd = [
+        Value::Null,
+        json!(-1),
+        json!(99),
+        json!(0.5),
+        json!("x"),
+        json!([]),
+        json!({}),
+        json!(1e39),
+        json!([1, 2, 3]),
+    ];
+    let options = LoadOptions { time_s: Some(0.5), ..LoadOptions::default() };
+    let (mut refused, mut tried) = (Vec::new(), 0);
+    for pointer in all.iter().filter(|pointer| !places_geometry(pointer)) {
+        for value in &odd {
+            let mut changed = file.clone();
+            *changed.pointer_mut(pointer).unwrap() = value.clone();
+            tried += 1;
+            match read_with(&glb(&changed, binary), &options) {
+                Ok(read) if read.warnings.len() <= usual + 3 => {}
+                Ok(read) => refused.push(format!("{pointer} {value}: {:?}", read.warnings)),
+                Err(error) => refused.push(format!("{pointer} {value}: {error}")),
+            }
+        }
+    }
+    assert!(refused.is_empty(), "{} of {tried}:\n{}", refused.len(), refused.join("\n"));
+    assert!(tried > 900, "{tried}");
 }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 
 /// A file that uses most features, with its vertices in the binary chunk.
-fn everything() -> Vec<u8> {
+pub(super) fn everything() -> Vec<u8> {
     let mut file = moving::skinned();
     materials::add_texture(&mut file);
     let slot = json!({"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 2], "rotation": 1}}});
