@@ -201,7 +201,11 @@ fn mended_root(json: &[u8], mended: &mut Mended) -> Result<Root, Unmendable> {
     sections.mend::<gltf::json::Material>("materials", &any, Some(json!({})))?;
     sections.mend::<gltf::json::texture::Sampler>("samplers", &any, Some(json!({})))?;
     sections.mend::<gltf::json::Texture>("textures", &any, Some(json!({})))?;
-    sections.mend::<gltf::json::Skin>("skins", &|name| name != "joints", Some(json!({"joints": []})))?;
+    sections.mend::<gltf::json::Skin>(
+        "skins",
+        &|name| !["joints", "inverseBindMatrices"].contains(&name),
+        Some(json!({"joints": []})),
+    )?;
     let of_node = ["name", "camera", "skin", "weights"];
     sections.mend::<gltf::json::Node>("nodes", &|name| of_node.contains(&name), None)?;
     // An empty scene may omit its nodes.

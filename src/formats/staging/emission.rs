@@ -27,12 +27,17 @@ const MOST_BRIGHTER: f32 = 16.0;
 const LONGER_SIDE: f64 = 24.0;
 /// Rays to emitters, and rays to the studio, from each visible point.
 const RAYS: u32 = 16;
+/// The most triangles, each counted as often as it is placed, of models that are tested: others would take seconds.
+const MOST_TRIANGLES: usize = 10_000_000;
 /// The most surfaces that a ray passes: those that are invisible from behind.
 const MOST_PASSED: usize = 16;
 
 /// True if what emits light lights most of the surfaces that the first camera sees and that do not emit light
 /// themselves. Surfaces that neither emission nor a studio around the model can light do not count.
 pub(super) fn lights_most(world: &World) -> bool {
+    if world.placed_triangles() > MOST_TRIANGLES {
+        return true;
+    }
     let Some(model) = LitModel::of(world) else { return true };
     let (mut lit, mut dim) = (0, 0);
     for point in model.visible_points() {
