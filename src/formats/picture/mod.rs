@@ -44,7 +44,8 @@ const BRIGHTEST_TEXEL: f32 = 1e9;
 /// The largest half float.
 const LARGEST_HALF: f32 = 65_504.0;
 
-/// Reads an image to be used as a texture, with the values that [`finite`] makes.
+/// Reads an image to be used as a texture. NaN and negative floats become 0, infinite ones the largest finite one or
+/// 65,504, and values above 10⁹ become 10⁹.
 pub fn load(path: &Path, sources: &SourceFiles) -> Result<DecodedImage, LoadError> {
     let bytes = sources.read(path).map_err(LoadError::io(path))?;
     sources.kept.images.decoded(&bytes, path, || {

@@ -269,12 +269,16 @@ fn backgrounds_hidden_by_an_environment_are_reported() {
     let told = |words: &str| folder.messages(&format!("scene.ron --spp 1 -o a.png {words}"));
     let count = |words: &str| told(words).matches("background does nothing").count();
     for hidden in
-        ["--env studio --background '#ffffff'", "--env sky --background 0", "--background 0 --env sky:-3"]
+        ["--env studio --set 'settings.background = 1'", "--set 'settings.background = 0' --env sky:-3"]
     {
         assert_eq!(count(hidden), 1, "{hidden}");
     }
     assert!(told("--env sky --set 'settings.background = 0'").contains("\"sky\" is all around"));
-    for seen in ["--background '#ffffff'", "--background 0", "--env none --background 0.5", "--env studio"] {
+    for seen in [
+        "--background '#ffffff'", "--background 0", "--env none --background 0.5", "--env studio",
+        // Behind an environment, which still gives light.
+        "--env studio --background '#ffffff'", "--env sky --background 0", "--background 0 --env sky:-3",
+    ] {
         assert_eq!(count(seen), 0, "{seen}");
     }
 }
