@@ -66,6 +66,9 @@ pub mod formats {
     pub mod ron {
         pub use crate::formats::ron::*;
     }
+    pub mod stl {
+        pub use crate::formats::stl::*;
+    }
     pub mod study {
         pub use crate::formats::study::*;
     }

@@ -1,10 +1,12 @@
 //! Checks for materials that are probably not what their authors mean.
 
+use std::collections::HashSet;
+
 use super::{Checked, finding};
 use crate::error::{Diagnostic, Subject};
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, NamedMaterial, Texels};
-use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, TextureId, World};
+use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, Shape, TextureId, World};
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let world = checked.world;
@@ -35,6 +37,26 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
             );
         }
         color_spaces(world, material, &mut find);
+    }
+    colors_of_vertices(world, findings);
+}
+
+/// Finds meshes whose vertices are brighter than white.
+fn colors_of_vertices(world: &World, findings: &mut Vec<Diagnostic>) {
+    let mut seen = HashSet::new();
+    for entity in world.in_order() {
+        let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
+        let Shape::Mesh(id) = *shape else { continue };
+        let Some(mesh) = world.assets.meshes.get(id.0 as usize).filter(|_| seen.insert(id)) else { continue };
+        let most = mesh.colors.iter().map(|color| color.max_component()).fold(0.0, f32::max);
+        // Rounding is nobody's mistake.
+        if most > 1.001 {
+            let what = format!(
+                "the colours of its vertices go up to {most}: surfaces cannot send back more light than they get"
+            );
+            let remedy = format!("divide them by {most}, so that they go from 0 to 1");
+            findings.push(finding("bright-material", Some(world.subject(entity)), what, remedy));
+        }
     }
 }
 

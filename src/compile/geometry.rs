@@ -94,8 +94,11 @@ impl GeometryInputs {
         for &entity in order {
             let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
             let mut material = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
-            let replaced =
+            let mut replaced =
                 open.get(&entity.id()).map_or(Vec::new(), |sheet| sheets.in_place_of(&sheet.materials));
+            if material.is_none() && is_colored_by_vertices(&shape, world) {
+                replaced.push([MaterialId::DEFAULT, sheets.white()]);
+            }
             material = material.map(|own| in_place_of(own, &replaced));
             if let Shape::Plane { corners } = &*shape {
                 check_plane(*corners).map_err(|(_, reason)| entity_error(world, entity, reason))?;
@@ -124,6 +127,15 @@ impl GeometryInputs {
         let shapes = self.shapes.iter().filter_map(|placed| Some(placed.shape.flat_corners()?.len()));
         shapes.chain(self.panels.iter().map(|panel| panel.corners.len()))
     }
+}
+
+/// True if a mesh has colours, and a material of its own for some of its triangles at most.
+fn is_colored_by_vertices(shape: &Shape, world: &World) -> bool {
+    let Shape::Mesh(id) = shape else { return false };
+    world.assets.meshes.get(id.0 as usize).is_some_and(|mesh| {
+        let materials = &mesh.triangle_materials;
+        !mesh.colors.is_empty() && (materials.is_empty() || materials.contains(&MaterialId::DEFAULT))
+    })
 }
 
 /// Compiles the shapes. Also returns the tree: that of `before`, if it is over the same shapes.

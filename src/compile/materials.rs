@@ -65,6 +65,8 @@ enum RecordVariant {
     Thin([u32; 3]),
     /// One that encloses nothing.
     Interface,
+    /// A white one, for meshes with colours.
+    White,
 }
 
 /// Records for sheets, beside those of the materials: they have no front, and may be thin where materials have a
@@ -116,6 +118,15 @@ impl<'a> TwoSidedVariants<'a> {
             None => self.interface(id),
         };
         materials.iter().map(|(id, thickness)| [*id, other(*id, *thickness)]).collect()
+    }
+
+    /// The default material of a mesh with colours, which are its albedo: it is white.
+    pub fn white(&mut self) -> MaterialId {
+        let record = self.materials[MaterialId::DEFAULT.0 as usize];
+        let white = ColorParam::constant([1.0; 3]);
+        let classic = WhittedParams { diffuse: white, ..record.classic };
+        let record = MaterialRecord { base_color: white, classic, ..record };
+        self.add(MaterialId::DEFAULT, RecordVariant::White, record)
     }
 
     /// The material of an interface, which encloses nothing.
@@ -197,6 +208,14 @@ fn channel(channel: Channel) -> u32 {
     }
 }
 
+fn coverage(mode: AlphaMode) -> Coverage {
+    match mode {
+        AlphaMode::Opaque => Coverage::Whole,
+        AlphaMode::Mask { cutoff } => Coverage::Mask(cutoff),
+        AlphaMode::Blend => Coverage::Blend,
+    }
+}
+
 fn normal(map: Option<NormalMap>) -> Option<NormalParam> {
     map.map(|map| NormalParam { texture: map.texture.0, scale: map.scale })
 }
@@ -251,11 +270,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
     MaterialRecord {
         base_color: color(m.base_color),
         alpha: scalar(m.alpha),
-        coverage: match m.alpha_mode {
-            AlphaMode::Opaque => Coverage::Whole,
-            AlphaMode::Mask { cutoff } => Coverage::Mask(cutoff),
-            AlphaMode::Blend => Coverage::Blend,
-        },
+        coverage: coverage(m.alpha_mode),
         // Light inside a body hits its back, which is not hidden.
         hides_back: !m.double_sided && volume.is_none(),
         metallic: scalar(m.metallic),
@@ -339,7 +354,7 @@ fn film(m: &Iridescence) -> ThinFilmParam {
 pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<MaterialRecord> {
     let through = m.kt.r;
     let is_even = m.kt == Rgb::splat(through) && through > 0.0 && through < 1.0;
-    (m.ior == Some(1.0) && is_even).then(|| {
+    (m.ior == Some(1.0) && is_even && m.alpha_mode == AlphaMode::Opaque).then(|| {
         // The part that is present reflects and emits all of the light.
         let there = 1.0 - through;
         let whole =
@@ -378,8 +393,8 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> MaterialRecord {
     let white = ColorParam::constant([1.0; 3]);
     MaterialRecord {
         base_color: if glass { ColorParam::constant(m.kt.to_array()) } else { color(m.diffuse) },
-        alpha: one,
-        coverage: Coverage::Whole,
+        alpha: scalar(m.alpha),
+        coverage: coverage(m.alpha_mode),
         hides_back: false,
         metallic: none,
         roughness: ScalarParam::constant(roughness),

@@ -116,6 +116,18 @@ impl Diagnostic {
         .about(subject)
     }
 
+    /// Creates a warning about a line of a file.
+    pub(crate) fn at_line(
+        code: &'static str,
+        file: &Path,
+        line: usize,
+        text: impl Into<String>,
+    ) -> Diagnostic {
+        let position = Some([u32::try_from(line).unwrap_or(u32::MAX), 1]);
+        let name = format!("{}:{line}", file.display());
+        Diagnostic::warning(code, text).about(Subject { name, file: Some(file.to_owned()), position })
+    }
+
     /// Names the part of the scene concerned.
     pub(crate) fn about(self, subject: Subject) -> Diagnostic {
         Diagnostic { subject: Some(subject), ..self }
@@ -139,9 +151,9 @@ impl Diagnostic {
     /// The whole line, `subject: text (remedy)`, with each part of a command line in the remedy replaced.
     pub fn with_commands(&self, replace: impl Fn(&str) -> String) -> String {
         let mut line = String::new();
-        if let Some(Subject { name, position, file }) = &self.subject {
+        if let Some(Subject { name, file, .. }) = &self.subject {
             // The name of a file is not shortened.
-            let is_file = position.is_none() && file.is_some();
+            let is_file = file.as_ref().is_some_and(|file| name.starts_with(&*file.to_string_lossy()));
             line = format!("{}: ", if is_file { in_one_line(name) } else { words(name) });
         }
         line.push_str(&self.text);

@@ -1,14 +1,18 @@
 //! The files that a scene refers to.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{LoadOptions, extension, gltf, obj, picture, ply};
+use super::{LoadOptions, MESHES, extension, gltf, obj, picture, ply, references, stl};
 use crate::error::{Diagnostic, LoadError, did_you_mean};
 use crate::files;
-use crate::world::{Assets, DecodedImage, Mesh, SourceFiles};
+use crate::world::asset_cache::MeshFile;
+use crate::world::{
+    Assets, BlinnPhong, ColorInput, DecodedImage, Material, MaterialId, Mesh, SourceFiles, Texture,
+};
 
 /// Reads the files that a scene refers to, in any format.
 pub trait AssetFiles {
@@ -55,7 +59,110 @@ pub struct Files {
     pub sources: SourceFiles,
     /// Options for reading models.
     pub options: LoadOptions,
+    /// The objects of OBJ files of which a scene uses single ones.
+    objects: HashMap<PathBuf, Vec<(String, Arc<Mesh>)>>,
 }
+
+/// The OBJ file and the object of a path such as `car.obj#wheel`; none if that is the name of a file.
+fn object_of(path: &Path) -> Option<(&Path, &str)> {
+    let text = path.to_str()?;
+    let end = text.to_ascii_lowercase().find(".obj#")? + ".obj".len();
+    (!path.is_file()).then(|| (Path::new(&text[..end]), &text[end + 1..]))
+}
+
+impl Files {
+    /// Files read with options.
+    pub fn new(sources: SourceFiles, options: LoadOptions) -> Files {
+        Files { sources, options, objects: HashMap::new() }
+    }
+
+    /// Reads the objects of an OBJ file with their names.
+    pub fn objects(
+        &mut self,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<Diagnostic>,
+    ) -> Result<Vec<(String, Arc<Mesh>)>, LoadError> {
+        assets.files = self.sources.clone();
+        let parts = obj::load_objects(path, assets, warnings, &mut |path| self.image(path))?;
+        let kept = &self.sources.kept.meshes;
+        Ok(parts.into_iter().map(|(name, mesh)| (name, kept.same(mesh, Mesh::hash))).collect())
+    }
+
+    /// An object of an OBJ file.
+    fn object(
+        &mut self,
+        path: &Path,
+        object: &str,
+        assets: &mut Assets,
+        warnings: &mut Vec<Diagnostic>,
+    ) -> Result<Arc<Mesh>, LoadError> {
+        if !self.objects.contains_key(path) {
+            let objects = self.objects(path, assets, warnings)?;
+            self.objects.insert(path.to_owned(), objects);
+        }
+        let objects = &self.objects[path];
+        let found = objects.iter().find(|(name, _)| name == object);
+        found.map(|(_, mesh)| mesh.clone()).ok_or_else(|| {
+            let names = || objects.iter().map(|(name, _)| name.as_str());
+            let some: Vec<String> = names().take(8).map(|name| format!("{name:?}")).collect();
+            let more = if objects.len() > some.len() { ", …" } else { "" };
+            let hint = did_you_mean(object, names());
+            let list = some.join(", ");
+            LoadError::invalid(path, format!("has no object {object:?}{hint}; there are: {list}{more}"))
+        })
+    }
+
+    /// The mesh of a file with the images on it that the file names: as materials that reflect their colours.
+    fn covered(
+        &mut self,
+        file: &MeshFile,
+        path: &Path,
+        assets: &mut Assets,
+        warnings: &mut Vec<Diagnostic>,
+    ) -> Result<Arc<Mesh>, LoadError> {
+        let Some((first, line)) = file.images.first() else { return Ok(file.mesh.clone()) };
+        if file.mesh.uvs.is_empty() {
+            let what =
+                format!("the image {first:?} is not used: the vertices have no coordinates (s, t) in it");
+            warnings.push(Diagnostic::at_line("import", path, *line, what));
+            return Ok(file.mesh.clone());
+        }
+        let is_used = |number: usize| match file.image_of.is_empty() {
+            true => number == 0,
+            false => file.image_of.contains(&(number as u32)),
+        };
+        let mut materials = HashMap::new();
+        for (number, (name, line)) in file.images.iter().enumerate().take(MOST_IMAGES) {
+            if !is_used(number) {
+                let what =
+                    format!("the image {name:?} is not used: no face has its number (texnumber {number})");
+                warnings.push(Diagnostic::at_line("import", path, *line, what));
+                continue;
+            }
+            match self.image(&references::resolve(path, name)) {
+                Ok(image) => {
+                    let texture = Texture::new(assets.add_image(image.report(warnings)));
+                    let diffuse = ColorInput::Texture(assets.add_texture(texture));
+                    let material = Material::BlinnPhong(BlinnPhong { diffuse, ..BlinnPhong::default() });
+                    let id = assets.add_material(Some(references::stem(name)), material);
+                    materials.insert(number as u32, id);
+                }
+                Err(error) => warnings.push(Diagnostic::warning("image-left-out", error.to_string())),
+            }
+        }
+        let of = |number: u32| materials.get(&number).copied().unwrap_or(MaterialId::DEFAULT);
+        let triangle_materials = match file.image_of.is_empty() {
+            true => vec![of(0); file.mesh.triangles.len()],
+            false => file.image_of.iter().map(|number| of(*number)).collect(),
+        };
+        let mesh = Mesh { triangle_materials, ..Mesh::clone(&file.mesh) };
+        Ok(self.sources.kept.meshes.same(mesh, Mesh::hash))
+    }
+}
+
+/// The largest number of images on one mesh.
+const MOST_IMAGES: usize = 256;
 
 impl AssetFiles for Files {
     fn mesh(
@@ -64,33 +171,34 @@ impl AssetFiles for Files {
         assets: &mut Assets,
         warnings: &mut Vec<Diagnostic>,
     ) -> Result<Arc<Mesh>, LoadError> {
+        if let Some((path, object)) = object_of(path) {
+            return self.object(path, object, assets, warnings);
+        }
         match extension(path).as_str() {
-            "ply" => {
+            kind @ ("ply" | "stl") => {
                 let bytes = self.read(path)?;
-                self.sources.kept.meshes.decoded(&bytes, path, || ply::parse(&bytes, path).map(Arc::new))
+                let parse = || {
+                    let file =
+                        if kind == "ply" { ply::parse(&bytes, path) } else { stl::parse(&bytes, path) };
+                    file.map(Arc::new)
+                };
+                let file = self.sources.kept.mesh_files.decoded(&bytes, path, parse)?;
+                warnings.extend(file.warnings.iter().cloned());
+                self.covered(&file, path, assets, warnings)
             }
             "obj" => {
                 assets.files = self.sources.clone();
-                // The loader borrows the assets while it requests images: they are added afterwards.
-                let (mut images, mut odd) = (Vec::new(), Vec::new());
-                let first = assets.images.len() as u32;
-                let mut decode = |path: &Path| {
-                    images.push(self.image(path)?.report(&mut odd));
-                    Ok(crate::world::ImageId(first + images.len() as u32 - 1))
-                };
-                let mesh = obj::load(path, assets, warnings, &mut decode);
-                assets.images.append(&mut images);
-                warnings.append(&mut odd);
-                Ok(self.sources.kept.meshes.same(mesh?, Mesh::hash))
+                let mesh = obj::load(path, assets, warnings, &mut |path| self.image(path))?;
+                Ok(self.sources.kept.meshes.same(mesh, Mesh::hash))
             }
             other => {
                 let hint = match other {
                     "gltf" | "glb" => " (an entity with gltf: \"…\" places a glTF file)".to_owned(),
-                    _ => did_you_mean(other, ["ply", "obj"]),
+                    _ => did_you_mean(other, MESHES),
                 };
                 Err(LoadError::invalid(
                     path,
-                    format!("meshes are .ply or .obj files, not \".{other}\"{hint}"),
+                    format!("meshes are .ply, .obj or .stl files, not \".{other}\"{hint}"),
                 ))
             }
         }

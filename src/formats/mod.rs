@@ -6,17 +6,21 @@ pub(crate) mod elsewhere;
 pub(crate) mod film_file;
 pub(crate) mod gltf;
 pub(crate) mod load_options;
+mod mended;
 mod names;
 pub(crate) mod obj;
 pub(crate) mod picture;
 pub(crate) mod ply;
 pub(crate) mod rays;
+mod references;
 pub(crate) mod ron;
 mod saving;
 pub(crate) mod staging;
+pub(crate) mod stl;
 pub(crate) mod study;
 mod track;
 pub(crate) mod triangulate;
+mod vertex_colors;
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -31,6 +35,9 @@ pub use saving::{ImageOptions, load_image, png_bytes, rgba8, save_image, save_im
 pub(crate) use staging::has_added_camera;
 pub(crate) use staging::load_again;
 pub use staging::{load, load_with};
+
+/// The extensions of files of a mesh.
+const MESHES: [&str; 3] = ["ply", "obj", "stl"];
 
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()

@@ -19,10 +19,25 @@ pub struct AssetCache {
     pub images: Store<DecodedImage>,
     /// Images computed from files, by their own content.
     pub computed: Store<Arc<Image>>,
-    /// Meshes: by the content of their file if they have one of their own, else by their own content.
+    /// Meshes by their own content, except those of [`Self::mesh_files`].
     pub meshes: Store<Arc<Mesh>>,
+    /// What files of a single mesh hold, by their content and path.
+    pub mesh_files: Store<Arc<MeshFile>>,
     /// Tangents at the corners of meshes, by the inputs that they are computed from.
     pub tangents: Store<Vec<Option<Vec4>>>,
+}
+
+/// What a file of a single mesh without materials holds.
+#[derive(Clone, Debug)]
+pub struct MeshFile {
+    /// The mesh.
+    pub mesh: Arc<Mesh>,
+    /// The names of the images that cover it, as written, and their lines.
+    pub images: Vec<(String, usize)>,
+    /// The number of the image on each triangle, or empty if the first one is on all.
+    pub image_of: Vec<u32>,
+    /// The warnings of reading the file, which are due whenever the mesh is used.
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// Values by 128-bit hashes of all their inputs. Clones share them. A store without a map caches nothing and makes each
@@ -69,6 +84,7 @@ impl AssetCache {
         self.images.forget_unused();
         self.computed.forget_unused();
         self.meshes.forget_unused();
+        self.mesh_files.forget_unused();
         self.tangents.forget_unused();
     }
 
@@ -78,6 +94,7 @@ impl AssetCache {
             images: Store::keeping(),
             computed: Store::keeping(),
             meshes: Store::keeping(),
+            mesh_files: Store::keeping(),
             tangents: Store::keeping(),
         }
     }

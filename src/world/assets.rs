@@ -133,7 +133,8 @@ pub struct Mesh {
     /// Unit tangents in the direction of increasing u, and w = ±1 for the sign of the bitangent `w · normal × tangent`;
     /// one per vertex, or empty.
     pub tangents: Vec<Vec4>,
-    /// Linear factors on the diffuse colour, one per vertex, or empty.
+    /// Linear factors on the diffuse colour, one per vertex, or empty. That of [`MaterialId::DEFAULT`] is white on a
+    /// mesh with colours.
     pub colors: Vec<Rgb>,
     /// Factors on alpha, one per vertex, or empty.
     pub alphas: Vec<f32>,

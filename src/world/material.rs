@@ -118,6 +118,11 @@ fields! {
         priority: i32 = 0, Priority;
         /// radiance that the surface emits, W m⁻² sr⁻¹; under the Whitted transport it is seen, but lights nothing else
         emission: ColorInput = ColorInput::Constant(Rgb::BLACK), ColorMap(Range::From(0.0));
+        /// how much of the surface is there, as `alpha_mode` says
+        alpha: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Alpha);
+        /// all of the surface is there; it is there where alpha is at least the cutoff; alpha says which part of it is
+        /// there
+        alpha_mode: AlphaMode = AlphaMode::Opaque, Form;
         /// whether photons are aimed at the surface, and leave it if it emits light; without them its caustics are left
         /// to chance
         caustics: bool = true, Flag;

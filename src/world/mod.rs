@@ -7,6 +7,8 @@ use std::hash::{Hash, Hasher};
 use crate::error::{Diagnostic, Subject};
 use fields::Forms;
 
+#[cfg(feature = "formats")]
+pub(crate) mod area_normals;
 pub(crate) mod asset_cache;
 pub(crate) mod assets;
 pub(crate) mod boundary;
@@ -158,8 +160,13 @@ impl World {
         let entities = &self.entities;
         let asks = entities.query::<&Model>().iter().next().is_some()
             || entities.query::<&Light>().iter().any(Light::is_around)
-            || self.assets.materials.iter().any(|named| matches!(named.material, Material::Principled(_)));
+            || self.has_principled();
         if asks { Transport::Path } else { Transport::Whitted }
+    }
+
+    /// True if any material is physically based.
+    pub(crate) fn has_principled(&self) -> bool {
+        self.assets.materials.iter().any(|named| matches!(named.material, Material::Principled(_)))
     }
 
     /// The environments and skies, in the author's order. Only the first one counts; it hides the background.

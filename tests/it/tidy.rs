@@ -34,7 +34,7 @@ const FREE: [&str; 3] = ["error", "files", "memory"];
 /// The rooms of large modules: each imports only from those before it.
 const ROOMS: [(&str, &[&str]); 3] = [
     ("bvh", &["layout", "intersect", "build", "kernels", "baseline"]),
-    ("formats", &["load_options", "film_file", "picture", "ply", "obj", "gltf", "ron", "staging"]),
+    ("formats", &["load_options", "film_file", "picture", "ply", "obj", "stl", "gltf", "ron", "staging"]),
     ("integrator", &["setup", "path", "observe", "photons", "transport", "reuse", "schedule"]),
 ];
 /// Files of a room that may import from a later one, and why.

@@ -123,7 +123,7 @@ fn closest_and_any_hits_match_the_expected_ones() {
 #[test]
 fn triangles_are_indexed_in_file_order() {
     let folder = traced();
-    let mesh = rayfront::internals::formats::ply::load(&folder.join("mesh.ply")).expect("the mesh");
+    let mesh = rayfront::internals::formats::ply::load(&folder.join("mesh.ply")).expect("the mesh").mesh;
     assert_eq!(mesh.triangles.len(), 6);
     let middle = |t: &[u32; 3]| {
         t.iter()

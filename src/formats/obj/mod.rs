@@ -1,11 +1,13 @@
-//! Wavefront OBJ with its material libraries (MTL), through the `tobj` crate: all objects of a file become one mesh.
+//! Wavefront OBJ with its material libraries (MTL), through the `tobj` crate. The objects of a file become one mesh or,
+//! for a scene that consists of the file, one mesh each.
 //!
 //! tobj 4 panics on short colours and huge indices, turns polylines into triangles, loses texture coordinates that only
 //! some corners have, reports no line numbers and fails on a trailing comment. So every file is first checked and
 //! normalised to the simplest form (`normalize.rs` for OBJ, `library.rs` for MTL), which is all that tobj reads. Faces
-//! are triangulated here, because tobj splits concave ones into fans.
+//! are triangulated here, because tobj splits concave ones into fans. Smoothing groups become normals.
 //!
-//! OBJ's v points up, that of meshes here down, so v becomes 1 − v. Colours are assumed to be linear.
+//! OBJ's v points up, that of meshes here down, so v becomes 1 − v. Colours are encoded by the sRGB curve, those of
+//! libraries linear.
 
 mod library;
 mod material;
@@ -13,19 +15,26 @@ mod normalize;
 mod texture;
 
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::{Diagnostic, LoadError};
 use crate::formats::triangulate::Triangulator;
+use crate::formats::vertex_colors::{self, ColorRange};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::memory;
-use crate::world::{Assets, ImageId, MaterialId, Mesh};
+use crate::world::{Assets, DecodedImage, MaterialId, Mesh};
 
+use library::Library;
 use material::Materials;
 use normalize::Tidied;
 
 /// Memory used per byte of text during reading.
 const BYTES_OF_TEXT: u64 = 8;
+/// More memory per byte, in files with smoothing groups.
+const BYTES_OF_SMOOTH_TEXT: u64 = 24;
+
+/// Reads and decodes an image.
+pub type ImageReader<'a> = &'a mut dyn FnMut(&Path) -> Result<DecodedImage, LoadError>;
 
 /// Reads a mesh and the materials that its faces use. `images` is called once for each image file that they name; an
 /// image or library that cannot be read is a warning.
@@ -33,52 +42,109 @@ pub fn load(
     path: &Path,
     assets: &mut Assets,
     warnings: &mut Vec<Diagnostic>,
-    images: &mut dyn FnMut(&Path) -> Result<ImageId, LoadError>,
+    images: ImageReader,
 ) -> Result<Mesh, LoadError> {
+    // There is always one.
+    load_parts(path, false, assets, warnings, images).map(|mut parts| parts.swap_remove(0).1)
+}
+
+/// Reads the objects of a file with their names, as [`load`] does the whole.
+pub fn load_objects(
+    path: &Path,
+    assets: &mut Assets,
+    warnings: &mut Vec<Diagnostic>,
+    images: ImageReader,
+) -> Result<Vec<(String, Mesh)>, LoadError> {
+    load_parts(path, true, assets, warnings, images)
+}
+
+fn load_parts(
+    path: &Path,
+    apart: bool,
+    assets: &mut Assets,
+    warnings: &mut Vec<Diagnostic>,
+    images: ImageReader,
+) -> Result<Vec<(String, Mesh)>, LoadError> {
     let bytes = assets.files.read(path).map_err(LoadError::io(path))?;
-    let _claim = memory::reserve("what it says", BYTES_OF_TEXT * bytes.len() as u64)
-        .map_err(LoadError::shortage(path))?;
-    let tidied = Tidied::new(&text_of(&bytes)).map_err(|fault| LoadError::At {
+    let text = text_of(&bytes);
+    let smooths = text.lines().any(|line| line.trim_start().starts_with("s "));
+    let each = BYTES_OF_TEXT + if smooths { BYTES_OF_SMOOTH_TEXT } else { 0 };
+    let _claim =
+        memory::reserve("what it says", each * bytes.len() as u64).map_err(LoadError::shortage(path))?;
+    let tidied = Tidied::new(&text, apart).map_err(|fault| LoadError::At {
         file: path.to_owned(),
         line: fault.line,
         column: fault.column,
         reason: fault.reason,
     })?;
-    warnings.extend(tidied.warnings.iter().map(|what| Diagnostic::in_file("import", path, what)));
-    let library = library::load_all(path, &tidied.libraries, &assets.files, warnings);
-    let unknown = tidied.material_names.iter().filter(|name| library.find(name).is_none());
-    let unknown: Vec<String> = unknown.map(|name| format!("{name:?}")).collect();
-    if !unknown.is_empty() {
-        let names = first_of(&unknown);
-        let what = format!("no library has the material {names}: the default is used");
-        warnings.push(Diagnostic::in_file("import", path, &what));
-    }
+    let told = tidied.warnings.iter();
+    warnings.extend(told.map(|(line, what)| Diagnostic::at_line("import", path, *line, what)));
+    let library = library::load_all(path, &tidied.libraries.all, &assets.files, warnings);
+    let used = used_materials(&tidied, &library, path, warnings);
     let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
-    let (models, _) = tobj::load_obj_buf(&mut tidied.text.as_bytes(), &options, |_| library.for_tobj())
-        .map_err(|error| LoadError::invalid(path, error.to_string()))?;
+    let numbers = used.iter().enumerate().filter_map(|(name, used)| Some((name.to_string(), (*used)?)));
+    let (models, _) =
+        tobj::load_obj_buf(&mut tidied.text(), &options, |_| Ok((Vec::new(), numbers.clone().collect())))
+            .map_err(|error| LoadError::invalid(path, error.to_string()))?;
     let mut materials = Materials::new(&library, assets, warnings, images);
-    let mut mesh = merge(&models, &tidied, |id| materials.id_of(id), path)?;
-    mesh.name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    mesh.source = Some(path.to_owned());
-    Ok(mesh)
+    let of_all = library.only().filter(|_| tidied.materials.all.is_empty());
+    let mut merger = Merger { tidied: &tidied, path, triangulator: Triangulator::default() };
+    let mut parts = merger.merge(&models, &mut |number| materials.id_of(number.or(of_all)))?;
+    materials.tell_unused();
+    let largest = parts.iter().map(|(_, mesh)| vertex_colors::largest(&mesh.colors)).fold(0.0, f32::max);
+    let range = ColorRange::of(largest);
+    warnings.extend(range.told().map(|what| Diagnostic::in_file("import", path, &what)));
+    let is_whole = parts.len() == 1;
+    for (name, mesh) in &mut parts {
+        range.decode(&mut mesh.colors);
+        mesh.name = if is_whole && name.is_empty() {
+            path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+        } else {
+            name.clone()
+        };
+        mesh.source = Some(path.to_owned());
+    }
+    Ok(parts)
 }
 
-/// Decodes the text of a file that may not be UTF-8 (comments and names of old files often are not).
+/// The number in the library of each material that a file uses; none for those that no library has.
+fn used_materials(
+    tidied: &Tidied,
+    library: &Library,
+    path: &Path,
+    warnings: &mut Vec<Diagnostic>,
+) -> Vec<Option<usize>> {
+    let names = &tidied.materials.all;
+    let used: Vec<Option<usize>> = names.iter().map(|(name, _)| library.find(name)).collect();
+    let unknown: Vec<&(String, usize)> =
+        names.iter().zip(&used).filter(|(_, used)| used.is_none()).map(|(name, _)| name).collect();
+    if let Some((_, line)) = unknown.first() {
+        let quoted: Vec<String> = unknown.iter().map(|(name, _)| format!("{name:?}")).collect();
+        let what = format!("no library has the material {}: the default is used", first_of(&quoted));
+        warnings.push(Diagnostic::at_line("import", path, *line, what));
+    }
+    let count = library.materials.len();
+    if let Some((_, line)) = tidied.libraries.all.first().filter(|_| names.is_empty() && count > 1) {
+        let what = format!("none of the {count} materials of its library is used: there is no usemtl line");
+        warnings.push(Diagnostic::at_line("import", path, *line, what));
+    }
+    used
+}
+
+/// Decodes the text of a file. It may be UTF-16 if it begins with a mark of that; else it may not even be UTF-8
+/// (comments and names of old files often are not).
 fn text_of(bytes: &[u8]) -> Cow<'_, str> {
-    let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    let wide = |unit: fn([u8; 2]) -> u16| {
+        let units = bytes.as_chunks::<2>().0.iter().skip(1).map(|pair| unit(*pair));
+        Cow::Owned(char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect())
+    };
+    let text = match bytes {
+        [0xff, 0xfe, ..] => wide(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => wide(u16::from_be_bytes),
+        _ => String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
+    };
     // Line ends of the classic Mac OS.
     if text.contains('\r') && !text.contains('\n') { text.replace('\r', "\n").into() } else { text }
-}
-
-/// Resolves a file name in `from`: relative to its folder or, failing that, in this folder itself, which helps with
-/// absolute paths on the author's machine.
-fn refer(from: &Path, name: &str) -> PathBuf {
-    let name = name.trim().trim_matches('"').replace('\\', "/");
-    let folder = from.parent().unwrap_or(Path::new(""));
-    let is_absolute = name.starts_with('/') || name.as_bytes().get(1) == Some(&b':');
-    let beside = folder.join(name.rsplit('/').next().unwrap_or_default());
-    let written = folder.join(&name);
-    if is_absolute || (beside.is_file() && !written.is_file()) { beside } else { written }
 }
 
 /// Lists the first few of possibly millions of items.
@@ -90,31 +156,55 @@ fn first_of(items: &[String]) -> String {
     }
 }
 
-/// Merges tobj's meshes, which are split by material, into one mesh.
-fn merge(
-    models: &[tobj::Model],
-    tidied: &Tidied,
-    mut material_of: impl FnMut(Option<usize>) -> MaterialId,
-    path: &Path,
-) -> Result<Mesh, LoadError> {
-    let mut mesh = Mesh::default();
-    let mut triangulator = Triangulator::default();
-    let has_materials = models.iter().any(|model| model.mesh.material_id.is_some());
-    for part in models.iter().map(|model| &model.mesh) {
+/// Merges tobj's meshes, which are split by material, into one mesh or one for each object.
+struct Merger<'a> {
+    tidied: &'a Tidied,
+    path: &'a Path,
+    triangulator: Triangulator,
+}
+
+impl Merger<'_> {
+    fn merge(
+        &mut self,
+        models: &[tobj::Model],
+        material_of: &mut dyn FnMut(Option<usize>) -> MaterialId,
+    ) -> Result<Vec<(String, Mesh)>, LoadError> {
+        let mut parts = match self.tidied.objects.len() {
+            0 => vec![(String::new(), Mesh::default())],
+            _ => self.tidied.objects.iter().map(|name| (name.clone(), Mesh::default())).collect(),
+        };
+        let has_materials =
+            models.iter().any(|model| material_of(model.mesh.material_id) != MaterialId::DEFAULT);
+        for model in models {
+            let object = if parts.len() > 1 { model.name.parse().unwrap_or(0) } else { 0usize };
+            let Some((_, mesh)) = parts.get_mut(object) else { continue };
+            self.add(&model.mesh, mesh)?;
+            if has_materials && mesh.triangles.len() > mesh.triangle_materials.len() {
+                mesh.triangle_materials.resize(mesh.triangles.len(), material_of(model.mesh.material_id));
+            }
+        }
+        parts.retain(|(_, mesh)| !mesh.triangles.is_empty());
+        if parts.is_empty() {
+            let reason = "has no faces (only points or lines?): make a surface of it first";
+            return Err(LoadError::invalid(self.path, reason));
+        }
+        Ok(parts)
+    }
+
+    fn add(&mut self, part: &tobj::Mesh, mesh: &mut Mesh) -> Result<(), LoadError> {
+        let invalid = |reason: String| LoadError::invalid(self.path, reason);
         let base = u32::try_from(mesh.positions.len() + part.positions.len() / 3)
             .map(|_| mesh.positions.len() as u32)
-            .map_err(|_| LoadError::invalid(path, "has more vertices than 32-bit indices can name"))?;
+            .map_err(|_| invalid("has more vertices than 32-bit indices can name".into()))?;
         mesh.positions.extend(part.positions.chunks_exact(3).map(Vec3::from_slice));
-        if tidied.has_normals {
+        if self.tidied.has_normals {
             mesh.normals.extend(part.normals.chunks_exact(3).map(Vec3::from_slice));
         }
-        if tidied.has_uvs {
+        if self.tidied.has_uvs {
             mesh.uvs.extend(part.texcoords.chunks_exact(2).map(|uv| Vec2::new(uv[0], 1.0 - uv[1])));
         }
-        if tidied.has_colors {
-            mesh.colors.extend(
-                part.vertex_color.chunks_exact(3).map(|c| Rgb::new(c[0], c[1], c[2]).map(|c| c.max(0.0))),
-            );
+        if self.tidied.has_colors {
+            mesh.colors.extend(part.vertex_color.chunks_exact(3).map(|c| Rgb::new(c[0], c[1], c[2])));
         }
         let mut rest = &part.indices[..];
         // tobj gives no corner counts if all faces have three.
@@ -125,21 +215,13 @@ fn merge(
             rest = after;
             corners.clear();
             corners.extend(face.iter().map(|index| index + base));
-            let Mesh { positions, triangles, .. } = &mut mesh;
-            let split = triangulator.split(positions, &corners, |t| triangles.push(t.map(|k| corners[k])));
-            split.map_err(|fault| LoadError::invalid(path, format!("one of its faces: {fault}")))?;
+            let Mesh { positions, triangles, .. } = &mut *mesh;
+            let split =
+                self.triangulator.split(positions, &corners, |t| triangles.push(t.map(|k| corners[k])));
+            split.map_err(|fault| LoadError::invalid(self.path, format!("one of its faces: {fault}")))?;
         }
-        if has_materials && mesh.triangles.len() > mesh.triangle_materials.len() {
-            mesh.triangle_materials.resize(mesh.triangles.len(), material_of(part.material_id));
-        }
+        Ok(())
     }
-    if mesh.triangles.is_empty() {
-        return Err(LoadError::invalid(
-            path,
-            "has no faces (only points or lines?): make a surface of it first",
-        ));
-    }
-    Ok(mesh)
 }
 
 #[cfg(test)]

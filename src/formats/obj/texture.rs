@@ -1,8 +1,8 @@
 //! The value of a `map_…` line: options and a file name.
 
 use crate::math::{Rgb, Vec2};
-use crate::world::Texture;
 use crate::world::assets::{ColorSpace, ImageId, Wrap};
+use crate::world::{Channel, Texture};
 
 /// A file, and its mapping onto the surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,10 @@ pub struct Map<'a> {
     offset: Vec2,
     clamp: bool,
     linear: bool,
+    /// The channel of a map of numbers, if it is given (`-imfchan`).
+    pub channel: Option<Channel>,
+    /// The factor on a map of normals (`-bm`).
+    pub strength: f32,
 }
 
 /// All options, and the largest number of words that each takes.
@@ -42,7 +46,15 @@ fn option(word: &str) -> Option<usize> {
 impl<'a> Map<'a> {
     /// Parses the value; none if it names no file. Options may precede or follow the name.
     pub fn parse(text: &'a str) -> Option<Map<'a>> {
-        let mut map = Map { file: "", scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, linear: false };
+        let mut map = Map {
+            file: "",
+            scale: Vec2::ONE,
+            offset: Vec2::ZERO,
+            clamp: false,
+            linear: false,
+            channel: None,
+            strength: 1.0,
+        };
         let mut rest = text.trim();
         while !rest.is_empty() {
             let (word, after) = split_word(rest);
@@ -82,10 +94,25 @@ impl<'a> Map<'a> {
             "-s" => self.scale = Vec2::new(values[0], if count > 1 { values[1] } else { 1.0 }),
             "-o" => self.offset = Vec2::new(values[0], values[1]),
             "-clamp" => self.clamp = first == "on",
+            "-bm" => self.strength = values[0],
+            "-imfchan" => {
+                self.channel = match first {
+                    "r" => Some(Channel::Red),
+                    "g" => Some(Channel::Green),
+                    "b" => Some(Channel::Blue),
+                    "m" => Some(Channel::Alpha),
+                    _ => None,
+                }
+            }
             "-colorspace" => self.linear = first.eq_ignore_ascii_case("linear"),
             _ => {}
         }
         rest
+    }
+
+    /// Converts to a texture of numbers, which are used as stored.
+    pub fn numbers(&self, image: ImageId) -> Texture {
+        Texture { color_space: ColorSpace::Linear, ..self.texture(image, Rgb::WHITE) }
     }
 
     /// Converts to a texture, whose v points down: MTL's lookup at `v·s + o` from the bottom is one at

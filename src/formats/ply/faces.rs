@@ -6,9 +6,10 @@ use crate::formats::triangulate::Triangulator;
 use crate::math::{Rgb, Vec2};
 use crate::world::Mesh;
 
+use super::PlyMesh;
 use super::header::{Element, PropertyKind, Scalar};
 use super::source::{NumberFault, NumberSource};
-use super::vertices::{COLOR, ColorCurve, NAMES, SLOTS, uv_from_file};
+use super::vertices::{ALPHA, COLOR, ColorCurve, NAMES, uv_from_file};
 
 enum FaceField {
     Indices {
@@ -21,6 +22,8 @@ enum FaceField {
     },
     /// Red, green or blue.
     Color(usize, Scalar),
+    /// The number of the texture.
+    Texture(Scalar),
     Skip(PropertyKind),
 }
 
@@ -30,7 +33,7 @@ fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
     let mut steps = Vec::with_capacity(element.properties.len());
     for property in &element.properties {
         let is_of = |names: &&[&str]| names.contains(&property.name.as_str());
-        let channel = NAMES[COLOR..SLOTS].iter().position(is_of);
+        let channel = NAMES[COLOR..ALPHA].iter().position(is_of);
         steps.push(match (property.name.as_str(), property.kind, channel) {
             ("vertex_indices" | "vertex_index", PropertyKind::List { count, item }, _) if !has_indices => {
                 if item.is_float() {
@@ -40,6 +43,9 @@ fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
                 FaceField::Indices { count, item }
             }
             ("texcoord", PropertyKind::List { count, item }, _) => FaceField::Uvs { count, item },
+            ("texnumber", PropertyKind::Scalar(scalar), _) if !scalar.is_float() => {
+                FaceField::Texture(scalar)
+            }
             (_, PropertyKind::Scalar(scalar), Some(channel)) => FaceField::Color(channel, scalar),
             (_, kind, _) => FaceField::Skip(kind),
         });
@@ -52,58 +58,82 @@ fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
 }
 
 /// Reads all faces or strips of an element into a mesh that already has its vertices.
-pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
+pub fn read<S: NumberSource>(source: &mut S, element: &Element, ply: &mut PlyMesh) -> Result<(), String> {
     let steps = steps(element)?;
     let is_strips = element.name == "tristrips";
     if !is_strips {
         // A triangle takes at least three indices, so the file's size limits this allocation.
-        mesh.triangles.reserve(element.count as usize);
+        ply.mesh.triangles.reserve(element.count as usize);
     }
-    let mut row = FaceRow::default();
     let mut triangulator = Triangulator::default();
     let mut wedges = Wedges::default();
     // Indices in the file refer to the original vertices; faces may add copies.
-    let vertices = mesh.positions.len();
+    let vertices = ply.mesh.positions.len();
     let has_color =
         |c: usize| steps.iter().any(|step| matches!(step, FaceField::Color(channel, _) if *channel == c));
     // Vertex colours take precedence over face colours.
-    let has_colors = (0..3).all(has_color) && mesh.colors.is_empty();
+    let has_colors = (0..3).all(has_color) && ply.mesh.colors.is_empty();
+    let types = steps.iter().filter_map(|step| match step {
+        FaceField::Color(_, scalar) => Some(scalar),
+        _ => None,
+    });
+    let curve = ColorCurve::of(types);
+    ply.colors_are_encoded |= has_colors && curve.is_encoded;
+    let mut row = FaceRow::new(curve);
+    let has_textures = steps.iter().any(|step| matches!(step, FaceField::Texture(_)));
     for i in 0..element.count {
         let place = |reason: String| format!("{} {i}: {reason}", element.name);
         row.read(source, &steps).map_err(|fault| place(source.describe(fault)))?;
+        let first = ply.mesh.triangles.len();
         if is_strips {
-            row.strip(mesh).map_err(place)?;
-            continue;
+            row.strip(&mut ply.mesh).map_err(place)?;
+        } else {
+            row.check_indices(vertices).map_err(place)?;
+            if has_colors && row.color.iter().any(|component| !component.is_finite()) {
+                ply.faults.face_colors.note(i as usize);
+            }
+            if row.uvs.iter().any(|number| !number.is_finite()) {
+                ply.faults.face_uvs.note(i as usize);
+            }
+            let color = has_colors.then_some(Rgb::from(row.color));
+            if !row.uvs.is_empty() || has_colors {
+                wedges.apply(&mut row.corners, &row.uvs, color, ply).map_err(place)?;
+            }
+            let Mesh { positions, triangles, .. } = &mut ply.mesh;
+            if let [a, b, c] = row.corners[..] {
+                triangles.push([a, b, c]);
+            } else {
+                let corners = &row.corners;
+                let split = triangulator.split(positions, corners, |t| triangles.push(t.map(|k| corners[k])));
+                split.map_err(|fault| place(fault.to_string()))?;
+            }
         }
-        row.check_indices(vertices).map_err(place)?;
-        let color = has_colors.then_some(Rgb::from(row.color));
-        if !row.uvs.is_empty() || has_colors {
-            wedges.apply(&mut row.corners, &row.uvs, color, mesh).map_err(place)?;
+        ply.refuse_bad_positions(first).map_err(place)?;
+        if has_textures {
+            ply.textures.resize(first, 0);
+            ply.textures.resize(ply.mesh.triangles.len(), row.texture);
         }
-        let Mesh { positions, triangles, .. } = &mut *mesh;
-        if let [a, b, c] = row.corners[..] {
-            triangles.push([a, b, c]);
-            continue;
-        }
-        let corners = &row.corners;
-        let split = triangulator.split(positions, corners, |t| triangles.push(t.map(|k| corners[k])));
-        split.map_err(|fault| place(fault.to_string()))?;
     }
     Ok(())
 }
 
 /// The data of a face; reused for its buffers.
-#[derive(Default)]
 struct FaceRow {
     indices: Vec<i64>,
     corners: Vec<u32>,
     uvs: Vec<f32>,
-    /// Linear red, green and blue.
+    /// Red, green and blue.
     color: [f32; 3],
     curve: ColorCurve,
+    texture: u32,
 }
 
 impl FaceRow {
+    fn new(curve: ColorCurve) -> FaceRow {
+        let (indices, corners, uvs) = (Vec::new(), Vec::new(), Vec::new());
+        FaceRow { indices, corners, uvs, color: [0.0; 3], curve, texture: 0 }
+    }
+
     fn read<S: NumberSource>(&mut self, source: &mut S, steps: &[FaceField]) -> Result<(), NumberFault> {
         self.uvs.clear();
         for step in steps {
@@ -122,7 +152,11 @@ impl FaceRow {
                 }
                 FaceField::Color(channel, scalar) => {
                     let value = source.float(scalar)?;
-                    self.color[channel] = self.curve.to_linear(value, Some(scalar));
+                    self.color[channel] = self.curve.convert(value, Some(scalar));
+                }
+                // A number below 0 means no texture.
+                FaceField::Texture(scalar) => {
+                    self.texture = u32::try_from(source.integer(scalar)?).unwrap_or(u32::MAX);
                 }
                 FaceField::Skip(kind) => source.skip_property(kind)?,
             }
@@ -181,8 +215,9 @@ impl Wedges {
         corners: &mut [u32],
         uvs: &[f32],
         color: Option<Rgb>,
-        mesh: &mut Mesh,
+        ply: &mut PlyMesh,
     ) -> Result<(), String> {
+        let mesh = &mut ply.mesh;
         let has_uvs = !uvs.is_empty() && uvs.len() == 2 * corners.len();
         if !has_uvs && color.is_none() {
             return Ok(());
@@ -201,17 +236,20 @@ impl Wedges {
             let vertex = *corner as usize;
             let is_taken = self.taken[vertex];
             let uv = if has_uvs {
-                Some(uv_from_file(uvs[2 * k], uvs[2 * k + 1]))
+                Some(uv_from_file(uvs[2 * k], uvs[2 * k + 1]).unwrap_or_default())
             } else {
                 mesh.uvs.get(vertex).copied()
             };
             let color = color.or_else(|| mesh.colors.get(vertex).copied());
+            let bits = |color: Option<Rgb>| color.map(|color| color.to_array().map(f32::to_bits));
             if !is_taken {
                 self.taken[vertex] = true;
                 set(&mut mesh.uvs, vertex, uv);
                 set(&mut mesh.colors, vertex, color);
-            } else if mesh.uvs.get(vertex).copied() != uv || mesh.colors.get(vertex).copied() != color {
-                *corner = self.copy(*corner, uv, color, mesh)?;
+            } else if mesh.uvs.get(vertex).copied() != uv
+                || bits(mesh.colors.get(vertex).copied()) != bits(color)
+            {
+                *corner = self.copy(*corner, uv, color, mesh, &mut ply.copies)?;
             }
         }
         Ok(())
@@ -223,6 +261,7 @@ impl Wedges {
         uv: Option<Vec2>,
         color: Option<Rgb>,
         mesh: &mut Mesh,
+        originals: &mut Vec<u32>,
     ) -> Result<u32, String> {
         let (Vec2 { x: u, y: v }, Rgb { r, g, b }) = (uv.unwrap_or_default(), color.unwrap_or_default());
         let key = (vertex, [u, v, r, g, b].map(f32::to_bits));
@@ -236,6 +275,7 @@ impl Wedges {
         if let Some(&normal) = mesh.normals.get(vertex as usize) {
             mesh.normals.push(normal);
         }
+        originals.push(vertex);
         self.copies.insert(key, copy);
         Ok(copy)
     }

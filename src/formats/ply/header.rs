@@ -142,6 +142,8 @@ pub struct PlyHeader {
     pub encoding: PlyEncoding,
     /// The elements, in the file's order.
     pub elements: Vec<Element>,
+    /// The images that the comments `TextureFile` name, and their lines.
+    pub textures: Vec<(String, usize)>,
 }
 
 /// An invalid line of a header.
@@ -156,7 +158,7 @@ pub struct HeaderFault {
 impl PlyHeader {
     /// Parses the header; also returns the bytes that follow it.
     pub fn parse(bytes: &[u8]) -> Result<(PlyHeader, &[u8]), HeaderFault> {
-        let mut rest = bytes;
+        let mut rest = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let mut line = 1;
         let fault = |line, reason: String| HeaderFault { line, reason };
         let (first, ending) = split_first_line(&mut rest);
@@ -164,14 +166,19 @@ impl PlyHeader {
             return Err(fault(1, "not a PLY file: its first line is not \"ply\"".into()));
         }
         let mut encoding = None;
-        let mut elements = Vec::new();
+        let (mut elements, mut textures) = (Vec::new(), Vec::new());
         while let Some(text) = split_line(&mut rest, ending) {
             line += 1;
             let text = String::from_utf8_lossy(text);
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             if words == ["end_header"] {
                 let encoding = encoding.ok_or_else(|| fault(line, "no \"format\" line before it".into()))?;
-                return Ok((PlyHeader { encoding, elements }, rest));
+                return Ok((PlyHeader { encoding, elements, textures }, rest));
+            }
+            if let ["comment", "TextureFile", first, ..] = words[..] {
+                // The name may contain blanks. `first` is a slice of the line.
+                let name = text.get(first.as_ptr() as usize - text.as_ptr() as usize..).unwrap_or(first);
+                textures.push((name.trim_ascii().to_owned(), line));
             }
             read_line(&words, &mut encoding, &mut elements).map_err(|reason| fault(line, reason))?;
         }

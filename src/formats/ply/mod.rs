@@ -5,9 +5,9 @@
 //! texture coordinates per face.
 //!
 //! Supported elements: `vertex` with x, y, z, normals, texture coordinates and colours; `face` with `vertex_indices`,
-//! colours and MeshLab's `texcoord`; `tristrips`. All others are skipped. Integer colours are assumed to be sRGB,
-//! floating-point ones linear. PLY's v points up, that of meshes here down, so v becomes 1 − v. Messages count vertices
-//! and faces from 0, like the file's own indices.
+//! colours and MeshLab's `texcoord` and `texnumber`; `tristrips`. All others are skipped. The comment `TextureFile`
+//! names an image on the surface. Colours are encoded by the sRGB curve, whatever their type. PLY's v points up, that of
+//! meshes here down, so v becomes 1 − v. Messages count vertices and faces from 0, like the file's own indices.
 
 mod faces;
 mod header;
@@ -16,10 +16,16 @@ mod vertices;
 mod write;
 
 use std::path::Path;
+use std::sync::Arc;
 
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
+use crate::formats::mended::Mended;
+use crate::formats::vertex_colors::{self, ColorRange};
+use crate::math::Vec3;
 use crate::memory;
 use crate::world::Mesh;
+use crate::world::area_normals::{AreaNormals, area_vector};
+use crate::world::asset_cache::MeshFile;
 
 use header::{Element, PlyEncoding, PlyHeader};
 use source::{Ascii, Binary, NumberSource};
@@ -27,13 +33,13 @@ use source::{Ascii, Binary, NumberSource};
 pub use write::{save, write};
 
 /// Reads a mesh from a PLY file.
-pub fn load(path: &Path) -> Result<Mesh, LoadError> {
+pub fn load(path: &Path) -> Result<MeshFile, LoadError> {
     let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
     parse(&bytes, path)
 }
 
 /// Reads a mesh from the contents of a PLY file; messages call it `path`.
-pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
+pub fn parse(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
     let (header, body) = PlyHeader::parse(bytes).map_err(|fault| LoadError::At {
         file: path.to_owned(),
         line: fault.line,
@@ -51,21 +57,146 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     let bytes =
         vertices.saturating_mul(32).saturating_add(faces.saturating_mul(24)).min(12 * body.len() as u64);
     let _claim = memory::reserve(what, bytes).map_err(LoadError::shortage(path))?;
-    let mesh = match header.encoding {
+    let read = match header.encoding {
         PlyEncoding::Ascii => read_body(Ascii::new(body), &header),
         PlyEncoding::LittleEndian => read_body(Binary::<false>::new(body), &header),
         PlyEncoding::BigEndian => read_body(Binary::<true>::new(body), &header),
     };
-    let mut mesh = mesh.map_err(|reason| LoadError::invalid(path, reason))?;
+    let mut ply = read.map_err(|reason| LoadError::invalid(path, reason))?;
+    let mut lines = ply.mend();
+    if ply.colors_are_encoded {
+        let range = ColorRange::of(vertex_colors::largest(&ply.mesh.colors));
+        range.decode(&mut ply.mesh.colors);
+        lines.extend(range.told());
+    }
+    let warnings = lines.iter().map(|line| Diagnostic::in_file("import", path, line)).collect();
+    let PlyMesh { mut mesh, textures, .. } = ply;
     mesh.name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     mesh.source = Some(path.to_owned());
-    Ok(mesh)
+    Ok(MeshFile { mesh: Arc::new(mesh), images: header.textures, image_of: textures, warnings })
+}
+
+/// A mesh while it is read.
+#[derive(Default)]
+struct PlyMesh {
+    mesh: Mesh,
+    /// True if the colours are still as the file has them.
+    colors_are_encoded: bool,
+    /// The vertices that the last vertices of the mesh are copies of.
+    copies: Vec<u32>,
+    /// The number of the texture on each triangle, or empty.
+    textures: Vec<u32>,
+    faults: PlyFaults,
+}
+
+/// The values of a file that are not as they should be.
+#[derive(Default)]
+struct PlyFaults {
+    /// Vertices without a finite position, which faces may not use.
+    positions: Vec<(u32, Vec3)>,
+    /// Vertices without a finite normal.
+    normals: Vec<u32>,
+    uvs: Mended,
+    colors: Mended,
+    /// Vertices with an alpha below 1.
+    alphas: Mended,
+    face_uvs: Mended,
+    face_colors: Mended,
+}
+
+impl PlyMesh {
+    /// Fails if a triangle from `first` on uses a vertex without a finite position.
+    fn refuse_bad_positions(&self, first: usize) -> Result<(), String> {
+        let bad = &self.faults.positions;
+        if bad.is_empty() {
+            return Ok(());
+        }
+        let original = |vertex: u32| match (vertex as usize).checked_sub(self.originals()) {
+            Some(copy) => self.copies[copy],
+            None => vertex,
+        };
+        let mut corners = self.mesh.triangles[first..].iter().flatten().map(|vertex| original(*vertex));
+        let found = corners.find_map(|vertex| bad.binary_search_by_key(&vertex, |(bad, _)| *bad).ok());
+        found.map_or(Ok(()), |at| {
+            let (vertex, position) = bad[at];
+            Err(format!("the position of its vertex {vertex} is {position}, which is not finite"))
+        })
+    }
+
+    /// The number of vertices of the file.
+    fn originals(&self) -> usize {
+        self.mesh.positions.len() - self.copies.len()
+    }
+
+    /// Mends what can be mended; returns a message for each kind of fault.
+    fn mend(&mut self) -> Vec<String> {
+        self.mend_normals();
+        if let Some(corner) = self.mesh.triangles.first() {
+            // The mesh reaches no further than its faces.
+            let inside = self.mesh.positions[corner[0] as usize];
+            self.faults
+                .positions
+                .iter()
+                .for_each(|(vertex, _)| self.mesh.positions[*vertex as usize] = inside);
+        }
+        let of = |vertices: &mut dyn Iterator<Item = u32>| {
+            let mut mended = Mended::default();
+            vertices.for_each(|vertex| mended.note(vertex as usize));
+            mended
+        };
+        let faults = &self.faults;
+        let positions = of(&mut faults.positions.iter().map(|(vertex, _)| *vertex));
+        let normals = of(&mut faults.normals.iter().copied());
+        let kinds = [
+            (positions, "vertex", "positions that are not finite", "no face uses them, so they are left out"),
+            (normals, "vertex", "normals that are not finite", "worked out from the faces instead"),
+            (faults.uvs, "vertex", "texture coordinates that are not finite", "(0, 0) instead"),
+            (faults.face_uvs, "face", "texture coordinates that are not finite", "(0, 0) instead"),
+            (faults.colors, "vertex", "colours that are not finite", "1 instead"),
+            (faults.face_colors, "face", "colours that are not finite", "1 instead"),
+            (faults.alphas, "vertex", "alphas below 1", "not supported and ignored: the mesh is opaque"),
+        ];
+        let found = kinds.into_iter().filter(|(mended, ..)| mended.count > 0);
+        let line = |(Mended { count, first }, place, what, done)| {
+            let first = if count > 1 {
+                format!("the first of {place} {first}")
+            } else {
+                format!("of {place} {first}")
+            };
+            format!("{what}: {count}, {first}; {done}")
+        };
+        found.map(line).collect()
+    }
+
+    /// Replaces normals that are not finite by the mean of the faces around the vertex.
+    fn mend_normals(&mut self) {
+        let (bad, first_copy) = (&self.faults.normals, self.originals());
+        if bad.is_empty() {
+            return;
+        }
+        let place = |vertex: u32| {
+            let original = (vertex as usize).checked_sub(first_copy).map_or(vertex, |copy| self.copies[copy]);
+            bad.binary_search(&original).ok()
+        };
+        let mut sums = AreaNormals::default();
+        let Mesh { positions, normals, triangles, .. } = &mut self.mesh;
+        for triangle in triangles {
+            let area = area_vector(triangle.iter().map(|vertex| positions[*vertex as usize]));
+            triangle.iter().filter_map(|vertex| place(*vertex)).for_each(|place| sums.add(place, area));
+        }
+        let mended: Vec<Vec3> = sums.normals().collect();
+        for (vertex, normal) in normals.iter_mut().enumerate() {
+            if let Some(mended) = place(vertex as u32).and_then(|place| mended.get(place)) {
+                *normal = *mended;
+            }
+        }
+    }
 }
 
 /// Reads all supported elements. Faces may precede the vertices, but cannot be read before them, so their position is
 /// stored.
-fn read_body<S: NumberSource>(mut source: S, header: &PlyHeader) -> Result<Mesh, String> {
-    let mut mesh = Mesh::default();
+fn read_body<S: NumberSource>(mut source: S, header: &PlyHeader) -> Result<PlyMesh, String> {
+    let mut ply = PlyMesh::default();
     let mut has_vertices = false;
     let mut polygons: Vec<(S, &Element)> = Vec::new();
     let last = header.elements.iter().rposition(|element| Element::is_wanted(&element.name));
@@ -73,7 +204,7 @@ fn read_body<S: NumberSource>(mut source: S, header: &PlyHeader) -> Result<Mesh,
         source.check_room(element)?;
         match element.name.as_str() {
             "vertex" => {
-                vertices::read(&mut source, element, &mut mesh)?;
+                vertices::read(&mut source, element, &mut ply)?;
                 has_vertices = true;
                 continue;
             }
@@ -89,12 +220,15 @@ fn read_body<S: NumberSource>(mut source: S, header: &PlyHeader) -> Result<Mesh,
         return Err("has no vertices: there is no element \"vertex\" in its header".into());
     }
     for (mut source, element) in polygons {
-        faces::read(&mut source, element, &mut mesh)?;
+        faces::read(&mut source, element, &mut ply)?;
     }
-    if mesh.triangles.is_empty() {
+    if ply.mesh.triangles.is_empty() {
         return Err("has no faces (is it a point cloud?): make a surface of it first".into());
     }
-    Ok(mesh)
+    if !ply.textures.is_empty() {
+        ply.textures.resize(ply.mesh.triangles.len(), 0);
+    }
+    Ok(ply)
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Readers of the numbers in a PLY file's body, as text or binary.
 
+use crate::formats::mended::number;
+
 use super::header::{Element, PropertyKind, Scalar};
 
 /// The reason why a number could not be read.
@@ -106,7 +108,7 @@ impl<'a> Ascii<'a> {
 impl NumberSource for Ascii<'_> {
     fn float(&mut self, _scalar: Scalar) -> Result<f32, NumberFault> {
         let word = std::str::from_utf8(self.next_word()?).map_err(|_| NumberFault::NotANumber)?;
-        word.parse().map_err(|_| NumberFault::NotANumber)
+        number(word).ok_or(NumberFault::NotANumber)
     }
 
     fn integer(&mut self, scalar: Scalar) -> Result<i64, NumberFault> {

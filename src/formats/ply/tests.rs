@@ -6,7 +6,17 @@ use super::*;
 use crate::math::{Rgb, Vec2, Vec3};
 
 fn parse_bytes(bytes: &[u8]) -> Result<Mesh, String> {
+    parse_file(bytes).map(|file| Arc::unwrap_or_clone(file.mesh))
+}
+
+fn parse_file(bytes: &[u8]) -> Result<MeshFile, String> {
     parse(bytes, Path::new("a.ply")).map_err(|error| error.to_string())
+}
+
+/// The mesh of a text, and its warnings.
+fn mended(text: &str) -> (Mesh, Vec<String>) {
+    let MeshFile { mesh, warnings, .. } = parse_file(text.as_bytes()).unwrap();
+    (Arc::unwrap_or_clone(mesh), warnings.iter().map(ToString::to_string).collect())
 }
 
 fn refusal(text: &str) -> String {
@@ -205,29 +215,85 @@ fn face_colours_split_vertices() {
     let vertices = "0 0 0 .5 .5 .5\n4 0 0 .5 .5 .5\n4 4 0 .5 .5 .5";
     let file =
         ascii("x y z red green blue", &format!("face 1{FACES}\n{colors}"), vertices, "3 0 1 2 255 0 0");
-    assert_eq!(parse_bytes(file.as_bytes()).unwrap().colors, [Rgb::splat(0.5); 3]);
+    let gray = crate::film::tonemap::srgb_decode(0.5);
+    assert_eq!(parse_bytes(file.as_bytes()).unwrap().colors, [Rgb::splat(gray); 3]);
 }
 
 #[test]
-fn non_finite_values_are_rejected_or_replaced() {
+fn bad_values_that_are_no_geometry_are_mended_and_told() {
+    let face = format!("face 2{FACES}");
+    let columns = "x y z nx ny nz u v red green blue alpha";
+    // The second face is upright and three times as large. No face uses the last vertex.
+    let vertices = "0 0 0 nan 0 0 inf 0 nan -1 1 1\n1 0 0 0 0 1 0 0 0 0 0 1\n0 1 0 0 0 1 0 0 0 0 0 .5\n\
+                    0 0 3 0 0 1 0 0 1.#QNAN 0 0 .5\n0 inf 0 0 1.#IND 1 0 0 0 0 0 1";
+    let (mesh, warnings) = mended(&ascii(columns, &face, vertices, "3 0 1 2\n3 0 2 3"));
+    let normal = mesh.normals[0];
+    assert!((normal - Vec3::new(3.0, 0.0, 1.0).normalize()).length() < 1e-6, "{normal}");
+    assert_eq!((mesh.uvs[0], mesh.colors[0]), (Vec2::ZERO, Rgb::new(1.0, 0.0, 1.0)));
+    assert_eq!(mesh.positions[4], Vec3::ZERO, "inside of the others");
+    let expected = [
+        "positions that are not finite: 1, of vertex 4; no face uses them, so they are left out",
+        "normals that are not finite: 2, the first of vertex 0; worked out from the faces instead",
+        "texture coordinates that are not finite: 1, of vertex 0; (0, 0) instead",
+        "colours that are not finite: 2, the first of vertex 0; 1 instead",
+        "alphas below 1: 2, the first of vertex 2; not supported and ignored: the mesh is opaque",
+    ];
+    assert_eq!(warnings, expected.map(|line| format!("a.ply: {line}")));
+    let message = refusal(&ascii("x y z", &face, "0 0 0\n0 -inf 0\n0 1 0", "3 0 2 2\n3 0 1 2"));
+    assert_eq!(message, "a.ply: face 1: the position of its vertex 1 is [0, -inf, 0], which is not finite");
+}
+
+#[test]
+fn bad_values_of_faces_are_mended_where_faces_split_vertices() {
+    let face = "face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+                property float red\nproperty float green\nproperty float blue";
+    let vertices = "0 0 0 0 0 1\n4 0 0 0 nan 1\n4 4 0 0 0 1\nnan 0 0 0 0 1";
+    let faces = "3 0 1 2 6 0 0 nan 0 1 1 0.5 0.5 nan\n3 0 2 1 6 0 1 1 1 .5 0 1 1 1";
+    let (mesh, warnings) = mended(&ascii("x y z nx ny nz", face, vertices, faces));
+    // The two faces cancel out at the vertex and its copy.
+    let second: Vec<usize> =
+        (0..mesh.positions.len()).filter(|i| mesh.positions[*i] == Vec3::X * 4.0).collect();
+    assert!(second.len() == 2 && second.iter().all(|i| mesh.normals[*i] == Vec3::ZERO), "{mesh:?}");
+    assert_eq!(mesh.uvs[1], Vec2::ZERO);
+    assert_eq!(mesh.colors[0].b, 1.0);
+    assert_eq!(warnings.len(), 4, "{warnings:?}");
+    assert!(warnings[2].ends_with("not finite: 1, of face 0; (0, 0) instead"), "{warnings:?}");
+    // A copy of a vertex without a position is refused by the number of the original.
+    let bad = faces.replace("3 0 2 1", "3 3 2 1");
+    let message = refusal(&ascii("x y z nx ny nz", face, vertices, &bad));
+    assert!(message.contains("face 1: the position of its vertex 3"), "{message}");
+}
+
+#[test]
+fn numbers_and_headers_of_other_programs_are_read() {
     let face = format!("face 1{FACES}");
-    let file = ascii(
-        "x y z nx ny nz u v red green blue",
-        &face,
-        "0 0 0 nan 0 0 inf 0 nan -1 2\n1 0 0 0 0 1 0 0 0 0 0\n0 1 0 0 0 1 0 0 0 0 0",
-        "3 0 1 2",
-    );
-    let mesh = parse_bytes(file.as_bytes()).unwrap();
-    assert_eq!(
-        (mesh.normals[0], mesh.uvs[0], mesh.colors[0]),
-        (Vec3::ZERO, Vec2::ZERO, Rgb::new(1.0, 0.0, 2.0))
-    );
-    let message = refusal(&ascii("x y z", &face, "0 0 0\n0 -inf 0\n0 1 0", "3 0 1 2"));
-    assert_eq!(message, "a.ply: vertex 1: its position [0, -inf, 0] is not finite");
+    let plain = ascii("x y z", &face, "0 0 0\n1.5 0 0\n0 2000 0", "3 0 1 2");
+    let expected = parse_bytes(plain.as_bytes()).unwrap();
+    let body = plain.replace("1.5", "1,5").replace("2000", "2D+03");
+    let header = plain
+        .replace("format", "comment before it\nformat")
+        .replace("\nend_header", "\nobj_info\nend_header ");
+    let marked = format!("\u{feff}{plain}");
+    let singular = plain.replace("vertex_indices", "vertex_index");
+    for text in [body, header.clone(), header.replace('\n', "\r"), marked, singular] {
+        assert_eq!(parse_bytes(text.as_bytes()).as_ref(), Ok(&expected), "{text}");
+    }
 }
 
 #[test]
-fn integer_colours_follow_the_srgb_curve() {
+fn images_on_the_surface_are_named_by_comments() {
+    let face = format!("face 2{FACES}\nproperty int texnumber");
+    let text = ascii("x y z s t", &face, "0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1", "3 0 1 2 1\n3 0 2 1 -1");
+    let named =
+        "comment TextureFile  a b.png \ncomment made by hand\ncomment TextureFile c.png\nelement vertex";
+    let file = parse_file(text.replace("element vertex", named).as_bytes()).unwrap();
+    assert_eq!(file.images, [("a b.png".to_owned(), 3), ("c.png".to_owned(), 5)]);
+    assert_eq!(file.image_of, [1, u32::MAX]);
+    assert!(parse_file(text.as_bytes()).unwrap().images.is_empty());
+}
+
+#[test]
+fn colours_follow_the_srgb_curve() {
     let file = |kind: &str, colors: &str| {
         let text = ascii("x y z red green blue", &format!("face 1{FACES}"), colors, "3 0 1 2");
         let text = ["red", "green", "blue"]
@@ -244,7 +310,15 @@ fn integer_colours_follow_the_srgb_curve() {
             [0.215_860_5, 1.0, 0.001_517_635]
         ));
     }
-    assert_eq!(file("double", "0 0 0 0.5 2 -1\n1 0 0 0 0 0\n0 1 0 0 0 0"), [0.5, 2.0, 0.0]);
+    // Floats are on the same curve, from 0 to 1 or to 255.
+    let [r, g, b] = file("double", "0 0 0 0.5 1.5 -1\n1 0 0 0 0 0\n0 1 0 0 0 0");
+    assert!(near([r, 0.0, b], [0.214_041_1, 0.0, 0.0]) && g > 1.0);
+    for kind in ["float", "double"] {
+        assert!(near(
+            file(kind, "0 0 0 128 255 5\n1 0 0 0 0 0\n0 1 0 0 0 0"),
+            [0.215_860_5, 1.0, 0.001_517_635]
+        ));
+    }
 }
 
 #[test]
@@ -334,7 +408,13 @@ proptest! {
     fn written_meshes_read_back_unchanged(mesh in any_mesh()) {
         let mut file = Vec::new();
         write(&mesh, &mut file).unwrap();
-        prop_assert_eq!(parse_bytes(&file).unwrap(), mesh);
+        let mut read = parse_bytes(&file).unwrap();
+        for (color, written) in read.colors.iter_mut().zip(&mesh.colors) {
+            let pairs = color.to_array().into_iter().zip(written.to_array());
+            prop_assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() <= 1e-6 * b.max(1.0)), "{color:?}: {written:?}");
+            *color = *written;
+        }
+        prop_assert_eq!(read, mesh);
     }
 
     #[test]

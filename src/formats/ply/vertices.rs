@@ -2,17 +2,18 @@
 
 use crate::film::tonemap::srgb_decode;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::world::Mesh;
 
+use super::PlyMesh;
 use super::header::{Element, PropertyKind, Scalar};
 use super::source::{NumberFault, NumberSource};
 
-/// Slots of a row's values: position, normal, texture coordinates, colour.
+/// Slots of a row's values: position, normal, texture coordinates, colour, alpha.
 const POSITION: usize = 0;
 const NORMAL: usize = 3;
 const UV: usize = 6;
 pub const COLOR: usize = 8;
-pub const SLOTS: usize = 11;
+pub const ALPHA: usize = 11;
+const SLOTS: usize = 12;
 
 /// The property names of each slot, the usual one first.
 pub const NAMES: [&[&str]; SLOTS] = [
@@ -27,6 +28,7 @@ pub const NAMES: [&[&str]; SLOTS] = [
     &["red", "diffuse_red"],
     &["green", "diffuse_green"],
     &["blue", "diffuse_blue"],
+    &["alpha", "diffuse_alpha"],
 ];
 
 /// The properties of a row.
@@ -80,50 +82,75 @@ impl PlyLayout {
 }
 
 /// Reads all vertices into an empty mesh.
-pub fn read<S: NumberSource>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), String> {
+pub fn read<S: NumberSource>(
+    source: &mut S,
+    element: &Element,
+    PlyMesh { mesh, colors_are_encoded, faults, .. }: &mut PlyMesh,
+) -> Result<(), String> {
     let layout = PlyLayout::new(element)?;
     if element.count > u64::from(u32::MAX) {
         return Err(format!("{} vertices are too many: at most {} fit", element.count, u32::MAX));
     }
     let count = element.count as usize;
-    let [has_normals, has_uvs, has_colors] =
-        [NORMAL..UV, UV..COLOR, COLOR..SLOTS].map(|slots| layout.has(slots));
+    let [has_normals, has_uvs, has_colors, has_alphas] =
+        [NORMAL..UV, UV..COLOR, COLOR..ALPHA, ALPHA..SLOTS].map(|slots| layout.has(slots));
     let capacity = |present| if present { count } else { 0 };
     mesh.positions.reserve_exact(count);
     mesh.normals.reserve_exact(capacity(has_normals));
     mesh.uvs.reserve_exact(capacity(has_uvs));
     mesh.colors.reserve_exact(capacity(has_colors));
-    let colors = ColorCurve::default();
+    let colors = ColorCurve::of(layout.types[COLOR..ALPHA].iter().flatten());
+    *colors_are_encoded = has_colors && colors.is_encoded;
     let mut row = [0.0; SLOTS];
     for i in 0..count {
         let read = layout.read_row(source, &mut row);
         read.map_err(|fault| format!("vertex {i}: {}", source.describe(fault)))?;
         let position = Vec3::new(row[POSITION], row[POSITION + 1], row[POSITION + 2]);
+        mesh.positions.push(if position.is_finite() { position } else { Vec3::ZERO });
         if !position.is_finite() {
-            return Err(format!("vertex {i}: its position {position} is not finite"));
+            faults.positions.push((i as u32, position));
         }
-        mesh.positions.push(position);
         if has_normals {
             let normal = Vec3::new(row[NORMAL], row[NORMAL + 1], row[NORMAL + 2]);
             mesh.normals.push(if normal.is_finite() { normal } else { Vec3::ZERO });
+            if !normal.is_finite() {
+                faults.normals.push(i as u32);
+            }
         }
         if has_uvs {
             let [u, v] = [UV, UV + 1].map(|slot| normalized(row[slot], layout.types[slot]));
-            mesh.uvs.push(uv_from_file(u, v));
+            mesh.uvs.push(uv_from_file(u, v).unwrap_or_else(|| {
+                faults.uvs.note(i);
+                Vec2::ZERO
+            }));
         }
         if has_colors {
-            let [r, g, b] =
-                [COLOR, COLOR + 1, COLOR + 2].map(|slot| colors.to_linear(row[slot], layout.types[slot]));
+            let components = [COLOR, COLOR + 1, COLOR + 2];
+            if components.iter().any(|slot| !row[*slot].is_finite()) {
+                faults.colors.note(i);
+            }
+            let [r, g, b] = components.map(|slot| colors.convert(row[slot], layout.types[slot]));
             mesh.colors.push(Rgb::new(r, g, b));
+        }
+        if has_alphas && row[ALPHA] < most(layout.types[ALPHA]) {
+            faults.alphas.note(i);
         }
     }
     Ok(())
 }
 
-/// Converts texture coordinates with a bottom-left origin to a top-left origin; zero if they are not finite.
-pub fn uv_from_file(u: f32, v: f32) -> Vec2 {
-    let uv = Vec2::new(u, 1.0 - v);
-    if uv.is_finite() { uv } else { Vec2::ZERO }
+/// The value of a type that stands for 1.
+fn most(scalar: Option<Scalar>) -> f32 {
+    match scalar {
+        Some(Scalar::F32 | Scalar::F64) => 1.0,
+        Some(Scalar::U16) => 65535.0,
+        _ => 255.0,
+    }
+}
+
+/// Converts texture coordinates with a bottom-left origin to a top-left origin; none if they are not finite.
+pub fn uv_from_file(u: f32, v: f32) -> Option<Vec2> {
+    Some(Vec2::new(u, 1.0 - v)).filter(|uv| uv.is_finite())
 }
 
 /// Scales unsigned integers to the range from 0 to 1.
@@ -135,25 +162,27 @@ fn normalized(value: f32, scalar: Option<Scalar>) -> f32 {
     }
 }
 
-/// Converts colours in files to linear ones.
+/// Converts the components of colours in files.
 pub struct ColorCurve {
     of_byte: [f32; 256],
-}
-
-impl Default for ColorCurve {
-    fn default() -> Self {
-        Self { of_byte: std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)) }
-    }
+    /// True if a component is a float: then all stay as the file has them, 0 to 1, and are decoded together later.
+    pub is_encoded: bool,
 }
 
 impl ColorCurve {
-    /// Converts a component. Integers are sRGB, from 0 to 65,535 for `ushort`, otherwise from 0 to 255. Floats are
-    /// linear; a float that is not finite becomes 1, which changes nothing.
-    pub fn to_linear(&self, value: f32, scalar: Option<Scalar>) -> f32 {
+    /// The conversion of colours whose components have these types.
+    pub fn of<'a>(mut types: impl Iterator<Item = &'a Scalar>) -> Self {
+        let is_encoded = types.any(|scalar| scalar.is_float());
+        Self { of_byte: std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)), is_encoded }
+    }
+
+    /// Converts a component. Integers go from 0 to 65,535 for `ushort`, otherwise from 0 to 255.
+    pub fn convert(&self, value: f32, scalar: Option<Scalar>) -> f32 {
         match scalar {
-            Some(Scalar::F32 | Scalar::F64) if value.is_finite() => value.max(0.0),
-            Some(Scalar::F32 | Scalar::F64) => 1.0,
+            Some(Scalar::F32 | Scalar::F64) => value,
+            Some(Scalar::U16) if self.is_encoded => value / 65535.0,
             Some(Scalar::U16) => srgb_decode(value / 65535.0),
+            _ if self.is_encoded => value.clamp(0.0, 255.0) / 255.0,
             // The cast saturates, so the index lies within the table.
             _ => self.of_byte[usize::from(value as u8)],
         }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::error::SaveError;
 use crate::files::atomic_write::write_whole;
+use crate::film::tonemap::srgb_encode;
 use crate::world::Mesh;
 
 /// Writes a mesh to a file with [`write()`].
@@ -13,8 +14,9 @@ pub fn save(path: &Path, mesh: &Mesh) -> Result<(), SaveError> {
 }
 
 /// Writes positions, triangles and, if present, normals, texture coordinates and colours, little-endian. Reading the
-/// file returns the same floats, except that v is stored as 1 − v: exact for multiples of 2⁻²⁴ from 0 to 1, and within
-/// 2⁻²⁴ of other values between them. The name and the materials are not written.
+/// file returns the same floats, except that v is stored as 1 − v (exact for multiples of 2⁻²⁴ from 0 to 1, and within
+/// 2⁻²⁴ of other values between them) and colours are stored by the sRGB curve (six digits are kept, up to 4). The name
+/// and the materials are not written.
 pub fn write(mesh: &Mesh, mut out: impl Write) -> io::Result<()> {
     let vertices = mesh.positions.len();
     let [has_normals, has_uvs, has_colors] = [mesh.normals.len(), mesh.uvs.len(), mesh.colors.len()]
@@ -42,7 +44,7 @@ pub fn write(mesh: &Mesh, mut out: impl Write) -> io::Result<()> {
             write_floats(&mut out, [mesh.uvs[i].x, 1.0 - mesh.uvs[i].y])?;
         }
         if has_colors {
-            write_floats(&mut out, mesh.colors[i].to_array())?;
+            write_floats(&mut out, mesh.colors[i].to_array().map(srgb_encode))?;
         }
     }
     for triangle in &mesh.triangles {

@@ -1,17 +1,18 @@
 //! Adds what a mesh or model on its own lacks to be visible: a camera that shows all of it, and plain light.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::auto_camera::AutoCamera;
 use super::{emission, studio};
 use crate::error::{Diagnostic, LoadError};
 use crate::formats::names::TakenNames;
-use crate::formats::{AssetFiles, EnvironmentPreset, Files, LoadOptions, gltf};
+use crate::formats::{AssetFiles, EnvironmentPreset, Files, LoadOptions, extension, gltf};
 use crate::math::{DMat3, DVec3, Quat, Rgb, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Assets, Background, Camera, Light, Material, Model, Name, Shape, SourceFiles, Tonemap, Transform,
-    Transport, World,
+    Assets, Background, Camera, Light, Material, Mesh, Model, Name, Parent, Shape, SourceFiles, Tonemap,
+    Transform, Transport, World,
 };
 
 /// The warning for a scene without a camera of its own.
@@ -30,6 +31,9 @@ const ADDS_STUDIO: &str = "`--env studio` puts a studio around it";
 /// The warning for a mesh, which has no light.
 const LIGHT_ADDED: &str = "there is no light: key, fill and ambient light were added";
 
+/// The name of the entity that a mesh becomes. The named objects of an OBJ file are entities below it.
+const MESH: &str = "mesh";
+
 /// Loads a mesh and adds camera and light.
 pub(super) fn load_mesh(
     path: &Path,
@@ -38,10 +42,18 @@ pub(super) fn load_mesh(
 ) -> Result<World, LoadError> {
     let mut world = World::default();
     world.assets.files = sources.clone();
-    let mut files = Files { sources: sources.clone(), ..Files::default() };
-    let mesh = files.mesh(path, &mut world.assets, &mut world.warnings)?;
-    let id = world.assets.add_mesh(mesh);
-    world.entities.spawn((Name("mesh".into()), options.up.upright(), Shape::Mesh(id)));
+    let mut files = Files::new(sources.clone(), LoadOptions::default());
+    let World { assets, warnings, .. } = &mut world;
+    let parts = match extension(path).as_str() {
+        "obj" => files.objects(path, assets, warnings)?,
+        _ => vec![(String::new(), files.mesh(path, assets, warnings)?)],
+    };
+    place_parts(&mut world, options.up.upright(), parts);
+    if world.has_principled() {
+        // Metals show nothing but their surroundings.
+        light_as_model(&mut world, None, path, options, sources)?;
+        return Ok(world);
+    }
     add_camera(&mut world);
     if options.surroundings.as_ref().is_some_and(|around| *around != EnvironmentPreset::None) {
         // Only this transport lights surfaces by an environment.
@@ -50,6 +62,25 @@ pub(super) fn load_mesh(
         add_light(&mut world);
     }
     Ok(world)
+}
+
+/// Adds an entity for a mesh without a name, or one for each of several and one above them.
+fn place_parts(world: &mut World, transform: Transform, parts: Vec<(String, Arc<Mesh>)>) {
+    let root = world.entities.spawn((Name(MESH.into()), transform));
+    if let [(name, mesh)] = &parts[..]
+        && name.is_empty()
+    {
+        let id = world.assets.add_mesh(mesh.clone());
+        // The entity was added above.
+        let _ = world.entities.insert_one(root, Shape::Mesh(id));
+        return;
+    }
+    let mut names = TakenNames::of(world);
+    for (name, mesh) in parts {
+        let id = world.assets.add_mesh(mesh);
+        let name = names.unique(if name.is_empty() { MESH } else { &name });
+        world.entities.spawn((name, Transform::IDENTITY, Shape::Mesh(id), Parent(root)));
+    }
 }
 
 /// Loads a model and adds camera and light where it has none.
@@ -67,24 +98,37 @@ pub(super) fn load_model(
     let root = world.entities.spawn((options.up.upright(), Model(path.to_owned())));
     model.place(&mut world, Some(root));
     world.warnings.extend(after_the_end(options.time_s, world.animation_end_s));
+    light_as_model(&mut world, model.aspect, path, options, sources)?;
+    Ok(world)
+}
+
+/// Chooses the settings for physically based materials, and adds a camera and, where there is none, light. `aspect` is
+/// that of the model's camera.
+fn light_as_model(
+    world: &mut World,
+    aspect: Option<f32>,
+    path: &Path,
+    options: &LoadOptions,
+    sources: &SourceFiles,
+) -> Result<(), LoadError> {
     let settings = &mut world.settings;
     settings.transport = Transport::Path;
     settings.tonemap = tone_curve(&world.assets, &mut world.warnings);
     // Unlit colours have their exposure already.
     settings.auto_exposure = settings.tonemap != Tonemap::Clamp;
     (settings.max_depth, settings.samples) = (16, 64);
-    if let Some(aspect) = model.aspect {
+    if let Some(aspect) = aspect {
         settings.size = of_aspect(settings.size, aspect);
         let is_moved = options.edits.look_at.is_some() || options.edits.orbit.is_some();
         let wanted = options.size.filter(|_| !is_moved && options.edits.zoom.is_none());
         world.warnings.extend(wanted.and_then(|size| other_frame(size, aspect)));
     }
     world.usual_depth = Some(world.settings.max_depth);
-    add_camera(&mut world);
+    add_camera(world);
     if options.surroundings.is_none() {
-        add_studio(&mut world, path, options, sources)?;
+        add_studio(world, path, options, sources)?;
     }
-    Ok(world)
+    Ok(())
 }
 
 /// Adds a studio unless the model has lights, or emits enough light itself. Says so.

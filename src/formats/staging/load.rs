@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{auto_camera, framing, surroundings};
 use crate::error::Diagnostic;
 use crate::error::{LoadError, did_you_mean};
-use crate::formats::{Edits, Files, LoadOptions, extension, ron};
+use crate::formats::{Edits, Files, LoadOptions, MESHES, extension, ron};
 use crate::world::{Model, SourceFiles, World};
 
 /// Adds a camera to a scene that places models: its author need not choose a view.
@@ -26,8 +26,8 @@ pub(crate) fn complete(world: &mut World) -> Result<(), LoadError> {
 }
 
 /// Formats of other programs' scenes and meshes, which usually reach glTF through Blender.
-const READ_BY_BLENDER: [&str; 12] =
-    ["stl", "fbx", "dae", "3ds", "blend", "usd", "usda", "usdc", "usdz", "abc", "x3d", "wrl"];
+const READ_BY_BLENDER: [&str; 11] =
+    ["fbx", "dae", "3ds", "blend", "usd", "usda", "usdc", "usdz", "abc", "x3d", "wrl"];
 
 /// Reads a scene as it is: [`load_with`] the default options.
 pub fn load(path: impl AsRef<Path>) -> Result<World, LoadError> {
@@ -35,7 +35,7 @@ pub fn load(path: impl AsRef<Path>) -> Result<World, LoadError> {
 }
 
 /// Reads a scene. The file name's extension determines its kind: a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh
-/// (`.ply`, `.obj`). Models and meshes get the camera and the light that they lack. All files that a scene refers to
+/// (`.ply`, `.obj`, `.stl`). Models and meshes get the camera and the light that they lack. All files that a scene refers to
 /// must lie in its folder or below; if that folder or one above it holds a file `.rayfront-root`, anywhere below the
 /// nearest of these.
 ///
@@ -58,16 +58,16 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     let mut world = match &extension[..] {
         "ron" => {
             let common = LoadOptions { variant: None, scene: None, ..options.clone() };
-            let mut files = Files { options: common, sources: sources.clone() };
+            let mut files = Files::new(sources.clone(), common);
             let mut world = ron::load(path, &mut files)?;
             world.assets.files.extend(&files.sources);
             add_camera_for_models(&mut world);
             Ok(world)
         }
         "gltf" | "glb" => framing::load_model(path, options, sources),
-        "ply" | "obj" => framing::load_mesh(path, options, sources),
+        mesh if MESHES.contains(&mesh) => framing::load_mesh(path, options, sources),
         other => {
-            let known = ["ron", "gltf", "glb", "ply", "obj"];
+            let known = ["ron", "gltf", "glb", "ply", "obj", "stl"];
             let whole = known.iter().map(|extension| path.with_extension(extension));
             let whole = whole.filter(|_| other.is_empty()).find(|path| path.is_file());
             let hint = match whole {
@@ -80,7 +80,8 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
                 }
                 None => did_you_mean(other, known),
             };
-            let reason = format!("scenes are .ron, .gltf, .glb, .ply or .obj files, not \".{other}\"{hint}");
+            let reason =
+                format!("scenes are .ron, .gltf, .glb, .ply, .obj or .stl files, not \".{other}\"{hint}");
             Err(LoadError::invalid(path, reason))
         }
     }?;
@@ -88,7 +89,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
         surroundings::surround(&mut world, preset)?;
     }
     if !options.edits.is_empty() {
-        let mut files = Files { sources: sources.clone(), ..Files::default() };
+        let mut files = Files::new(sources.clone(), LoadOptions::default());
         options.edits.apply(&mut world, &mut files)?;
     }
     // The choice depends on the surroundings and the edits, too.

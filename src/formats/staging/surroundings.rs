@@ -7,7 +7,7 @@ use hecs::Entity;
 use super::studio;
 use crate::error::{Diagnostic, LoadError};
 use crate::formats::names::TakenNames;
-use crate::formats::{AssetFiles, Edits, EnvironmentPreset, Files};
+use crate::formats::{AssetFiles, Edits, EnvironmentPreset, Files, LoadOptions};
 use crate::math::Rgb;
 use crate::world::{ImageId, Light, Parent, SourceFiles, Transform, World, transforms};
 
@@ -72,7 +72,7 @@ pub(super) fn change(
 }
 
 fn read(world: &mut World, path: &Path) -> Result<ImageId, LoadError> {
-    let mut files = Files { sources: SourceFiles::clone(&world.assets.files), ..Files::default() };
+    let mut files = Files::new(SourceFiles::clone(&world.assets.files), LoadOptions::default());
     files.sources.allow(path);
     let image = files.image(path)?.report(&mut world.warnings);
     world.assets.files.extend(&files.sources);

@@ -241,6 +241,8 @@ class _BlinnPhong(Variant):
         ior: _Number = ...,
         priority: int = ...,
         emission: _Color = ...,
+        alpha: _Number = ...,
+        alpha_mode: Variant = ...,
         caustics: bool = ...,
     ) -> Variant: ...
 

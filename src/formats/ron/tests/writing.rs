@@ -323,6 +323,7 @@ fn material() -> impl Strategy<Value = BlinnPhong> {
             priority,
             emission,
             caustics,
+            ..BlinnPhong::default()
         },
     )
 }

@@ -4,23 +4,26 @@ use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 
 use super::{Written, quote};
+use crate::formats::MESHES;
 use crate::world::{Assets, ImageId, MeshId, TextureId};
 
 /// Writes references to assets: paths relative to the scene's folder, or numbers.
 pub(super) struct AssetPaths<'a> {
     pub assets: &'a Assets,
     folder: PathBuf,
-    /// The number of meshes from each file.
-    meshes_of: HashMap<&'a Path, usize>,
+    /// The number of meshes from each file, and of each name in it.
+    meshes_of: HashMap<&'a Path, HashMap<&'a str, usize>>,
     /// True if assets are referred to by number, as `"#3"`, instead of by file.
     numbered: bool,
 }
 
 impl<'a> AssetPaths<'a> {
     pub(super) fn new(assets: &'a Assets, scene: &Path) -> Self {
-        let mut meshes_of = HashMap::new();
-        for source in assets.meshes.iter().filter_map(|mesh| mesh.source.as_deref()) {
-            *meshes_of.entry(source).or_default() += 1;
+        let mut meshes_of: HashMap<_, HashMap<_, _>> = HashMap::new();
+        for mesh in &assets.meshes {
+            if let Some(source) = mesh.source.as_deref() {
+                *meshes_of.entry(source).or_default().entry(mesh.name.as_str()).or_default() += 1;
+            }
         }
         Self { assets, folder: normal(scene.parent().unwrap_or(Path::new(""))), meshes_of, numbered: false }
     }
@@ -44,20 +47,27 @@ impl<'a> AssetPaths<'a> {
         let source = source
             .ok_or_else(|| format!("mesh {name} has no file to refer to: export it to a .ply file first"))?;
         let extension = source.extension().unwrap_or_default().to_ascii_lowercase();
-        if extension != "ply" && extension != "obj" {
+        if !MESHES.iter().any(|known| extension == *known) {
             let file = source.display();
-            return Err(format!("mesh {name} is inside {file}: a scene refers to .ply and .obj files only"));
+            return Err(format!(
+                "mesh {name} is inside {file}: a scene refers to .ply, .obj and .stl files only"
+            ));
         }
-        if self.meshes_of.get(source).is_some_and(|count| *count > 1) {
+        let of_file = self.meshes_of.get(source);
+        if of_file.is_some_and(|names| names.values().any(|count| *count > 1)) {
             let file = source.display();
             return Err(format!("mesh {name} is one of several from {file}: a scene cannot say which"));
         }
-        self.relative(source)
+        // Only OBJ files have several.
+        if of_file.is_some_and(|names| names.len() > 1) {
+            return self.relative(source, Some(&mesh.name));
+        }
+        self.relative(source, None)
     }
 
     /// The path of a glTF file in quotes.
     pub(super) fn model(&self, file: &Path) -> Written {
-        self.relative(file)
+        self.relative(file, None)
     }
 
     /// The image's file or number in quotes.
@@ -69,7 +79,7 @@ impl<'a> AssetPaths<'a> {
         let image = self.assets.images.get(number as usize);
         let image = image.ok_or_else(|| format!("there is no image of number {number}"))?;
         let source = image.source.as_deref();
-        self.relative(source.ok_or_else(|| format!("image number {number} has no file to refer to"))?)
+        self.relative(source.ok_or_else(|| format!("image number {number} has no file to refer to"))?, None)
     }
 
     /// The file or number of a texture's image in quotes.
@@ -78,7 +88,8 @@ impl<'a> AssetPaths<'a> {
         self.image(texture.ok_or_else(|| format!("there is no texture of number {}", id.0))?.image)
     }
 
-    fn relative(&self, file: &Path) -> Written {
+    /// The path of a file in quotes, with the name of the object in it that is meant.
+    fn relative(&self, file: &Path, object: Option<&str>) -> Written {
         let file = normal(file);
         let shared = file.components().zip(self.folder.components()).take_while(|(a, b)| a == b).count();
         let mut path = PathBuf::new();
@@ -91,7 +102,8 @@ impl<'a> AssetPaths<'a> {
         }
         let text = path.to_str().ok_or_else(|| format!("the path {} is not UTF-8", path.display()))?;
         let separator = std::path::MAIN_SEPARATOR_STR;
-        quote(&if separator == "/" { text.to_owned() } else { text.replace(separator, "/") })
+        let text = if separator == "/" { text.to_owned() } else { text.replace(separator, "/") };
+        quote(&object.map_or(text.clone(), |object| format!("{text}#{object}")))
     }
 }
 
