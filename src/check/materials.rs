@@ -49,7 +49,7 @@ fn colors_of_vertices(world: &World, findings: &mut Vec<Diagnostic>) {
         let Shape::Mesh(id) = *shape else { continue };
         let Some(mesh) = world.assets.meshes.get(id.0 as usize).filter(|_| seen.insert(id)) else { continue };
         let most = mesh.colors.iter().map(|color| color.max_component()).fold(0.0, f32::max);
-        // Rounding is nobody's mistake.
+        // Rounding is no mistake.
         if most > 1.001 {
             let what = format!(
                 "the colours of its vertices go up to {most}: surfaces cannot send back more light than they get"

@@ -16,7 +16,7 @@ const fn word(theirs: &'static [&'static str], among: &'static str, advice: &'st
     SceneWord { theirs, among, advice }
 }
 
-const MESH: &str = "that is a Mesh: from a .ply, .obj or .glb file";
+const MESH: &str = "that is a Mesh: from a .ply, .obj, .stl or .glb file";
 const GLASS: &str = "`Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, volume: ())`";
 const SCATTERING: &str = "of light after attenuation_distance_m, attenuation_color is left; how much of the rest is \
                           scattered, multiscatter_color says";

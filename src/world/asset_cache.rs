@@ -21,13 +21,13 @@ pub struct AssetCache {
     pub computed: Store<Arc<Image>>,
     /// Meshes by their own content, except those of [`Self::mesh_files`].
     pub meshes: Store<Arc<Mesh>>,
-    /// What files of a single mesh hold, by their content and path.
+    /// The contents of files of a single mesh, by their bytes and path.
     pub mesh_files: Store<Arc<MeshFile>>,
     /// Tangents at the corners of meshes, by the inputs that they are computed from.
     pub tangents: Store<Vec<Option<Vec4>>>,
 }
 
-/// What a file of a single mesh without materials holds.
+/// The content of a file of a single mesh without materials.
 #[derive(Clone, Debug)]
 pub struct MeshFile {
     /// The mesh.

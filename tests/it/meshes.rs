@@ -194,7 +194,7 @@ fn a_shape_is_the_same_in_all_formats() {
     let scene = folder.path().join("a.ron");
     std::fs::write(&scene, "(entities: [(shape: Mesh(\"binary.stl\"))])").expect("a file");
     assert_eq!(corners(&small(&scene, &LoadOptions::default())), triangles);
-    save_scene(&scene, &load(&folder.path().join("text.stl")).expect("a mesh")).expect("a scene");
+    save_scene(&scene, &load(folder.path().join("text.stl")).expect("a mesh")).expect("a scene");
     assert_eq!(hash(&scene), picture);
 }
 
@@ -329,7 +329,7 @@ fn objects_of_an_obj_file_are_entities_of_their_names() {
         whole.clone(),
         edited(&["\"left wheel\".material = (diffuse: (1, 0, 0))"], &[]),
         edited(&["\"right\".material = (diffuse: (1, 0, 0))"], &[]),
-        edited(&[], &["right"]),
+        edited(&[], &["\"right\""]),
         edited(&["\"mesh\".transform = (rotate_degrees: (0, 0, 30))"], &[]),
     ];
     for (i, a) in pictures.iter().enumerate() {

@@ -20,7 +20,7 @@ use crate::world::World;
 #[derive(Args, Debug)]
 #[group(arg = "scene")]
 pub struct Render {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// The options of the image.
     #[command(flatten)]

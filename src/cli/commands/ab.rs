@@ -29,7 +29,7 @@ const FEW_SAMPLES: &str = "a difference needs two samples of each pixel: --spp 2
 /// `rayfront ab`.
 #[derive(Args, Debug)]
 pub struct Ab {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// Base name of the images, NAME.a.png and NAME.b.png, and of their difference, NAME.diff.png [default: the scene's
     /// name, in the current folder]

@@ -17,7 +17,7 @@ use crate::view::json_of;
 /// `rayfront check`.
 #[derive(Args, Debug)]
 pub struct Check {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// Print one JSON object instead
     #[arg(long)]

@@ -22,7 +22,7 @@ use crate::world::Adaptive;
 /// `rayfront explain`.
 #[derive(Args, Debug)]
 pub struct Explain {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// Column and row of the pixel from the top left, such as 480,270
     #[arg(value_name = "X,Y", value_parser = parse_pixel)]

@@ -26,7 +26,7 @@ use crate::world::{ColorInput, Light, Material, MaterialId, Settings, Shape, Wor
 /// `rayfront info`.
 #[derive(Args, Debug)]
 pub struct Info {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// Print one JSON object instead
     #[arg(long)]

@@ -14,7 +14,7 @@ use crate::formats::ron::query::{Query, list, no_match};
 /// `rayfront ls`.
 #[derive(Args, Debug)]
 pub struct Ls {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// Selection, such as 'Light', 'Mesh & !Material', 'Material["gl*"]' [default: all entities and materials]
     pub query: Option<String>,

@@ -27,7 +27,7 @@ const CHUNK: usize = bvh::QUEUE;
 /// `rayfront trace`.
 #[derive(Args, Debug)]
 pub struct Trace {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// File of rays: 8 little-endian 32-bit floats each, origin x y z, direction x y z, t_min, t_max
     #[arg(long, value_name = "FILE")]

@@ -20,7 +20,7 @@ use crate::study::verify::{self, Difference, First, Verification, Way};
     after_help = "Exit codes: 0 all films are equal, 5 some are not, 1 a file is at fault, 2 the command line is."
 )]
 pub struct Verify {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// Size of the image in pixels; it is rendered dozens of times
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "96x54")]

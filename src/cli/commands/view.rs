@@ -18,7 +18,7 @@ use crate::view::viewer::{RenderWork, Viewer};
 /// `rayfront view`.
 #[derive(Args, Debug)]
 pub struct ViewArguments {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// Threads; 0 means one for each core
     #[arg(short, long, value_name = "N", default_value_t = 0)]

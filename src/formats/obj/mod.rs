@@ -9,10 +9,13 @@
 //! OBJ's v points up, that of meshes here down, so v becomes 1 − v. Colours are encoded by the sRGB curve, those of
 //! libraries linear.
 
+mod faces;
 mod library;
+mod lines;
 mod material;
 mod normalize;
 mod texture;
+mod vertices;
 
 use std::borrow::Cow;
 use std::path::Path;

@@ -3,7 +3,7 @@
     import rayfront
     rayfront.load("model.glb").render(size=(640, 360), spp=64).save("model.png")
 
-`load` reads a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh (`.ply`, `.obj`). `World` makes a scene of dicts with the
+`load` reads a scene (`.ron`), a model (`.gltf`, `.glb`) or a mesh (`.ply`, `.obj`, `.stl`). `World` makes a scene of dicts with the
 keys of scene files; each form of scene files is an attribute of this module, such as `rayfront.Sphere(radius_m=1)` or
 `rayfront.Path`. `Scene` traces rays through meshes, spheres and instances.
 """
@@ -67,7 +67,7 @@ class Variant:
 
 
 class Mesh(Variant):
-    """A mesh from arrays, or from a file (`.ply`, `.obj`).
+    """A mesh from arrays, or from a file (`.ply`, `.obj`, `.stl`).
 
     vertices (N, 3), faces (F, 3), normals (N, 3) and uvs (N, 2); or one object with `vertices` and `faces`, such as a
     mesh of trimesh; or a path. colors: (N, 3), or (F, 3) for faces, linear if they are floats and sRGB if they are uint8;

@@ -28,11 +28,12 @@ use crate::support::MadeUp;
 pub type Target = fn(&[u8]);
 
 /// All kinds, by the names of their folders.
-pub const ALL: [(&str, Target); 12] = [
+pub const ALL: [(&str, Target); 13] = [
     ("ron", scene),
     ("gltf", model),
     ("ply", ply),
     ("obj", obj),
+    ("stl", stl),
     ("picture", image),
     ("rays", ray_file),
     ("film", film),
@@ -143,6 +144,10 @@ fn obj(bytes: &[u8]) {
     let (mesh, library) = bytes.split_at(cut.unwrap_or(bytes.len()));
     file("a.mtl", library.get(LIBRARY.len()..).unwrap_or_default());
     loads(&file("a.obj", mesh), &LoadOptions::default());
+}
+
+fn stl(bytes: &[u8]) {
+    loads(&file("a.stl", bytes), &LoadOptions::default());
 }
 
 fn image(bytes: &[u8]) {

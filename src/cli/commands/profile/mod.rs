@@ -21,7 +21,7 @@ use crate::study::profile::{self, ProfilePlan, counters, flow};
 /// `rayfront profile`.
 #[derive(Args, Debug)]
 pub struct ProfileArguments {
-    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj)
+    /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
     /// Size of the image in pixels; it is rendered a dozen times
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "320x180")]

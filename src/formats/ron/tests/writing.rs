@@ -311,19 +311,24 @@ fn material() -> impl Strategy<Value = BlinnPhong> {
     let input = || color().prop_map(ColorInput::Constant);
     let highlight = prop::sample::select(vec![Highlight::Blinn, Highlight::Phong]);
     let numbers = (positive(), prop::option::of(positive()), -1000..=1000, prop::bool::ANY);
-    (input(), input(), numbers, highlight, input(), color(), input()).prop_map(
-        |(diffuse, specular, (shininess, ior, priority, caustics), highlight, kr, kt, emission)| BlinnPhong {
-            diffuse,
-            specular,
-            shininess,
-            highlight,
-            kr,
-            kt,
-            ior,
-            priority,
-            emission,
-            caustics,
-            ..BlinnPhong::default()
+    let modes = vec![AlphaMode::Opaque, AlphaMode::Blend, AlphaMode::Mask { cutoff: 0.25 }];
+    let alpha = (0.0f32..=1.0, prop::sample::select(modes));
+    (input(), input(), numbers, highlight, input(), color(), (input(), alpha)).prop_map(
+        |(diffuse, specular, (shininess, ior, priority, caustics), highlight, kr, kt, (emission, alpha))| {
+            BlinnPhong {
+                diffuse,
+                specular,
+                shininess,
+                highlight,
+                kr,
+                kt,
+                ior,
+                priority,
+                emission,
+                caustics,
+                alpha: ScalarInput::constant(alpha.0),
+                alpha_mode: alpha.1,
+            }
         },
     )
 }

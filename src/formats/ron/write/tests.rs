@@ -62,7 +62,7 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Quadrilateral(_) => "4 vectors, m".into(),
         Slot::CornerVectors(_) => "3 vectors".into(),
         Slot::CornerUvs(_) => "3 pairs (u, v)".into(),
-        Slot::Mesh(_) => "path of a `.ply` or `.obj` file, relative to the scene's folder".into(),
+        Slot::Mesh(_) => "path of a `.ply`, `.obj` or `.stl` file, relative to the scene's folder; `car.obj#wheel` is one object of it".into(),
         Slot::Inline(_) => unreachable!("fields of the structure itself"),
         Slot::Part(part) => keys(part.fields()),
         Slot::OptionalPart(part) => keys(part.insert().fields()),
