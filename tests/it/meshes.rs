@@ -335,6 +335,9 @@ fn objects_of_an_obj_file_are_entities_of_their_names() {
     for (i, a) in pictures.iter().enumerate() {
         assert!(pictures[..i].iter().all(|b| a != b), "{i}");
     }
+    let edits = Edits { set: vec!["\"mesh\".material = (diffuse: 1)".into()], ..Edits::default() };
+    let world = small(&path, &LoadOptions { edits, ..LoadOptions::default() });
+    assert!(world.warnings.iter().any(|it| it.code == "set-without-effect"), "{:?}", world.warnings);
     let scene = folder.path().join("a.ron");
     save_scene(&scene, &load(&path).expect("a mesh")).expect("a scene");
     let text = std::fs::read_to_string(&scene).expect("a scene");

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use super::{first_of, text_of};
-use crate::error::Diagnostic;
+use crate::error::{Diagnostic, LoadError};
 use crate::formats::mended;
 use crate::formats::references::resolve;
 use crate::world::SourceFiles;
@@ -65,7 +65,11 @@ pub fn load_all(
         let bytes = match sources.read(file) {
             Ok(bytes) => bytes,
             Err(error) => {
-                let what = format!("cannot read the material library {}: {error}", file.display());
+                let hint = match LoadError::io(file)(error) {
+                    LoadError::Io { source, hint, .. } => format!("{source}{hint}"),
+                    other => other.to_string(),
+                };
+                let what = format!("cannot read the material library {}: {hint}", file.display());
                 warnings.push(Diagnostic::at_line("import", obj, *line, what));
                 continue;
             }
@@ -180,6 +184,11 @@ const KEYWORDS: [(&str, ValueKind); 37] = [
     ("refl", Text),
 ];
 
+/// True for a keyword that this reader knows, even if it changes nothing.
+pub fn is_known(word: &str) -> bool {
+    KEYWORDS.iter().any(|(keyword, _)| *keyword == word)
+}
+
 /// The valid lines of a library. In tobj, one invalid line makes the whole library unreadable.
 #[derive(Default)]
 struct TidiedLibrary {
@@ -236,8 +245,8 @@ fn color(keyword: &str, text: &str, most: f32, limit: &mut impl FnMut(String)) -
     let numbers: Vec<f32> = numbers(text).collect::<Option<_>>()?;
     let rgb = match numbers[..] {
         [r, g, b, ..] => [r, g, b],
-        [grey, ..] => [grey; 3],
-        [] => return None,
+        [grey] => [grey; 3],
+        _ => return None,
     };
     let largest = rgb.into_iter().fold(0.0, f32::max);
     let one = if most == 1.0 && largest > 2.0 && largest <= 255.0 { 255.0 } else { 1.0 };

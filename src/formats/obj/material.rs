@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use super::library::Library;
+use super::library::{Library, is_known};
 use super::texture::Map;
 use super::{ImageReader, first_of};
 use crate::error::{Diagnostic, words};
@@ -116,7 +116,7 @@ impl<'a> Materials<'a> {
 
     /// Reports the lines that materials in use do not use, once for each library.
     pub fn tell_unused(self) {
-        for (file, mut lines) in self.unused {
+        for (file, mut lines) in self.unused.into_iter().filter(|(_, lines)| !lines.is_empty()) {
             lines.sort_unstable();
             lines.dedup();
             let parts: Vec<String> =
@@ -323,12 +323,11 @@ impl<'a> Materials<'a> {
         image
     }
 
+    /// Notes the lines of some keywords, and of those that MTL does not have.
     fn note_unused(&mut self, of: &MtlMaterial, keywords: &[&str]) {
-        for keyword in keywords {
-            if let Some(line) = of.lines.get(*keyword) {
-                self.unused.entry(of.file.to_owned()).or_default().push((*line, (*keyword).to_owned()));
-            }
-        }
+        let unused = of.lines.iter().filter(|(word, _)| keywords.contains(&word.as_str()) || !is_known(word));
+        let unused = unused.map(|(word, line)| (*line, words(word)));
+        self.unused.entry(of.file.to_owned()).or_default().extend(unused);
     }
 }
 

@@ -407,6 +407,12 @@ fn the_extension_for_physically_based_materials_is_read() {
     );
     assert_eq!((m.normal.unwrap().scale, channel(m.alpha)), (0.5, Channel::Alpha));
     assert_eq!(loaded.warnings, ["a.mtl:7: not supported and ignored: bump (line 7), disp (line 8)"]);
+    let (_, loaded) = physical("Pr 1\nKa 1 1 1\nmap_Ka a.png\nshine 3\nKd 0 1");
+    let expected = [
+        "a.mtl:6: lines without a proper value are ignored: 6 (Kd)",
+        "a.mtl:5: not supported and ignored: shine (line 5)",
+    ];
+    assert_eq!(loaded.warnings, expected);
 
     // Normals in a map for heights, as most exporters write them; heights themselves have no scale.
     assert_eq!(physical("Pr 1\nmap_Bump -bm 2 normals.png").0.normal.unwrap().scale, 2.0);

@@ -36,9 +36,6 @@ fn steps(element: &Element) -> Result<Vec<FaceField>, String> {
         let channel = NAMES[COLOR..ALPHA].iter().position(is_of);
         steps.push(match (property.name.as_str(), property.kind, channel) {
             ("vertex_indices" | "vertex_index", PropertyKind::List { count, item }, _) if !has_indices => {
-                if item.is_float() {
-                    return Err(format!("{} of {} are not of an integer type", property.name, element.name));
-                }
                 has_indices = true;
                 FaceField::Indices { count, item }
             }

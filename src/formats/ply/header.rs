@@ -35,7 +35,7 @@ pub enum Scalar {
 impl Scalar {
     /// Returns the type with one of its two names.
     fn by_name(name: &str) -> Result<Scalar, String> {
-        Ok(match name {
+        Ok(match &name.to_ascii_lowercase()[..] {
             "char" | "int8" => Scalar::I8,
             "uchar" | "uint8" => Scalar::U8,
             "short" | "int16" => Scalar::I16,
@@ -162,7 +162,7 @@ impl PlyHeader {
         let mut line = 1;
         let fault = |line, reason: String| HeaderFault { line, reason };
         let (first, ending) = split_first_line(&mut rest);
-        if first.trim_ascii() != b"ply" {
+        if !first.trim_ascii().eq_ignore_ascii_case(b"ply") {
             return Err(fault(1, "not a PLY file: its first line is not \"ply\"".into()));
         }
         let mut encoding = None;

@@ -78,6 +78,14 @@ pub trait NumberSource: Clone {
     }
 }
 
+/// The word before a comment, which takes the rest of its line.
+const COMMENT: &str = "comment";
+
+/// An index that is stored as a float; none if it is no whole number, or too large to be one.
+fn whole(number: f64) -> Option<i64> {
+    (number.fract() == 0.0 && number.abs() < 9e15).then_some(number as i64)
+}
+
 /// Decimal numbers separated by white space.
 #[derive(Clone)]
 pub struct Ascii<'a> {
@@ -99,6 +107,11 @@ impl<'a> Ascii<'a> {
         Ok(self.word)
     }
 
+    fn skip_line(&mut self) {
+        let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(self.rest.len());
+        self.rest = &self.rest[end..];
+    }
+
     /// A number takes at least a digit and a separator, which the last one does not need.
     fn room_for_numbers(&self) -> u64 {
         (self.rest.len() as u64).div_ceil(2)
@@ -107,13 +120,25 @@ impl<'a> Ascii<'a> {
 
 impl NumberSource for Ascii<'_> {
     fn float(&mut self, _scalar: Scalar) -> Result<f32, NumberFault> {
-        let word = std::str::from_utf8(self.next_word()?).map_err(|_| NumberFault::NotANumber)?;
-        number(word).ok_or(NumberFault::NotANumber)
+        loop {
+            let word = std::str::from_utf8(self.next_word()?).map_err(|_| NumberFault::NotANumber)?;
+            match number(word) {
+                Some(number) => return Ok(number),
+                None if word == COMMENT => self.skip_line(),
+                None => return Err(NumberFault::NotANumber),
+            }
+        }
     }
 
     fn integer(&mut self, scalar: Scalar) -> Result<i64, NumberFault> {
-        let word = std::str::from_utf8(self.next_word()?).map_err(|_| NumberFault::NotAnInteger)?;
-        let value: i64 = word.parse().map_err(|_| NumberFault::NotAnInteger)?;
+        let value = loop {
+            let word = std::str::from_utf8(self.next_word()?).map_err(|_| NumberFault::NotAnInteger)?;
+            match word.parse().ok().or_else(|| whole(word.parse().ok()?)) {
+                Some(value) => break value,
+                None if word == COMMENT => self.skip_line(),
+                None => return Err(NumberFault::NotAnInteger),
+            }
+        };
         let (least, most) = scalar.range();
         if (least..=most).contains(&value) { Ok(value) } else { Err(NumberFault::NotAnInteger) }
     }
@@ -194,7 +219,10 @@ impl<const BIG: bool> NumberSource for Binary<'_, BIG> {
             Scalar::U16 => u16::from_le_bytes(self.bytes()?).into(),
             Scalar::I32 => i32::from_le_bytes(self.bytes()?).into(),
             Scalar::U32 => u32::from_le_bytes(self.bytes()?).into(),
-            Scalar::F32 | Scalar::F64 => return Err(NumberFault::NotAnInteger),
+            Scalar::F32 => {
+                whole(f32::from_le_bytes(self.bytes()?).into()).ok_or(NumberFault::NotAnInteger)?
+            }
+            Scalar::F64 => whole(f64::from_le_bytes(self.bytes()?)).ok_or(NumberFault::NotAnInteger)?,
         })
     }
 
@@ -218,7 +246,7 @@ impl<const BIG: bool> NumberSource for Binary<'_, BIG> {
         match fault {
             NumberFault::End => "the file ends here: it is cut short".into(),
             NumberFault::NotANumber => "not a number".into(),
-            NumberFault::NotAnInteger => "a list's length is below zero".into(),
+            NumberFault::NotAnInteger => "a list's length or an index is no whole number".into(),
         }
     }
 }

@@ -275,7 +275,13 @@ fn numbers_and_headers_of_other_programs_are_read() {
         .replace("\nend_header", "\nobj_info\nend_header ");
     let marked = format!("\u{feff}{plain}");
     let singular = plain.replace("vertex_indices", "vertex_index");
-    for text in [body, header.clone(), header.replace('\n', "\r"), marked, singular] {
+    let floats = plain.replace("uchar int", "uchar float").replace("3 0 1 2", "3 0 1.0 2");
+    let upper = plain.replace("ply\n", "PLY\n").replace("float x", "FLOAT x");
+    let comments = plain
+        .replace("end_header\n", "end_header\ncomment the vertices\n")
+        .replace("3 0", "comment faces\n3 0");
+    for text in [body, floats, upper, comments, header.clone(), header.replace('\n', "\r"), marked, singular]
+    {
         assert_eq!(parse_bytes(text.as_bytes()).as_ref(), Ok(&expected), "{text}");
     }
 }

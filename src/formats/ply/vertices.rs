@@ -25,10 +25,10 @@ pub const NAMES: [&[&str]; SLOTS] = [
     &["nz"],
     &["u", "s", "texture_u", "texture_s"],
     &["v", "t", "texture_v", "texture_t"],
-    &["red", "diffuse_red"],
-    &["green", "diffuse_green"],
-    &["blue", "diffuse_blue"],
-    &["alpha", "diffuse_alpha"],
+    &["red", "diffuse_red", "r"],
+    &["green", "diffuse_green", "g"],
+    &["blue", "diffuse_blue", "b"],
+    &["alpha", "diffuse_alpha", "a"],
 ];
 
 /// The properties of a row.

@@ -117,7 +117,9 @@ fn length_of(count: usize) -> Option<usize> {
 
 /// Reads a binary file; also returns a message if its number of triangles is wrong.
 fn read_binary(bytes: &[u8], facets: &mut Facets) -> Result<Option<String>, String> {
-    let Some(promised) = promised(bytes) else {
+    // A binary file of ordinary numbers has zeros.
+    let is_text = !bytes.iter().any(|byte| *byte == 0 || *byte >= 128);
+    let Some(promised) = promised(bytes).filter(|_| !is_text) else {
         return Err(
             "not an STL file: neither text that begins with \"solid\", nor the header of a binary file \
                     (80 bytes and the number of triangles)"

@@ -103,6 +103,8 @@ fn errors_name_the_place_and_the_reason() {
     bad[84 + 50 + 12..84 + 50 + 16].copy_from_slice(&f32::INFINITY.to_le_bytes());
     assert_eq!(refusal(&bad), "a.stl: facet 1: its corner [inf, 0, 0] is not finite");
     assert!(refusal(b"ply\nformat ascii 1.0").starts_with("a.stl: not an STL file: neither"));
+    let page = "<html>404: the file that you asked for is not here</html>".repeat(8);
+    assert!(refusal(page.as_bytes()).starts_with("a.stl: not an STL file"));
     assert!(refusal(b"solid\nendsolid\n").ends_with("has no triangles"));
     assert!(refusal(&binary("x", 4)[..84]).contains("promises 4 triangles, but none follows"));
 }

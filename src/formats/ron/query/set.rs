@@ -12,7 +12,7 @@ use crate::formats::ron::lower::reread::{Component, Names, reread, reread_settin
 use crate::formats::ron::scan;
 use crate::formats::ron::tree::BracketTree;
 use crate::formats::ron::write::{component_text, settings_text};
-use crate::world::{MaterialId, Transform, World};
+use crate::world::{MaterialId, Shape, Transform, World};
 
 /// Assignment (`=`) and the arithmetic assignment operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,6 +121,18 @@ impl EditRunner {
             let remedy =
                 "an entity's own is changed by \"its name\".material, overrides where they are written";
             let what = format!("set: {}: {what}", in_one_line(text));
+            world.warnings.push(Diagnostic::warning("set-without-effect", what).fixed_by(remedy));
+        }
+        let shapeless = |target: &Target| match target {
+            Target::Entity(entity, Component::Material) => world.entities.get::<&Shape>(*entity).is_err(),
+            _ => false,
+        };
+        if targets.iter().all(shapeless) {
+            let what = format!(
+                "set: {}: nothing of that has a shape, so nothing looks different",
+                in_one_line(text)
+            );
+            let remedy = "the entities below it have shapes of their own, by their names or as Mesh.material";
             world.warnings.push(Diagnostic::warning("set-without-effect", what).fixed_by(remedy));
         }
         Ok(targets.len())
