@@ -7,8 +7,6 @@ use std::hash::{Hash, Hasher};
 use crate::error::{Diagnostic, Subject};
 use fields::Forms;
 
-#[cfg(feature = "formats")]
-pub(crate) mod area_normals;
 pub(crate) mod asset_cache;
 pub(crate) mod assets;
 pub(crate) mod boundary;

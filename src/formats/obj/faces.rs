@@ -9,7 +9,7 @@ use super::lines::{
 use super::vertices::Vertices;
 use crate::formats::mended::Mended;
 use crate::math::Vec3;
-use crate::world::area_normals::{AreaNormals, area_vector};
+use crate::world::normals::{AreaNormals, area_vector};
 
 /// The group of corners whose normals are to be worked out although the face is in no smoothing group.
 const MENDED: u32 = u32::MAX;

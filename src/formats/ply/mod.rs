@@ -24,8 +24,8 @@ use crate::formats::vertex_colors::{self, ColorRange};
 use crate::math::Vec3;
 use crate::memory;
 use crate::world::Mesh;
-use crate::world::area_normals::{AreaNormals, area_vector};
 use crate::world::asset_cache::MeshFile;
+use crate::world::normals::smooth_normals;
 
 use header::{Element, PlyEncoding, PlyHeader};
 use source::{Ascii, Binary, NumberSource};
@@ -174,20 +174,14 @@ impl PlyMesh {
         if bad.is_empty() {
             return;
         }
-        let place = |vertex: u32| {
-            let original = (vertex as usize).checked_sub(first_copy).map_or(vertex, |copy| self.copies[copy]);
-            bad.binary_search(&original).ok()
-        };
-        let mut sums = AreaNormals::default();
+        let original =
+            |vertex: u32| (vertex as usize).checked_sub(first_copy).map_or(vertex, |copy| self.copies[copy]);
         let Mesh { positions, normals, triangles, .. } = &mut self.mesh;
-        for triangle in triangles {
-            let area = area_vector(triangle.iter().map(|vertex| positions[*vertex as usize]));
-            triangle.iter().filter_map(|vertex| place(*vertex)).for_each(|place| sums.add(place, area));
-        }
-        let mended: Vec<Vec3> = sums.normals().collect();
+        let smooth = smooth_normals(positions, triangles.iter().map(|triangle| triangle.map(original)));
         for (vertex, normal) in normals.iter_mut().enumerate() {
-            if let Some(mended) = place(vertex as u32).and_then(|place| mended.get(place)) {
-                *normal = *mended;
+            let vertex = original(vertex as u32);
+            if bad.binary_search(&vertex).is_ok() {
+                *normal = smooth[vertex as usize];
             }
         }
     }
