@@ -1,15 +1,17 @@
 //! Values of mesh files that are mended instead of refusing the file, and their numbers as other programs write them.
 
+use std::str::FromStr;
+
 /// Counts the mended values of a kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Mended {
+pub struct MendedValues {
     /// The number of values.
     pub count: usize,
     /// The place of the first one: a line, or a vertex.
     pub first: usize,
 }
 
-impl Mended {
+impl MendedValues {
     /// Counts a value at a place; the first call gives the first place.
     pub fn note(&mut self, place: usize) {
         if self.count == 0 {
@@ -22,13 +24,22 @@ impl Mended {
 /// Parses a number, which may be infinite or not a number. Also reads the spellings of Windows' C library (`1.#QNAN`,
 /// `-nan(ind)`), Fortran's exponents (`1.5D+03`) and decimal commas.
 pub fn number(word: &str) -> Option<f32> {
+    parse(word, f32::NAN)
+}
+
+/// Parses a number like [`number`], in double precision.
+pub fn precise_number(word: &str) -> Option<f64> {
+    parse(word, f64::NAN)
+}
+
+fn parse<F: FromStr>(word: &str, not_a_number: F) -> Option<F> {
     if let Ok(number) = word.parse() {
         return Some(number);
     }
     let digits = word.trim_start_matches(['+', '-']);
     let after = |start: &str| digits.get(..start.len()).is_some_and(|it| it.eq_ignore_ascii_case(start));
     if after("nan(") || after("1.#") {
-        return Some(f32::NAN);
+        return Some(not_a_number);
     }
     // Only digits may surround the comma or the exponent.
     if !digits.starts_with(|c: char| c.is_ascii_digit() || c == '.' || c == ',') {
@@ -57,8 +68,8 @@ mod tests {
 
     #[test]
     fn the_first_place_is_kept() {
-        let mut mended = Mended::default();
+        let mut mended = MendedValues::default();
         [7, 3, 9].into_iter().for_each(|line| mended.note(line));
-        assert_eq!(mended, Mended { count: 3, first: 7 });
+        assert_eq!(mended, MendedValues { count: 3, first: 7 });
     }
 }

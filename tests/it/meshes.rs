@@ -2,7 +2,6 @@
 //! RAYFRONT_CORPUS to its folder).
 
 use std::path::Path;
-use std::sync::Arc;
 
 use rayfront::error::{Diagnostic, LoadError};
 use rayfront::formats::{Edits, LoadOptions, load, load_with, save_scene};

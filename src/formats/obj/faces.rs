@@ -6,8 +6,8 @@ use std::hash::Hash;
 use super::lines::{
     KINDS, NORMAL, ObjToken, UV, VERTEX, short, split_keyword, tell, words, write_infallibly,
 };
-use super::vertices::Vertices;
-use crate::formats::mended::Mended;
+use super::vertices::VertexLines;
+use crate::formats::mended::MendedValues;
 use crate::math::Vec3;
 use crate::world::normals::{AreaNormals, area_vector};
 
@@ -66,7 +66,7 @@ const OTHER_KEYWORDS: [&str; 33] = [
 
 /// The second pass: faces, materials, objects and smoothing groups.
 pub struct Faces<'a> {
-    vertices: &'a Vertices,
+    vertices: &'a VertexLines,
     /// The keyword of lines that begin an object.
     object_word: &'static str,
     lines: String,
@@ -80,13 +80,13 @@ pub struct Faces<'a> {
     /// The object that the last line written is of.
     written_object: Option<usize>,
     smoothing: u32,
-    /// Vertices whose normals are worked out, each with its group.
+    /// VertexLines whose normals are worked out, each with its group.
     smoothed: Numbering<(u32, u32)>,
     normals: AreaNormals,
-    skipped: [Mended; SKIPPED.len()],
+    skipped: [MendedValues; SKIPPED.len()],
     /// Texture coordinates and normals that do not exist.
-    missing: [Mended; 3],
-    surplus: Mended,
+    missing: [MendedValues; 3],
+    surplus: MendedValues,
     /// The corners of the face that is being read.
     corners: Vec<[u32; 3]>,
 }
@@ -103,7 +103,7 @@ impl<K: Eq + Hash> Numbering<K> {
 
 impl<'a> Faces<'a> {
     /// The state before the first line; `object_word` begins an object.
-    pub fn new(vertices: &'a Vertices, object_word: &'static str) -> Faces<'a> {
+    pub fn new(vertices: &'a VertexLines, object_word: &'static str) -> Faces<'a> {
         Faces {
             vertices,
             object_word,
@@ -120,7 +120,7 @@ impl<'a> Faces<'a> {
             normals: AreaNormals::default(),
             skipped: Default::default(),
             missing: Default::default(),
-            surplus: Mended::default(),
+            surplus: MendedValues::default(),
             corners: Vec::new(),
         }
     }

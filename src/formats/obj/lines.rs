@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use smallvec::SmallVec;
 
-use crate::formats::mended::Mended;
+use crate::formats::mended::MendedValues;
 
 /// An invalid line.
 #[derive(Debug)]
@@ -65,7 +65,7 @@ pub fn split_keyword(line: &str) -> (&str, &str) {
 }
 
 /// Adds a message about values or lines, if there are any, and the line of the first.
-pub fn tell(told: &mut Vec<(usize, String)>, of: Mended, what: &str, rest: impl Fn(usize) -> String) {
+pub fn tell(told: &mut Vec<(usize, String)>, of: MendedValues, what: &str, rest: impl Fn(usize) -> String) {
     if of.count > 0 {
         told.push((of.first, format!("{what}: {}", rest(of.count))));
     }

@@ -100,6 +100,7 @@ fn load_parts(
     let is_whole = parts.len() == 1;
     for (name, mesh) in &mut parts {
         range.decode(&mut mesh.colors);
+        mesh.origin = tidied.origin;
         mesh.name = if is_whole && name.is_empty() {
             path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
         } else {

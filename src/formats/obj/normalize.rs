@@ -4,7 +4,8 @@ use std::io::BufRead;
 
 use super::faces::{FaceFault, FaceLines, Faces, UsedNames};
 use super::lines::{LineFault, NORMAL, UV, fault_at, logical_lines};
-use super::vertices::Vertices;
+use super::vertices::{self, VertexLines};
+use crate::math::DVec3;
 
 /// OBJ text normalised for tobj: finite numbers; a colour for every vertex; all three indices in every corner, absolute
 /// and in range; only polygons; one material library; materials and objects by their numbers; all vertices first.
@@ -17,6 +18,8 @@ pub struct Tidied {
     vertex_lines: String,
     /// The other lines.
     face_lines: String,
+    /// The point that positions are relative to.
+    pub origin: DVec3,
     /// True if any face has texture coordinates.
     pub has_uvs: bool,
     /// True if any face has normals.
@@ -37,7 +40,7 @@ impl Tidied {
     /// Checks and normalises a file. With `apart`, its objects are kept apart: those of its `o` lines or, if there are
     /// none, of its `g` lines.
     pub fn new(text: &str, apart: bool) -> Result<Tidied, LineFault> {
-        let mut vertices = Vertices::new();
+        let mut vertices = VertexLines::new(vertices::origin(text));
         for (number, line) in logical_lines(text) {
             vertices.read_line(&line, number);
         }
@@ -62,6 +65,7 @@ impl Tidied {
         Ok(Tidied {
             vertex_lines: vertices.lines,
             face_lines: lines,
+            origin: vertices.origin,
             has_uvs: has[UV],
             has_normals: has[NORMAL],
             has_colors: vertices.has_colors,

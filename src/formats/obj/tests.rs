@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::world::{
-    AlphaMode, BlinnPhong, Channel, ColorInput, ImageId, Material, Principled, Texels, Texture,
+    AlphaMode, BlinnPhong, Channel, ColorInput, Image, ImageId, Material, Principled, Texels, Texture,
 };
 
 /// The result of loading a file.
@@ -422,6 +422,16 @@ fn the_extension_for_physically_based_materials_is_read() {
     assert!(m.volume.is_some() && m.transmission.factor == 1.0 && m.base_color == constant(0.5, 1.0, 1.0));
     let (m, _) = physical("Pr 0.2\nd 0.25");
     assert_eq!((m.alpha.factor, m.alpha_mode), (0.25, AlphaMode::Blend));
+}
+
+#[test]
+fn positions_far_from_the_origin_keep_their_digits() {
+    let far = "v 450123.456 312.5 -5412345.678\nv 450124.456 312.5 -5412345.678\nv 450123.456 313.625 -5412345.678\nf 1 2 3\n";
+    let far = mesh(far);
+    let position = |at: usize| far.origin + far.positions[at].as_dvec3();
+    let expected = crate::math::DVec3::new(450123.456, 313.625, -5412345.678);
+    assert!((position(2) - expected).length() < 1e-6, "{}", position(2));
+    assert_eq!(mesh(&format!("{CORNERS}f 1 2 3\n")).origin, crate::math::DVec3::ZERO);
 }
 
 #[test]

@@ -6,16 +6,19 @@ use super::lines::{
     Complaint, LineFault, NORMAL, ObjToken, UV, VERTEX, fault_at, logical_lines, short, split_keyword, tell,
     words, write_infallibly,
 };
-use crate::formats::mended::{self, Mended};
-use crate::math::Vec3;
+use crate::formats::mended::{self, MendedValues};
+use crate::math::{DVec3, Vec3};
+use crate::world::origin::{FARTHEST, rounded};
 
 /// The first pass: everything that faces refer to.
-pub struct Vertices {
+pub struct VertexLines {
+    /// The point that positions are relative to.
+    pub origin: DVec3,
     /// The normalised lines.
     pub lines: String,
     /// The positions; 0 in place of invalid ones.
     pub positions: Vec<Vec3>,
-    /// Vertices whose position is invalid, and their lines, in order.
+    /// VertexLines whose position is invalid, and their lines, in order.
     pub invalid: Vec<(u32, usize)>,
     /// Invalid normals, in order.
     pub invalid_normals: Vec<u32>,
@@ -25,15 +28,16 @@ pub struct Vertices {
     pub has_colors: bool,
     /// True if any line begins an object.
     pub has_objects: bool,
-    colors: Mended,
-    uvs: Mended,
-    normals: Mended,
+    colors: MendedValues,
+    uvs: MendedValues,
+    normals: MendedValues,
 }
 
-impl Vertices {
-    /// The state before the first line.
-    pub fn new() -> Vertices {
-        Vertices {
+impl VertexLines {
+    /// The state before the first line of a file whose positions are relative to `origin`.
+    pub fn new(origin: DVec3) -> VertexLines {
+        VertexLines {
+            origin,
             lines: "mtllib all\nvt 0 0\nvn 0 0 0\n".to_owned(),
             positions: Vec::new(),
             invalid: Vec::new(),
@@ -41,9 +45,9 @@ impl Vertices {
             counts: [0; 3],
             has_colors: false,
             has_objects: false,
-            colors: Mended::default(),
-            uvs: Mended::default(),
-            normals: Mended::default(),
+            colors: MendedValues::default(),
+            uvs: MendedValues::default(),
+            normals: MendedValues::default(),
         }
     }
 
@@ -80,14 +84,17 @@ impl Vertices {
 
     fn vertex(&mut self, line: &str, number: usize) {
         let words = words(line);
-        let position = position(&words).ok();
+        let position = position(&words).ok().map(|position| (position - self.origin).as_vec3());
         if position.is_none() {
             self.invalid.push((self.counts[VERTEX] as u32, number));
         }
         self.counts[VERTEX] += 1;
         self.positions.push(position.unwrap_or(Vec3::ZERO));
-        if position.is_some() {
-            self.write("v", &words, 3);
+        if let Some(Vec3 { x, y, z }) = position {
+            match self.origin == DVec3::ZERO {
+                true => self.write("v", &words, 3),
+                false => write_infallibly(&mut self.lines, format_args!("v {x} {y} {z}\n")),
+            }
         } else {
             self.lines.push_str("v 0 0 0\n");
         }
@@ -129,11 +136,11 @@ impl Vertices {
         }
     }
 
-    /// Messages about mended values. Vertices without a position are unused: faces that use one are refused.
+    /// Messages about mended values. VertexLines without a position are unused: faces that use one are refused.
     pub fn told(&self) -> Vec<(usize, String)> {
         let mut told = Vec::new();
         let count = self.invalid.len();
-        let vertices = Mended { count, first: self.invalid.first().map_or(0, |(_, line)| *line) };
+        let vertices = MendedValues { count, first: self.invalid.first().map_or(0, |(_, line)| *line) };
         let kinds = [
             (vertices, "vertices without a finite position", "no face uses them, so they are left out"),
             (self.uvs, "texture coordinates that are not finite numbers", "(0, 0) instead"),
@@ -158,17 +165,41 @@ impl Vertices {
 }
 
 /// The position of a vertex's line.
-fn position(words: &[ObjToken]) -> Result<Vec3, Complaint> {
+fn position(words: &[ObjToken]) -> Result<DVec3, Complaint> {
     let [_, x, y, z, ..] = words else {
         return Err((0, "a vertex needs three coordinates".into()));
     };
     let coordinate = |word: &ObjToken| {
         let not_a_number = || (word.place, format!("{:?} is not a number", short(word.text)));
-        let number = mended::number(word.text).ok_or_else(not_a_number)?;
-        let is_finite = number.is_finite();
+        let number = mended::precise_number(word.text).ok_or_else(not_a_number)?;
+        let is_finite = (number as f32).is_finite();
         is_finite.then_some(number).ok_or((word.place, format!("the coordinate {} is not finite", word.text)))
     };
-    Ok(Vec3::new(coordinate(x)?, coordinate(y)?, coordinate(z)?))
+    Ok(DVec3::new(coordinate(x)?, coordinate(y)?, coordinate(z)?))
+}
+
+/// The point that a file's positions are best relative to: (0, 0, 0), unless all of them are so far from it that single
+/// precision would be coarse.
+pub fn origin(text: &str) -> DVec3 {
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let is_far = |least: DVec3, most: DVec3| {
+        let size = (most - least).max_element();
+        least.abs().max(most.abs()).max_element() > FARTHEST * size
+    };
+    for (_, line) in logical_lines(text) {
+        if split_keyword(&line).0 == "v"
+            && let Ok(position) = position(&words(&line))
+        {
+            let is_first = least.x > most.x;
+            (least, most) = (least.min(position), most.max(position));
+            // Most files end this search with their second vertex.
+            if !is_first && !is_far(least, most) {
+                return DVec3::ZERO;
+            }
+        }
+    }
+    let size = (most - least).max_element();
+    if size > 0.0 { rounded(0.5 * (least + most), size) } else { DVec3::ZERO }
 }
 
 /// Texture coordinates, of which the second may be missing.

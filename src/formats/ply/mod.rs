@@ -19,7 +19,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::error::{Diagnostic, LoadError};
-use crate::formats::mended::Mended;
+use crate::formats::mended::MendedValues;
 use crate::formats::vertex_colors::{self, ColorRange};
 use crate::math::Vec3;
 use crate::memory;
@@ -96,12 +96,12 @@ struct PlyFaults {
     positions: Vec<(u32, Vec3)>,
     /// Vertices without a finite normal.
     normals: Vec<u32>,
-    uvs: Mended,
-    colors: Mended,
+    uvs: MendedValues,
+    colors: MendedValues,
     /// Vertices with an alpha below 1.
-    alphas: Mended,
-    face_uvs: Mended,
-    face_colors: Mended,
+    alphas: MendedValues,
+    face_uvs: MendedValues,
+    face_colors: MendedValues,
 }
 
 impl PlyMesh {
@@ -140,7 +140,7 @@ impl PlyMesh {
                 .for_each(|(vertex, _)| self.mesh.positions[*vertex as usize] = inside);
         }
         let of = |vertices: &mut dyn Iterator<Item = u32>| {
-            let mut mended = Mended::default();
+            let mut mended = MendedValues::default();
             vertices.for_each(|vertex| mended.note(vertex as usize));
             mended
         };
@@ -157,7 +157,7 @@ impl PlyMesh {
             (faults.alphas, "vertex", "alphas below 1", "not supported and ignored: the mesh is opaque"),
         ];
         let found = kinds.into_iter().filter(|(mended, ..)| mended.count > 0);
-        let line = |(Mended { count, first }, place, what, done)| {
+        let line = |(MendedValues { count, first }, place, what, done)| {
             let first = if count > 1 {
                 format!("the first of {place} {first}")
             } else {
