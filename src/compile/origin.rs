@@ -10,6 +10,9 @@ use crate::world::origin::{FARTHEST, rounded};
 use crate::world::transforms::WorldTransforms;
 use crate::world::{Mesh, Shape, World};
 
+/// The distance of the origin from what it is to be near to, relative to the nearest shape's distance from the camera.
+/// A camera that moves by less does not move the origin.
+const NEAR: f64 = 16.0;
 /// The number of vertices that determine the place and size of a mesh.
 const MOST_VERTICES: usize = 256;
 
@@ -45,11 +48,11 @@ pub(super) fn choose(
     if coarseness(DVec3::ZERO) <= FARTHEST {
         return DVec3::ZERO;
     }
-    let middle = rounded(median(&extents), FARTHEST * nearest(&extents));
+    let middle = rounded(median(&extents), NEAR * nearest(&extents));
     if coarseness(middle) <= FARTHEST {
         return middle;
     }
-    let around_the_camera = rounded(camera.translation, FARTHEST * nearest(&extents));
+    let around_the_camera = rounded(camera.translation, NEAR * nearest(&extents));
     if coarseness(around_the_camera) < coarseness(middle) { around_the_camera } else { middle }
 }
 

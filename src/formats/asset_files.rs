@@ -142,7 +142,7 @@ impl Files {
             }
             match self.image(&references::resolve(path, name)) {
                 Ok(image) => {
-                    let texture = Texture::new(assets.add_image(image.report(warnings)));
+                    let texture = Texture::trilinear(assets.add_image(image.report(warnings)));
                     let diffuse = ColorInput::Texture(assets.add_texture(texture));
                     let material = Material::BlinnPhong(BlinnPhong { diffuse, ..BlinnPhong::default() });
                     let id = assets.add_material(Some(references::stem(name)), material);

@@ -323,6 +323,12 @@ impl Texture {
         }
     }
 
+    /// An image as used by files that do not say how to filter it.
+    #[cfg(feature = "formats")]
+    pub(crate) fn trilinear(image: ImageId) -> Self {
+        Self { filter: TextureFilter::Trilinear, ..Self::new(image) }
+    }
+
     /// Returns a texture for numbers, such as roughness, normals and heights: bilinear, repeated, linear, not
     /// transformed.
     pub fn of_numbers(image: ImageId) -> Self {

@@ -1,6 +1,8 @@
 //! Points that positions in single precision are relative to, where those relative to (0, 0, 0) would be coarse.
 
 use crate::math::DVec3;
+#[cfg(feature = "formats")]
+use crate::math::Vec3;
 
 /// A position may be this many times as far from the origin as from the camera, or as its shape is large. The rounding
 /// error is then 1/16,384 of that distance: a sixteenth of a pixel in an image of 1,000 pixels.
@@ -10,4 +12,39 @@ pub(crate) const FARTHEST: f64 = 1024.0;
 pub(crate) fn rounded(point: DVec3, length: f64) -> DVec3 {
     let step = libm::exp2(libm::floor(libm::log2(length)) - 1.0);
     (point / step).round() * step
+}
+
+/// Returns an origin for the points of one shape, and the points relative to it. It is (0, 0, 0) unless the shape is small
+/// and far from there.
+#[cfg(feature = "formats")]
+pub(crate) fn split(points: &[DVec3]) -> (DVec3, Vec<Vec3>) {
+    let finite = || points.iter().filter(|point| point.is_finite());
+    let least = finite().fold(DVec3::INFINITY, |least, point| least.min(*point));
+    let most = finite().fold(DVec3::NEG_INFINITY, |most, point| most.max(*point));
+    let (farthest, size) = (least.abs().max(most.abs()).length(), (most - least).length());
+    let is_coarse = size > 0.0 && farthest.is_finite() && farthest > FARTHEST * size;
+    let origin = if is_coarse { rounded(0.5 * (least + most), size) } else { DVec3::ZERO };
+    (origin, points.iter().map(|point| (*point - origin).as_vec3()).collect())
+}
+
+#[cfg(all(test, feature = "formats"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_points_keep_their_differences_and_near_ones_their_bits() {
+        let shape = [DVec3::ZERO, DVec3::X * 0.1, DVec3::Y * 0.2, DVec3::new(0.3, 0.1, 0.7)];
+        let far = DVec3::new(450_123.4, 312.7, -5_412_345.6);
+        let points = shape.map(|point| point + far);
+        let (origin, relative) = split(&points);
+        for (point, relative) in points.iter().zip(&relative) {
+            assert!((origin + relative.as_dvec3() - *point).length() < 1e-7, "{point}");
+        }
+        let (origin, same) = split(&shape);
+        assert_eq!((origin, same), (DVec3::ZERO, shape.map(|point| point.as_vec3()).to_vec()));
+        // Many small things far apart, one point, and none.
+        assert_eq!(split(&[shape[1], far]).0, DVec3::ZERO);
+        assert_eq!(split(&[far]), (DVec3::ZERO, vec![far.as_vec3()]));
+        assert_eq!(split(&[]), (DVec3::ZERO, Vec::new()));
+    }
 }

@@ -25,6 +25,7 @@ mod media;
 mod meshes;
 mod metamorphic;
 mod nested;
+mod one_thing;
 mod path;
 mod pictures;
 mod plans;

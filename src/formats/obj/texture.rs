@@ -124,7 +124,7 @@ impl<'a> Map<'a> {
             offset: Vec2::new(self.offset.x, 1.0 - self.scale.y - self.offset.y),
             color_space: if self.linear { ColorSpace::Linear } else { ColorSpace::Srgb },
             factor,
-            ..Texture::new(image)
+            ..Texture::trilinear(image)
         }
     }
 }
@@ -176,6 +176,9 @@ mod tests {
         // MTL's v of 0.25 is looked up at 0.25 · 4 + 0.5 = 1.5 from the bottom; ours, 0.75, from the top.
         assert_eq!(0.75 * texture.scale.y + texture.offset.y, 1.0 - 1.5);
         assert_eq!(texture.offset.x, 0.25);
-        assert_eq!(Map::parse("a.png").unwrap().texture(ImageId(0), Rgb::WHITE), Texture::new(ImageId(0)));
+        assert_eq!(
+            Map::parse("a.png").unwrap().texture(ImageId(0), Rgb::WHITE),
+            Texture::trilinear(ImageId(0))
+        );
     }
 }

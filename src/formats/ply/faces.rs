@@ -144,11 +144,11 @@ impl FaceRow {
                 FaceField::Uvs { count, item } => {
                     self.uvs.clear();
                     for _ in 0..source.list_length(count, item)? {
-                        self.uvs.push(source.float(item)?);
+                        self.uvs.push(source.float(item)? as f32);
                     }
                 }
                 FaceField::Color(channel, scalar) => {
-                    let value = source.float(scalar)?;
+                    let value = source.float(scalar)? as f32;
                     self.color[channel] = self.curve.convert(value, Some(scalar));
                 }
                 // A number below 0 means no texture.

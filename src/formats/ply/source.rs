@@ -1,6 +1,6 @@
 //! Readers of the numbers in a PLY file's body, as text or binary.
 
-use crate::formats::mended::number;
+use crate::formats::mended::precise_number;
 
 use super::header::{Element, PropertyKind, Scalar};
 
@@ -17,8 +17,11 @@ pub enum NumberFault {
 
 /// A position in the body, from which numbers are read in order.
 pub trait NumberSource: Clone {
-    /// Reads the next number, rounded to a float. Integers are not scaled.
-    fn float(&mut self, scalar: Scalar) -> Result<f32, NumberFault>;
+    /// True if numbers are decimals, whose precision does not depend on their type.
+    const IS_TEXT: bool;
+
+    /// Reads the next number. Integers are not scaled.
+    fn float(&mut self, scalar: Scalar) -> Result<f64, NumberFault>;
     /// Reads the next number, of an integer type.
     fn integer(&mut self, scalar: Scalar) -> Result<i64, NumberFault>;
     /// Skips `count` numbers.
@@ -119,10 +122,12 @@ impl<'a> Ascii<'a> {
 }
 
 impl NumberSource for Ascii<'_> {
-    fn float(&mut self, _scalar: Scalar) -> Result<f32, NumberFault> {
+    const IS_TEXT: bool = true;
+
+    fn float(&mut self, _scalar: Scalar) -> Result<f64, NumberFault> {
         loop {
             let word = std::str::from_utf8(self.next_word()?).map_err(|_| NumberFault::NotANumber)?;
-            match number(word) {
+            match precise_number(word) {
                 Some(number) => return Ok(number),
                 None if word == COMMENT => self.skip_line(),
                 None => return Err(NumberFault::NotANumber),
@@ -201,12 +206,14 @@ impl<'a, const BIG: bool> Binary<'a, BIG> {
 }
 
 impl<const BIG: bool> NumberSource for Binary<'_, BIG> {
+    const IS_TEXT: bool = false;
+
     #[inline(always)]
-    fn float(&mut self, scalar: Scalar) -> Result<f32, NumberFault> {
+    fn float(&mut self, scalar: Scalar) -> Result<f64, NumberFault> {
         Ok(match scalar {
-            Scalar::F32 => f32::from_le_bytes(self.bytes()?),
-            Scalar::F64 => f64::from_le_bytes(self.bytes()?) as f32,
-            _ => self.integer(scalar)? as f32,
+            Scalar::F32 => f32::from_le_bytes(self.bytes()?).into(),
+            Scalar::F64 => f64::from_le_bytes(self.bytes()?),
+            _ => self.integer(scalar)? as f64,
         })
     }
 

@@ -1,14 +1,14 @@
 //! The `vertex` element.
 
 use crate::film::tonemap::srgb_decode;
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
+use crate::world::origin;
 
 use super::PlyMesh;
 use super::header::{Element, PropertyKind, Scalar};
 use super::source::{NumberFault, NumberSource};
 
-/// Slots of a row's values: position, normal, texture coordinates, colour, alpha.
-const POSITION: usize = 0;
+/// Slots of a row's values: position (from 0), normal, texture coordinates, colour, alpha.
 const NORMAL: usize = 3;
 const UV: usize = 6;
 pub const COLOR: usize = 8;
@@ -70,10 +70,22 @@ impl PlyLayout {
         self.types[slots].iter().all(Option::is_some)
     }
 
-    fn read_row<S: NumberSource>(&self, source: &mut S, row: &mut [f32; SLOTS]) -> Result<(), NumberFault> {
+    /// Reads a row's position, and its other values.
+    fn read_row<S: NumberSource>(
+        &self,
+        source: &mut S,
+        point: &mut DVec3,
+        row: &mut [f32; SLOTS],
+    ) -> Result<(), NumberFault> {
         for step in &self.steps {
             match *step {
-                VertexField::Keep(slot, scalar) => row[slot] = source.float(scalar)?,
+                VertexField::Keep(slot, scalar) => {
+                    let number = source.float(scalar)?;
+                    row[slot] = number as f32;
+                    if slot < NORMAL {
+                        point[slot] = number;
+                    }
+                }
                 VertexField::Skip(kind) => source.skip_property(kind)?,
             }
         }
@@ -95,18 +107,24 @@ pub fn read<S: NumberSource>(
     let [has_normals, has_uvs, has_colors, has_alphas] =
         [NORMAL..UV, UV..COLOR, COLOR..ALPHA, ALPHA..SLOTS].map(|slots| layout.has(slots));
     let capacity = |present| if present { count } else { 0 };
-    mesh.positions.reserve_exact(count);
     mesh.normals.reserve_exact(capacity(has_normals));
     mesh.uvs.reserve_exact(capacity(has_uvs));
     mesh.colors.reserve_exact(capacity(has_colors));
     let colors = ColorCurve::of(layout.types[COLOR..ALPHA].iter().flatten());
     *colors_are_encoded = has_colors && colors.is_encoded;
-    let mut row = [0.0; SLOTS];
+    let is_double = S::IS_TEXT || layout.types[..NORMAL].contains(&Some(Scalar::F64));
+    let mut points = Vec::with_capacity(capacity(is_double));
+    mesh.positions.reserve_exact(capacity(!is_double));
+    let (mut point, mut row) = (DVec3::ZERO, [0.0; SLOTS]);
     for i in 0..count {
-        let read = layout.read_row(source, &mut row);
+        let read = layout.read_row(source, &mut point, &mut row);
         read.map_err(|fault| format!("vertex {i}: {}", source.describe(fault)))?;
-        let position = Vec3::new(row[POSITION], row[POSITION + 1], row[POSITION + 2]);
-        mesh.positions.push(if position.is_finite() { position } else { Vec3::ZERO });
+        let position = point.as_vec3();
+        if is_double {
+            points.push(point);
+        } else {
+            mesh.positions.push(position);
+        }
         if !position.is_finite() {
             faults.positions.push((i as u32, position));
         }
@@ -135,6 +153,12 @@ pub fn read<S: NumberSource>(
         if has_alphas && row[ALPHA] < most(layout.types[ALPHA]) {
             faults.alphas.note(i);
         }
+    }
+    if is_double {
+        (mesh.origin, mesh.positions) = origin::split(&points);
+    }
+    for (vertex, _) in &faults.positions {
+        mesh.positions[*vertex as usize] = Vec3::ZERO;
     }
     Ok(())
 }

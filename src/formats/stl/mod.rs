@@ -9,12 +9,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::error::{Diagnostic, LoadError};
-use crate::formats::mended::number;
+use crate::formats::mended::precise_number;
 use crate::formats::triangulate::Triangulator;
-use crate::math::Vec3;
+use crate::math::{DVec3, Vec3};
 use crate::memory;
 use crate::world::Mesh;
 use crate::world::asset_cache::MeshFile;
+use crate::world::origin;
 
 /// The bytes before the triangles of a binary file: a comment, and their number.
 const HEADER: usize = 84;
@@ -49,6 +50,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
         read_binary(bytes, &mut facets).map_err(|reason| LoadError::invalid(path, reason))?
     };
     let mut mesh = facets.mesh;
+    (mesh.origin, mesh.positions) = origin::split(&facets.points);
     if mesh.triangles.is_empty() {
         return Err(LoadError::invalid(path, "has no triangles"));
     }
@@ -62,34 +64,41 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
 #[derive(Default)]
 struct Facets {
     mesh: Mesh,
-    vertices: HashMap<[u32; 3], u32>,
+    points: Vec<DVec3>,
+    vertices: HashMap<[u64; 3], u32>,
     triangulator: Triangulator,
     corners: Vec<u32>,
+    /// The corners of a facet, relative to the first one.
+    relative: Vec<Vec3>,
     count: usize,
 }
 
 impl Facets {
     /// Adds a facet, which may be a polygon.
-    fn add(&mut self, corners: &[Vec3]) -> Result<(), String> {
+    fn add(&mut self, corners: &[DVec3]) -> Result<(), String> {
         let facet = self.count;
         self.count += 1;
         self.corners.clear();
+        self.relative.clear();
         for corner in corners {
-            if !corner.is_finite() {
+            if !corner.as_vec3().is_finite() {
+                let corner = corner.as_vec3();
                 return Err(format!("facet {facet}: its corner {corner} is not finite"));
             }
+            self.relative.push((*corner - corners[0]).as_vec3());
             // Zeros of both signs are equal.
-            let position = *corner + Vec3::ZERO;
-            let next = u32::try_from(self.mesh.positions.len()).map_err(|_| "too many vertices")?;
-            let vertex = *self.vertices.entry(position.to_array().map(f32::to_bits)).or_insert(next);
+            let position = *corner + DVec3::ZERO;
+            let next = u32::try_from(self.points.len()).map_err(|_| "too many vertices")?;
+            let vertex = *self.vertices.entry(position.to_array().map(f64::to_bits)).or_insert(next);
             if vertex == next {
-                self.mesh.positions.push(position);
+                self.points.push(position);
             }
             self.corners.push(vertex);
         }
-        let Self { corners, triangulator, .. } = self;
-        let Mesh { positions, triangles, .. } = &mut self.mesh;
-        let split = triangulator.split(positions, corners, |t| triangles.push(t.map(|k| corners[k])));
+        let Self { corners, relative, triangulator, .. } = self;
+        let triangles = &mut self.mesh.triangles;
+        let own: Vec<u32> = (0..corners.len() as u32).collect();
+        let split = triangulator.split(relative, &own, |t| triangles.push(t.map(|k| corners[k])));
         split.map_err(|fault| format!("facet {facet}: {fault}"))
     }
 }
@@ -141,7 +150,8 @@ fn read_binary(bytes: &[u8], facets: &mut Facets) -> Result<Option<String>, Stri
             let bytes = facet.get(at..).and_then(|bytes| bytes.first_chunk::<4>());
             bytes.map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
         };
-        let corner = |k: usize| Vec3::new(float(12 + 12 * k), float(16 + 12 * k), float(20 + 12 * k));
+        let corner =
+            |k: usize| Vec3::new(float(12 + 12 * k), float(16 + 12 * k), float(20 + 12 * k)).as_dvec3();
         facets.add(&[corner(0), corner(1), corner(2)])?;
     }
     let said = if promised > count {
@@ -165,7 +175,7 @@ struct TextFault {
 /// Reads a text; also returns a message if it ends within a facet. Only corners, and the ends of their loops, matter.
 fn read_text(bytes: &[u8], facets: &mut Facets) -> Result<Option<String>, TextFault> {
     let mut words = Words { bytes, at: 0 };
-    let mut corners: Vec<Vec3> = Vec::new();
+    let mut corners: Vec<DVec3> = Vec::new();
     let mut is_open = false;
     while let Some((place, word)) = words.next() {
         let is = |keyword: &str| word.eq_ignore_ascii_case(keyword.as_bytes());
@@ -185,7 +195,7 @@ fn read_text(bytes: &[u8], facets: &mut Facets) -> Result<Option<String>, TextFa
                     Err(reason) => return Err(TextFault { place, reason }),
                 }
             }
-            corners.push(Vec3::from_array(numbers));
+            corners.push(DVec3::from_array(numbers));
         } else if is("endloop") || is("endfacet") {
             if corners.len() >= 3 {
                 facets.add(&corners).map_err(|reason| TextFault { place, reason })?;
@@ -203,9 +213,9 @@ impl Facets {
     }
 }
 
-fn parse_number(word: &[u8]) -> Result<f32, String> {
+fn parse_number(word: &[u8]) -> Result<f64, String> {
     let text = String::from_utf8_lossy(word);
-    number(&text).ok_or_else(|| {
+    precise_number(&text).ok_or_else(|| {
         let shown: String = text.chars().take(40).collect();
         format!("{shown:?} is not a number")
     })
