@@ -269,8 +269,14 @@ impl Sections<'_> {
     }
 }
 
-/// Adds what the crate needs of a camera. The clip distances are not used, and a lens that is 0 is mended later.
+/// Adds what the crate needs of a camera. The clip distances are not used; a lens that is 0 and a type that is none are
+/// mended where the camera is used.
 fn complete_camera(camera: &mut Value, _: &str, _: &mut Mended) -> Result<(), Unmendable> {
+    if let Some(camera) =
+        camera.as_object_mut().filter(|camera| !camera.get("type").is_some_and(Value::is_string))
+    {
+        camera.insert("type".to_owned(), Value::from("none"));
+    }
     for (lens, names) in
         [("perspective", &["yfov", "znear"][..]), ("orthographic", &["xmag", "ymag", "zfar", "znear"])]
     {

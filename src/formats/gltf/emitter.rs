@@ -86,8 +86,7 @@ impl Import<'_> {
                 (true, true) | (false, false) => None,
                 (_, is_orthographic) => {
                     let kind = if is_orthographic { "orthographic" } else { "perspective" };
-                    document
-                        .mend(&at, format_args!("the camera's type is not that of its lens: it is {kind}"));
+                    document.mend(&at, format_args!("it has no type that fits its lens: it is {kind}"));
                     Some(is_orthographic)
                 }
             },

@@ -287,12 +287,16 @@ fn cameras_that_are_not_as_expected_stay_at_their_place() {
             "the angle 0 is not between",
         ),
         (json!({"type": "fisheye"}), usual, "/cameras/0: a camera needs its type"),
-        (json!({"perspective": {"yfov": 0.5, "znear": 1}}), usual, "/cameras/0: missing field `type`"),
+        (
+            json!({"type": 3, "perspective": {"yfov": 0.5}}),
+            Camera::Pinhole { vertical_fov: 0.5 },
+            "/cameras/0: it has no type that fits its lens: it is perspective",
+        ),
         (json!("wide"), usual, "/cameras/0: invalid type: string"),
         (
             json!({"type": "perspective", "orthographic": {"xmag": 1, "ymag": 2, "znear": 0, "zfar": 9}}),
             Camera::Orthographic { height_m: 4.0 },
-            "/cameras/0: the camera's type is not that of its lens: it is orthographic",
+            "/cameras/0: it has no type that fits its lens: it is orthographic",
         ),
     ] {
         let read = read(&with(&[("/cameras", json!([camera.clone()])), ("/nodes/0/camera", json!(0))]));
