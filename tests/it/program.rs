@@ -200,10 +200,11 @@ pub trait Place: AsRef<Path> {
         String::from_utf8(self.bytes(file)).expect("UTF-8")
     }
 
-    /// Returns the width, the height and the linear pixels of an image.
+    /// Returns the width, the height and the linear pixels that an image has; of a crop, those within it.
     #[track_caller]
     fn image(&self, file: &str) -> (u32, u32, Vec<Rgb>) {
-        picture::load_linear(&self.as_ref().join(file)).expect(file)
+        let image = picture::load_linear_crop(&self.as_ref().join(file)).expect(file);
+        (image.size[0], image.size[1], image.pixels)
     }
 
     #[track_caller]
