@@ -468,7 +468,7 @@ mod tests {
         let hint = "unknown field \"nam\" in Experiment (did you mean \"name\"?); fields: name, title";
         assert!(unknown.starts_with("a.ron:2:") && unknown.contains(hint), "{unknown}");
         let unclosed = error("(title: \"t\",\n experiments: [(name: \"a\"");
-        assert_eq!(unclosed, "a.ron:2:15: this \"(\" is never closed");
+        assert_eq!(unclosed, "a.ron:2:16: this \"(\" is never closed");
         for (from, to, wanted) in [
             ("name: \"a\"", "name: \"a b\"", "letters, digits"),
             ("x: Triangles([100, 1000])", "x: Triangles([])", "one value of x"),
