@@ -204,7 +204,7 @@ fn images_are_loaded_once_and_relative_to_the_library() {
     assert_eq!(texture(m.diffuse).scale, Vec2::splat(2.0));
     assert_eq!(texture(m.diffuse).factor, Rgb::WHITE);
     assert_eq!(texture(m.specular), Texture { factor: Rgb::splat(0.5), ..Texture::trilinear(ImageId(0)) });
-    assert_eq!(texture(m.emission), Texture::new(ImageId(1)));
+    assert_eq!(texture(m.emission), Texture::trilinear(ImageId(1)));
     assert!(
         loaded.warnings.contains(&"sub/lib rary.mtl:7: not supported and ignored: bump (line 7)".to_owned()),
         "{:?}",
