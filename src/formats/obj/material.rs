@@ -65,6 +65,15 @@ impl<'a> MtlMaterial<'a> {
         PHYSICAL.iter().any(|keyword| self.has(keyword)) || PHYSICAL_ABOVE_0.iter().any(above_0)
     }
 
+    /// True for the models of glass. Blender writes model 9 for surfaces that are partly there.
+    fn is_glass(&self) -> bool {
+        match self.source.illumination_model {
+            Some(4 | 6 | 7) => true,
+            Some(9) => self.opacity().0 == 1.0,
+            _ => false,
+        }
+    }
+
     /// The opacity and the line that gives it: `d`, or 1 − `Tr`.
     fn opacity(&self) -> (f32, &'static str) {
         match (self.source.dissolve, self.number("Tr")) {
@@ -104,7 +113,7 @@ impl<'a> Materials<'a> {
         if let Some(&id) = self.ids.get(&number) {
             return id;
         }
-        let material = if source.is_physical() {
+        let material = if source.is_physical() || self.normal_map(&source).is_some() {
             Material::Principled(Box::new(self.physical(&source)))
         } else {
             Material::BlinnPhong(self.classic(&source))
@@ -135,7 +144,7 @@ impl<'a> Materials<'a> {
         self.note_unused(of, &UNUSED);
         let source = of.source;
         let illum = source.illumination_model.unwrap_or(2);
-        let is_glass = matches!(illum, 4 | 6 | 7 | 9);
+        let is_glass = of.is_glass();
         let cut_out = self.cut_out(of, is_glass);
         let (opacity, _) = of.opacity();
         let through = if cut_out.is_some() {
@@ -177,18 +186,15 @@ impl<'a> Materials<'a> {
 
     /// The extension for physically based materials: `Pr` is the roughness (by `Ns` if there is none), `Pm` the
     /// metalness, `Pc` and `Pcr` a clear coat and its roughness, `Ps` a sheen, `aniso` and `anisor` an anisotropy and
-    /// its angle in turns, `norm` a map of normals, as is a `map_Bump` with normals in it. A map replaces its number.
+    /// its angle in turns, `norm` a map of normals, as is a `map_Bump` with normals in it, which alone makes a material one
+    /// of these. A map replaces its number.
     fn physical(&mut self, of: &MtlMaterial) -> Principled {
         let source = of.source;
-        let bump = of.text("norm").map(|text| ("norm", text)).or_else(|| {
-            let key = if of.has("map_Bump") { "map_Bump" } else { "bump" };
-            Some((key, source.normal_texture.as_deref()?))
-        });
-        let normal = bump.and_then(|(key, text)| self.normals(of.file, text, key == "norm"));
-        let used = bump.filter(|_| normal.is_some()).map_or("", |(key, _)| key);
+        let (used, normal) = self.normal_map(of).unzip();
+        let used = used.unwrap_or_default();
         let unused: Vec<&str> = UNUSED.into_iter().filter(|key| *key != used).collect();
         self.note_unused(of, &unused);
-        let is_glass = matches!(source.illumination_model, Some(4 | 6 | 7 | 9));
+        let is_glass = of.is_glass();
         let (opacity, _) = of.opacity();
         let covered = CutOut { alpha: ScalarInput::constant(opacity), alpha_mode: AlphaMode::Blend };
         let cut_out = self.cut_out(of, is_glass).or((opacity < 1.0 && !is_glass).then_some(covered));
@@ -269,7 +275,16 @@ impl<'a> Materials<'a> {
         Some((self.assets.add_texture(map.numbers(image)), channel))
     }
 
-    /// A map of normals. Most programs name one by `map_Bump`, which is for heights: the blue of normals tells.
+    /// The map of normals of a material, and its keyword. Most programs name one by `map_Bump`, which is for heights: the
+    /// blue of normals tells.
+    fn normal_map(&mut self, of: &MtlMaterial) -> Option<(&'static str, NormalMap)> {
+        if let Some(text) = of.text("norm") {
+            return Some(("norm", self.normals(of.file, text, true)?));
+        }
+        let key = if of.has("map_Bump") { "map_Bump" } else { "bump" };
+        Some((key, self.normals(of.file, of.source.normal_texture.as_deref()?, false)?))
+    }
+
     fn normals(&mut self, file: &Path, text: &str, is_sure: bool) -> Option<NormalMap> {
         let map = Map::parse(text)?;
         let image = self.image(&resolve(file, map.file))?;

@@ -184,6 +184,9 @@ fn illumination_models_make_mirrors_and_glass() {
     assert_eq!(glass.diffuse, constant(0.0, 0.0, 0.0));
     assert_eq!(material("illum 4\nNi 1").0.ior, Some(1.5));
     assert_eq!(material("illum 9").0.kr, constant(0.0, 0.0, 0.0));
+    // Blender's surface with an alpha of a quarter.
+    let quarter = material("Kd 1 1 1\nNi 1.5\nd 0.25\nillum 9").0;
+    assert_eq!((quarter.ior, quarter.kt), (Some(1.0), Rgb::splat(0.75)));
     for lines in ["Kd 1 1 1\nd 0.75", "Kd 1 1 1\nTr 0.25", "Kd 1 1 1\nd -halo 0.75\nTr 0.5"] {
         let veil = material(lines).0;
         assert_eq!((veil.diffuse, veil.kt), (constant(0.75, 0.75, 0.75), Rgb::splat(0.25)), "{lines}");
@@ -196,15 +199,18 @@ fn images_are_loaded_once_and_relative_to_the_library() {
     let (m, loaded) = material(
         "Kd 0 0 0\nmap_Kd -s 2 2 tex\\a b.png\nKs .5 .5 .5\nmap_Ks tex/a b.png\nmap_Ke C:\\me\\glow.png\nbump n.png",
     );
-    assert_eq!(loaded.images, [Path::new("sub/tex/a b.png"), Path::new("sub/glow.png")]);
+    // The last one is read to see if it holds normals.
+    let mut images = loaded.images.clone();
+    images.sort();
+    assert_eq!(images, ["sub/glow.png", "sub/n.png", "sub/tex/a b.png"].map(Path::new));
     let texture = |input| match input {
         ColorInput::Texture(id) => loaded.assets.textures[id.0 as usize],
         ColorInput::Constant(_) => panic!("no texture"),
     };
     assert_eq!(texture(m.diffuse).scale, Vec2::splat(2.0));
     assert_eq!(texture(m.diffuse).factor, Rgb::WHITE);
-    assert_eq!(texture(m.specular), Texture { factor: Rgb::splat(0.5), ..Texture::trilinear(ImageId(0)) });
-    assert_eq!(texture(m.emission), Texture::trilinear(ImageId(1)));
+    assert_eq!(texture(m.specular), Texture { factor: Rgb::splat(0.5), ..Texture::trilinear(ImageId(1)) });
+    assert_eq!(texture(m.emission), Texture::trilinear(ImageId(2)));
     assert!(
         loaded.warnings.contains(&"sub/lib rary.mtl:7: not supported and ignored: bump (line 7)".to_owned()),
         "{:?}",
@@ -382,6 +388,17 @@ fn physical(lines: &str) -> (Principled, Loaded) {
     let loaded = load_with(obj.as_bytes(), &[("a.mtl", &format!("newmtl m\n{lines}\n"))]);
     let Material::Principled(material) = loaded.assets.materials[1].material.clone() else { panic!() };
     (*material, loaded)
+}
+
+/// Blender writes normal maps like this, without any line of the extension.
+#[test]
+fn a_bump_map_of_normals_makes_a_material_physical() {
+    let lines = "Kd 0.5 0.5 0.5\nNs 250\nmap_Bump -bm 0.5 normal.png";
+    let (m, loaded) = physical(lines);
+    assert_eq!(m.normal.map(|map| map.scale), Some(0.5));
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let (_, heights) = material("Kd 0.5 0.5 0.5\nmap_Bump heights.png");
+    assert!(heights.warnings.iter().any(|line| line.contains("map_Bump")), "{:?}", heights.warnings);
 }
 
 #[test]

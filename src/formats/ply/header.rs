@@ -230,21 +230,22 @@ fn read_line(
 
 fn read_property(words: &[&str]) -> Result<Property, String> {
     let (name, kind) = match *words {
-        ["list", count, item, name] => {
+        ["list", count, item, ref name @ ..] if !name.is_empty() => {
             let (count, item) = (Scalar::by_name(count)?, Scalar::by_name(item)?);
             if count.is_float() {
                 return Err("a list's length must be of an integer type".into());
             }
             (name, PropertyKind::List { count, item })
         }
-        [scalar, name] => (name, PropertyKind::Scalar(Scalar::by_name(scalar)?)),
+        [scalar, ref name @ ..] if !name.is_empty() => (name, PropertyKind::Scalar(Scalar::by_name(scalar)?)),
         _ => {
             return Err(
                 "a property is \"property TYPE NAME\" or \"property list COUNT_TYPE ITEM_TYPE NAME\"".into(),
             );
         }
     };
-    Ok(Property { name: name.to_owned(), kind })
+    // Blender names properties by its vertex groups, with blanks.
+    Ok(Property { name: name.join(" "), kind })
 }
 
 fn unknown_line(keyword: &str, words: usize) -> String {

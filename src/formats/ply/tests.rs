@@ -445,3 +445,17 @@ fn meshes_with_columns_of_unequal_length_are_not_written() {
     let mesh = Mesh { positions: vec![Vec3::ZERO; 3], normals: vec![Vec3::X], ..Mesh::default() };
     assert!(write(&mesh, std::io::sink()).is_err());
 }
+
+/// Blender names properties by its vertex groups.
+#[test]
+fn names_of_properties_may_have_blanks() {
+    let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float bone 0\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int old list\nproperty list uchar int vertex_indices\n\
+        end_header\n";
+    let file = format!("{head}0 9 0 0\n1 9 0 0\n0 9 1 0\n1 7 3 0 1 2\n");
+    let mesh = parse(file.as_bytes(), Path::new("a.ply")).unwrap().mesh;
+    assert_eq!(
+        (&mesh.positions[..], &mesh.triangles[..]),
+        (&[Vec3::ZERO, Vec3::X, Vec3::Y][..], &[[0, 1, 2]][..])
+    );
+}
