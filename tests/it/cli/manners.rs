@@ -157,7 +157,7 @@ fn misspelt_commands_and_files_get_suggestions() {
     // An existing file of that name is a file; files of other programs, and a model in name only.
     for (name, content, wanted) in [
         ("chek", SCENE, "scenes are .ron"),
-        ("part.stl", "solid part", "Blender imports it and exports .glb"),
+        ("part.fbx", "Kaydara FBX Binary", "Blender imports it and exports .glb"),
         ("page.glb", "<!DOCTYPE html>", "this is no GLB file"),
     ] {
         here.write(name, content);

@@ -11,11 +11,11 @@ fn ambient_light_emission_and_vertex_colours_add_up() {
         near(found, expected, 1e-6);
     }
     // The centre of the tetrahedron's first face has the mean of its corners' colours, (1, .2, .2), (.2, .2, 1) and
-    // (.2, 1, .2), with the default reflectance of 0.8.
+    // (.2, 1, .2), and no other reflectance.
     let camera = "(camera: Orthographic(height_m: 1e-4), transform: LookAt(from: (-3, 3, 3), to: (0, 0, 0)))";
     let found = pixel("ambient: 1", &[camera, "(shape: Mesh(\"tetrahedron.ply\"))"]);
     for found in found {
-        near(found, 0.8 * 1.4 / 3.0, 1e-5);
+        near(found, 1.4 / 3.0, 1e-5);
     }
 }
 
