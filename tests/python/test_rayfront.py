@@ -89,7 +89,7 @@ def test_images_are_arrays_pictures_and_files(tmp_path):
     image.save(str(tmp_path / "a.exr"))
     assert (tmp_path / "a.exr").stat().st_size > 18 * 32 * 4
     with pytest.raises(OSError, match="must end in .png"):
-        image.save(tmp_path / "a.jpg")
+        image.save(tmp_path / "a.gif")
 
 
 def test_pictures_are_as_screens_show_them(tmp_path):
@@ -184,7 +184,7 @@ def test_models_are_read_as_they_are_meant(tmp_path):
     placed = rayfront.World([{"shape": rayfront.Mesh("model.ply")}], folder=tmp_path)
     with pytest.raises(ValueError, match="no camera"):
         placed.render(size=(8, 8), spp=1)
-    for wrong, says in [({"zoom": -1}, "zoom: "), ({"look_at": (1, 2, 3)}, "two places"), ({"orbit": 3}, "two angles")]:
+    for wrong, says in [({"zoom": -1}, "zoom: "), ({"look_at": (1, 2, 3)}, "two points"), ({"orbit": 3}, "two angles")]:
         with pytest.raises(ValueError, match=says):
             rayfront.load(tmp_path / "model.ply", **wrong)
     with pytest.raises(ValueError, match="light_units"):
