@@ -10,7 +10,7 @@ os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Blender speaks there.
 FROM_Y_UP = Matrix(((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 0), (0, 0, 0, 1)))
 IMPORT = {".glb": bpy.ops.import_scene.gltf, ".gltf": bpy.ops.import_scene.gltf, ".obj": bpy.ops.wm.obj_import,
           ".ply": bpy.ops.wm.ply_import, ".stl": bpy.ops.wm.stl_import}
-# What else is compared, or how, by the beginning of a scene's name.
+# Further comparisons and other ways to compare, by the beginning of a scene's name.
 KINDS = {"lamp": "light", "three_lamps": "light", "lamp_spot_blended": "soft", "camera": "camera", "shine": "shine",
          "emission": "emission", "moving": "moving", "three_unlit": "unlit", "ngon_bent": "bent"}
 

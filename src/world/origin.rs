@@ -14,16 +14,27 @@ pub(crate) fn rounded(point: DVec3, length: f64) -> DVec3 {
     (point / step).round() * step
 }
 
-/// Returns an origin for the points of one shape, and the points relative to it. It is (0, 0, 0) unless the shape is small
-/// and far from there.
+/// True if single precision around (0, 0, 0) is coarse for a shape between two corners.
+#[cfg(feature = "formats")]
+pub(crate) fn is_coarse(least: DVec3, most: DVec3) -> bool {
+    least.abs().max(most.abs()).length() > FARTHEST * (most - least).length()
+}
+
+/// Returns an origin for a shape between two corners: (0, 0, 0) unless it is small and far from there.
+#[cfg(feature = "formats")]
+pub(crate) fn between(least: DVec3, most: DVec3) -> DVec3 {
+    let size = (most - least).length();
+    let is_far = size > 0.0 && size.is_finite() && is_coarse(least, most);
+    if is_far { rounded(0.5 * (least + most), size) } else { DVec3::ZERO }
+}
+
+/// Returns an origin for the points of one shape as [`between`] does, and the points relative to it.
 #[cfg(feature = "formats")]
 pub(crate) fn split(points: &[DVec3]) -> (DVec3, Vec<Vec3>) {
     let finite = || points.iter().filter(|point| point.is_finite());
     let least = finite().fold(DVec3::INFINITY, |least, point| least.min(*point));
     let most = finite().fold(DVec3::NEG_INFINITY, |most, point| most.max(*point));
-    let (farthest, size) = (least.abs().max(most.abs()).length(), (most - least).length());
-    let is_coarse = size > 0.0 && farthest.is_finite() && farthest > FARTHEST * size;
-    let origin = if is_coarse { rounded(0.5 * (least + most), size) } else { DVec3::ZERO };
+    let origin = between(least, most);
     (origin, points.iter().map(|point| (*point - origin).as_vec3()).collect())
 }
 

@@ -1,4 +1,4 @@
-//! The same thing written in all formats, in all their encodings, here and far away: the same surface in albedo,
+//! One thing written in all formats, in all their encodings, here and far away, is the same surface in albedo,
 //! normals, positions and light.
 
 use std::path::Path;
@@ -62,7 +62,7 @@ impl Block {
     }
 }
 
-/// What a file says of the surface besides its shape.
+/// The colours that a file gives a surface.
 #[derive(Clone, Copy, PartialEq)]
 enum Paint {
     /// A colour for each vertex.

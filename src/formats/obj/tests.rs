@@ -444,7 +444,10 @@ fn the_extension_for_physically_based_materials_is_read() {
 #[test]
 fn positions_far_from_the_origin_keep_their_digits() {
     let far = "v 450123.456 312.5 -5412345.678\nv 450124.456 312.5 -5412345.678\nv 450123.456 313.625 -5412345.678\nf 1 2 3\n";
+    // Equal vertices say nothing of the size.
+    let twice = mesh(&format!("v 450123.456 312.5 -5412345.678\n{}", far.replace("f 1 2 3", "f 2 3 4")));
     let far = mesh(far);
+    assert_eq!(twice.origin, far.origin);
     let position = |at: usize| far.origin + far.positions[at].as_dvec3();
     let expected = crate::math::DVec3::new(450123.456, 313.625, -5412345.678);
     assert!((position(2) - expected).length() < 1e-6, "{}", position(2));

@@ -8,7 +8,7 @@ use super::lines::{
 };
 use crate::formats::mended::{self, MendedValues};
 use crate::math::{DVec3, Vec3};
-use crate::world::origin::{FARTHEST, rounded};
+use crate::world::origin;
 
 /// The first pass: everything that faces refer to.
 pub struct VertexLines {
@@ -182,10 +182,6 @@ fn position(words: &[ObjToken]) -> Result<DVec3, Complaint> {
 /// precision would be coarse.
 pub fn origin(text: &str) -> DVec3 {
     let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let is_far = |least: DVec3, most: DVec3| {
-        let size = (most - least).max_element();
-        least.abs().max(most.abs()).max_element() > FARTHEST * size
-    };
     for (_, line) in logical_lines(text) {
         if split_keyword(&line).0 == "v"
             && let Ok(position) = position(&words(&line))
@@ -193,13 +189,12 @@ pub fn origin(text: &str) -> DVec3 {
             let is_first = least.x > most.x;
             (least, most) = (least.min(position), most.max(position));
             // Most files end this search with their second vertex.
-            if !is_first && !is_far(least, most) {
+            if !is_first && !origin::is_coarse(least, most) {
                 return DVec3::ZERO;
             }
         }
     }
-    let size = (most - least).max_element();
-    if size > 0.0 { rounded(0.5 * (least + most), size) } else { DVec3::ZERO }
+    origin::between(least, most)
 }
 
 /// Texture coordinates, of which the second may be missing.

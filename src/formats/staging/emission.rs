@@ -105,8 +105,12 @@ struct LitModel<'w> {
 
 impl<'w> LitModel<'w> {
     fn of(world: &'w World) -> Option<LitModel<'w>> {
-        let transforms = transforms::to_world(world, &world.in_order()).ok()?;
-        let eye = eye(world, &transforms)?;
+        let mut transforms = transforms::to_world(world, &world.in_order()).ok()?;
+        let (mut place, camera) = eye(world, &transforms)?;
+        // In single precision, places are finest around the camera.
+        transforms::relative_to(&mut transforms, place.translation);
+        place.translation = DVec3::ZERO;
+        let eye = (place, camera);
         let mut builder = SceneBuilder::new(BuildQuality::Fast);
         let mut shapes = HashMap::new();
         let mut placed = Vec::new();
@@ -117,7 +121,7 @@ impl<'w> LitModel<'w> {
             };
             let material = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
             let mesh = world.assets.meshes.get(id.0 as usize)?;
-            let to_world = *transforms.get(&entity)?;
+            let to_world = transforms::placement(world, &Shape::Mesh(id), transforms.get(&entity)?);
             let key: (MeshId, Option<MaterialId>) = (id, material);
             let (shape, solid) = match shapes.get(&key) {
                 Some(known) => known,
@@ -389,14 +393,11 @@ fn texel(world: &World, texture: &Texture, uv: Vec2) -> Rgb {
     };
     let [wrap_u, wrap_v] = texture.wrap;
     let index = place(v, wrap_v, image.height) * image.width as usize + place(u, wrap_u, image.width);
-    let [r, g, b, _] = match &image.texels {
-        Texels::Rgba8(texels) => texels[index].map(|byte| f32::from(byte) / 255.0),
-        Texels::Rgba16(texels) => texels[index].map(|word| f32::from(word) / 65_535.0),
-        Texels::Rgb32(texels) => return Rgb::from(texels[index]) * texture.factor,
-    };
-    let linear = Rgb::new(r, g, b);
-    let linear = if texture.color_space == ColorSpace::Srgb { linear.map(srgb_decode) } else { linear };
-    linear * texture.factor
+    let [r, g, b, _] = image.texels.stored(index).map(|channel| channel as f32);
+    let stored = Rgb::new(r, g, b);
+    // Floats are linear.
+    let is_encoded = texture.color_space == ColorSpace::Srgb && !matches!(image.texels, Texels::Rgb32(_));
+    (if is_encoded { stored.map(srgb_decode) } else { stored }) * texture.factor
 }
 
 /// The `n`th of evenly spread points in the unit square (the sequence by the plastic number).
@@ -456,12 +457,17 @@ mod tests {
             None,
         );
         let model = LitModel::of(&world).unwrap();
-        let point = SeenPoint { place: Vec3::ZERO, normal: Vec3::Y };
+        let (camera, _) = eye(&world, &transforms::to_world(&world, &world.in_order()).unwrap()).unwrap();
+        let seen = |height: f64| SeenPoint {
+            place: (DVec3::Y * height - camera.translation).as_vec3(),
+            normal: Vec3::Y,
+        };
+        let point = seen(0.0);
         let (found, expected) = (model.by_emission(&point), 3.0 * std::f32::consts::PI * 0.5541);
         assert!((found / expected - 1.0).abs() < 0.25, "{found} {expected}");
-        let below = SeenPoint { place: Vec3::new(0.0, -0.2, 0.0), normal: Vec3::Y };
+        let below = seen(-0.2);
         assert!(model.by_emission(&below) == 0.0 && model.by_studio(&below) == 0.0, "the floor is between");
-        let outside = SeenPoint { place: Vec3::new(0.0, 9.0, 0.0), normal: Vec3::Y };
+        let outside = seen(9.0);
         assert!((1.0..5.0).contains(&model.by_studio(&outside)), "{}", model.by_studio(&outside));
     }
 
@@ -495,7 +501,13 @@ mod tests {
         let body = ([-1.0; 3], [1.0; 3], 0.0);
         // Eyes, which light nothing of the face that they are in.
         let eyes = [([-0.5, 0.3, 1.0], [-0.3, 0.5, 1.01], 5.0), ([0.3, 0.3, 1.0], [0.5, 0.5, 1.01], 5.0)];
-        assert!(!lights_most(&boxes(&[body, eyes[0], eyes[1]], None)));
+        let mut face = boxes(&[body, eyes[0], eyes[1]], None);
+        assert!(!lights_most(&face));
+        // Far away, relative to a point of the mesh's own.
+        for mesh in &mut face.assets.meshes {
+            std::sync::Arc::make_mut(mesh).origin = DVec3::new(450_123.4, 312.7, -5_412_345.6);
+        }
+        assert!(!lights_most(&face));
         // A tail light behind, and several things of which one glows.
         assert!(!lights_most(&boxes(&[body, ([-0.5, -0.5, -1.1], [0.5, 0.5, -1.0], 50.0)], None)));
         let row = [([-4.5, 0.0, -0.5], [-3.5, 1.0, 0.5], 0.0), ([-1.5, 0.0, -0.5], [-0.5, 1.0, 0.5], 5.0)];
