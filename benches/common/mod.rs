@@ -15,7 +15,7 @@ use rayfront::internals::render::Prepared;
 use rayfront::internals::sampling::Stream;
 use rayfront::internals::scene::CompiledScene;
 use rayfront::internals::simd::Isa;
-use rayfront::math::{NONE, Quat, Rgb, Vec2, Vec3};
+use rayfront::math::{DVec3, NONE, Quat, Rgb, Vec2, Vec3};
 use rayfront::query::{HitBatch, RayBatch};
 use rayfront::world::{
     BlinnPhong, Camera, ColorInput, Falloff, Image, Light, Material, MaterialId, Mesh, Pattern, Shape,
@@ -114,8 +114,8 @@ impl Stage {
     }
 
     /// Adds a square floor of 20 m at a height.
-    pub fn ground(&mut self, height: f32, material: MaterialId) {
-        let corner = |x: f32, z: f32| Vec3::new(10.0 * x, height, 10.0 * z);
+    pub fn ground(&mut self, height: f64, material: MaterialId) {
+        let corner = |x: f64, z: f64| DVec3::new(10.0 * x, height, 10.0 * z);
         let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
         self.shape(Shape::Plane { corners }, Transform::IDENTITY, material);
     }

@@ -99,9 +99,9 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
                 (Cow::Borrowed(&mesh.positions[..]), those.map(|(_, triangle)| *triangle).collect())
             }
             _ => {
-                let Some(corners) = shape.flat_corners() else { continue };
+                let Some((_, corners)) = shape.flat_corners() else { continue };
                 let triangles = Shape::fan(corners.len()).collect();
-                (corners, triangles)
+                (Cow::Owned(corners), triangles)
             }
         };
         if triangles.is_empty() || !(matches!(*shape, Shape::Mesh(_)) || encloses(&id)) {

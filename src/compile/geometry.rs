@@ -124,7 +124,7 @@ impl GeometryInputs {
 
     /// The number of corners of each flat shape, those of visible lights among them.
     fn flat_shapes(&self) -> impl Iterator<Item = usize> {
-        let shapes = self.shapes.iter().filter_map(|placed| Some(placed.shape.flat_corners()?.len()));
+        let shapes = self.shapes.iter().filter_map(|placed| Some(placed.shape.flat_corners()?.1.len()));
         shapes.chain(self.panels.iter().map(|panel| panel.corners.len()))
     }
 }

@@ -88,7 +88,7 @@ impl OpenSurfaceInputs {
                 Shape::Mesh(id) => {
                     SurfaceCorners::Mesh(ByPtr(world.assets.meshes.get(id.0 as usize)?.clone()))
                 }
-                _ => SurfaceCorners::Fan(shape.flat_corners()?.into_owned()),
+                _ => SurfaceCorners::Fan(shape.flat_corners()?.1),
             };
             let of_triangles = match (&corners, given) {
                 (SurfaceCorners::Mesh(mesh), None) => &mesh.0.triangle_materials[..],

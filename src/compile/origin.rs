@@ -78,7 +78,8 @@ fn ball_around(shape: &Shape, matrix: &DAffine3, meshes: &[std::sync::Arc<Mesh>]
             around(&mut mesh.positions.iter().step_by(step).copied(), mesh.origin)
         }
         Shape::Triangle { .. } | Shape::Plane { .. } => {
-            around(&mut shape.flat_corners()?.iter().copied(), DVec3::ZERO)
+            let (origin, corners) = shape.flat_corners()?;
+            around(&mut corners.into_iter(), origin)
         }
     }
 }

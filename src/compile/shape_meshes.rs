@@ -5,37 +5,31 @@ use crate::world::{Mesh, Shape};
 
 /// The triangles of a flat shape, with its texture coordinates; none of other shapes.
 pub(super) fn flat_mesh(shape: &Shape) -> Mesh {
+    let Some((origin, corners)) = shape.flat_corners() else { return Mesh::default() };
+    let flat = fan_mesh(&corners);
     match shape {
-        Shape::Triangle { vertices, normals, uvs } => triangle_mesh(*vertices, *normals, *uvs),
-        Shape::Plane { corners } => plane_mesh(*corners),
-        Shape::Sphere { .. } | Shape::Mesh(_) => Mesh::default(),
+        Shape::Triangle { normals, uvs, .. } => Mesh {
+            normals: normals.map_or_else(Vec::new, |n| n.to_vec()),
+            uvs: uvs.unwrap_or([Vec2::ZERO, Vec2::X, Vec2::Y]).to_vec(),
+            origin,
+            ..flat
+        },
+        _ => Mesh { uvs: plane_uvs(&corners), origin, ..flat },
     }
 }
 
-fn triangle_mesh(vertices: [Vec3; 3], normals: Option<[Vec3; 3]>, uvs: Option<[Vec2; 3]>) -> Mesh {
-    let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
-    Mesh {
-        positions: vertices.to_vec(),
-        normals: normals.map_or_else(Vec::new, |n| n.to_vec()),
-        uvs: uvs.unwrap_or(corners).to_vec(),
-        triangles: vec![[0, 1, 2]],
-        ..Mesh::default()
-    }
-}
-
-/// Two triangles. Texture coordinates are projections of each corner on the two edges that meet in the first one,
-/// divided by the edges' lengths.
-fn plane_mesh(corners: [Vec3; 4]) -> Mesh {
-    let [a, b, _, d] = corners.map(|c| c.as_dvec3());
+/// The projections of each corner on the two edges that meet in the first one, divided by the edges' lengths.
+fn plane_uvs(corners: &[Vec3]) -> Vec<Vec2> {
+    let [a, b, _, d] = [0, 1, 2, 3].map(|at| corners[at].as_dvec3());
     let (u_edge, v_edge) = (b - a, d - a);
-    let project = |p: Vec3| {
+    let project = |p: &Vec3| {
         let q = p.as_dvec3() - a;
         Vec2::new(
             (q.dot(u_edge) / u_edge.length_squared()) as f32,
             (q.dot(v_edge) / v_edge.length_squared()) as f32,
         )
     };
-    Mesh { uvs: corners.map(project).to_vec(), ..fan_mesh(&corners) }
+    corners.iter().map(project).collect()
 }
 
 /// A convex polygon as a fan of triangles.

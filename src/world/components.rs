@@ -1,12 +1,11 @@
 //! The components that an entity can carry. Lengths are in metres, angles in
 //! radians, colours linear Rec. 709.
 
-use std::borrow::Cow;
-
 use crate::math::{DAffine3, DMat3, DQuat, DVec3, Quat, Rgb, Vec2, Vec3};
 
 use super::assets::{ImageId, MaterialId, MeshId, TextureId};
 use super::fields::{Range, forms, radians};
+use super::origin;
 use super::settings::Settings;
 
 /// The author's name for an entity. Names are unique in a file.
@@ -124,7 +123,7 @@ forms! {
         /// A triangle, counter-clockwise seen from the front.
         Triangle {
             /// the corners, counter-clockwise seen from the front
-            vertices: [Vec3; 3] = [Vec3::ZERO, Vec3::X, Vec3::Y], Triangle, required;
+            vertices: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y], Triangle, required;
             /// shading normals at the corners; without them it is flat
             normals: Option<[Vec3; 3]> = None, CornerVectors;
             /// texture coordinates at the corners; without them (0, 0), (1, 0), (0, 1)
@@ -135,7 +134,7 @@ forms! {
         /// counter-clockwise, as for triangles; the texture appears unmirrored from the back.
         Plane {
             /// the corners of a planar, convex quadrilateral, in order around it
-            corners: [Vec3; 4] = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y], Quadrilateral, required;
+            corners: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y], Quadrilateral, required;
         },
         /// A triangle mesh in [`Assets::meshes`](super::Assets::meshes).
         Mesh(id: MeshId = MeshId(0), Mesh),
@@ -143,11 +142,11 @@ forms! {
 }
 
 impl Shape {
-    /// The corners of a flat convex shape, in order around it.
-    pub(crate) fn flat_corners(&self) -> Option<Cow<'_, [Vec3]>> {
+    /// The corners of a flat convex shape, in order around it, relative to a point that comes first.
+    pub(crate) fn flat_corners(&self) -> Option<(DVec3, Vec<Vec3>)> {
         match self {
-            Shape::Triangle { vertices, .. } => Some(Cow::Borrowed(vertices)),
-            Shape::Plane { corners } => Some(Cow::Borrowed(corners)),
+            Shape::Triangle { vertices, .. } => Some(origin::split(vertices)),
+            Shape::Plane { corners } => Some(origin::split(corners)),
             Shape::Sphere { .. } | Shape::Mesh(_) => None,
         }
     }
@@ -335,8 +334,7 @@ const STRAIGHT: f64 = 1e-9;
 
 /// Checks that the corners form a flat convex quadrilateral; the error is the index of the wrong corner, if it is a
 /// single one, and the reason.
-pub(crate) fn check_plane(corners: [Vec3; 4]) -> Result<(), (Option<usize>, String)> {
-    let [a, b, c, d] = corners.map(|corner| corner.as_dvec3());
+pub(crate) fn check_plane([a, b, c, d]: [DVec3; 4]) -> Result<(), (Option<usize>, String)> {
     // The normal, with twice the area as length: the cross product of the diagonals.
     let normal = (c - a).cross(d - b);
     let diameter =

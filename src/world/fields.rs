@@ -3,7 +3,7 @@
 //!
 //! [`fields!`] declares a structure with its table, [`forms!`] an enumeration. To add a field, add a line there.
 
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
 
 use super::assets::{ImageId, MeshId, TextureId};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
@@ -125,9 +125,9 @@ pub(crate) enum Slot<'a> {
     /// `All`, or a list of output variables.
     Aovs(&'a mut Vec<Aov>),
     /// The corners of a triangle that has an area.
-    Triangle(&'a mut [Vec3; 3]),
+    Triangle(&'a mut [DVec3; 3]),
     /// The corners of a flat convex quadrilateral.
-    Quadrilateral(&'a mut [Vec3; 4]),
+    Quadrilateral(&'a mut [DVec3; 4]),
     /// Vectors at the corners of a triangle.
     CornerVectors(&'a mut Option<[Vec3; 3]>),
     /// Texture coordinates at the corners of a triangle.

@@ -199,7 +199,7 @@ impl World {
     pub(crate) fn placed_triangles(&self) -> usize {
         let of = |shape: &Shape| match shape {
             Shape::Mesh(id) => self.assets.meshes[id.0 as usize].triangles.len(),
-            _ => shape.flat_corners().map_or(0, |corners| Shape::fan(corners.len()).count()),
+            _ => shape.flat_corners().map_or(0, |(_, corners)| Shape::fan(corners.len()).count()),
         };
         self.entities.query::<&Shape>().iter().map(of).sum()
     }

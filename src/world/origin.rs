@@ -1,8 +1,6 @@
 //! Points that positions in single precision are relative to, where those relative to (0, 0, 0) would be coarse.
 
-use crate::math::DVec3;
-#[cfg(feature = "formats")]
-use crate::math::Vec3;
+use crate::math::{DVec3, Vec3};
 
 /// A position may be this many times as far from the origin as from the camera, or as its shape is large. The rounding
 /// error is then 1/16,384 of that distance: a sixteenth of a pixel in an image of 1,000 pixels.
@@ -15,13 +13,11 @@ pub(crate) fn rounded(point: DVec3, length: f64) -> DVec3 {
 }
 
 /// True if single precision around (0, 0, 0) is coarse for a shape between two corners.
-#[cfg(feature = "formats")]
 pub(crate) fn is_coarse(least: DVec3, most: DVec3) -> bool {
     least.abs().max(most.abs()).length() > FARTHEST * (most - least).length()
 }
 
 /// Returns an origin for a shape between two corners: (0, 0, 0) unless it is small and far from there.
-#[cfg(feature = "formats")]
 pub(crate) fn between(least: DVec3, most: DVec3) -> DVec3 {
     let size = (most - least).length();
     let is_far = size > 0.0 && size.is_finite() && is_coarse(least, most);
@@ -29,7 +25,6 @@ pub(crate) fn between(least: DVec3, most: DVec3) -> DVec3 {
 }
 
 /// Returns an origin for the points of one shape as [`between`] does, and the points relative to it.
-#[cfg(feature = "formats")]
 pub(crate) fn split(points: &[DVec3]) -> (DVec3, Vec<Vec3>) {
     let finite = || points.iter().filter(|point| point.is_finite());
     let least = finite().fold(DVec3::INFINITY, |least, point| least.min(*point));
@@ -38,7 +33,7 @@ pub(crate) fn split(points: &[DVec3]) -> (DVec3, Vec<Vec3>) {
     (origin, points.iter().map(|point| (*point - origin).as_vec3()).collect())
 }
 
-#[cfg(all(test, feature = "formats"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 

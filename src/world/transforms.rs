@@ -29,8 +29,10 @@ pub(crate) fn relative_to(transforms: &mut WorldTransforms, origin: DVec3) {
 
 /// Returns the matrix that places a shape's vertices, from its entity's matrix.
 pub(crate) fn placement(world: &World, shape: &Shape, matrix: &DAffine3) -> DAffine3 {
-    let Shape::Mesh(id) = shape else { return *matrix };
-    let origin = world.assets.meshes.get(id.0 as usize).map_or(DVec3::ZERO, |mesh| mesh.origin);
+    let origin = match shape {
+        Shape::Mesh(id) => world.assets.meshes.get(id.0 as usize).map_or(DVec3::ZERO, |mesh| mesh.origin),
+        _ => shape.flat_corners().map_or(DVec3::ZERO, |(origin, _)| origin),
+    };
     DAffine3 { translation: matrix.transform_point3(origin), ..*matrix }
 }
 

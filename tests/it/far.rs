@@ -1,8 +1,11 @@
 //! Scenes far from the origin of the world, where single precision has steps of half a metre.
 
+use rayfront::math::DVec3;
+use rayfront::render::Options;
 use serde_json::Value;
 
 use crate::program::{Place, empty_folder};
+use crate::support::{session, world};
 
 /// Whatever the compiled scene is relative to: reports are in the coordinates of the scene file.
 #[test]
@@ -44,4 +47,43 @@ fn reports_give_places_as_the_file_does() {
     let ray = [x, y, z + 4.0, 0.0, 0.0, -1.0, 0.0, 100.0].map(|number| number as f32);
     folder.write("rays.f32", ray.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
     assert_eq!(folder.json("trace scene.ron --rays rays.f32")["hits"], 1);
+}
+
+/// Corners are in double precision, as places are.
+#[test]
+fn flat_shapes_far_away_are_seen_as_near_ones() {
+    let seen = |far: DVec3| {
+        let place = |x: f64, y: f64, z: f64| {
+            let DVec3 { x, y, z } = far + DVec3::new(x, y, z);
+            format!("({x}, {y}, {z})")
+        };
+        let text = format!(
+            "(settings: (size: (24, 24), samples: 4, filter: Box, sharing: Off), entities: [
+                (camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: {}, to: {})),
+                (shape: Plane(corners: ({}, {}, {}, {}))), (shape: Triangle(vertices: ({}, {}, {}))),
+                (light: Point(power_w: 300), transform: (translate: {})),
+            ])",
+            place(1.0, 2.0, 4.0),
+            place(0.0, 0.0, 0.0),
+            place(-1.0, 0.0, 1.0),
+            place(1.0, 0.0, 1.0),
+            place(1.0, 0.0, -1.0),
+            place(-1.0, 0.0, -1.0),
+            place(-0.3, 0.1, 0.0),
+            place(0.4, 0.1, 0.0),
+            place(0.0, 0.8, 0.0),
+            place(1.0, 2.0, 2.0),
+        );
+        let world = world(&text);
+        let session = session(&world, Options::default());
+        (session.features(), session.film().radiance())
+    };
+    let (near, far) = (seen(DVec3::ZERO), seen(DVec3::new(450_123.25, 312.5, -5_412_345.75)));
+    for pixel in 0..near.0.len() {
+        let (a, b) = (near.0[pixel], far.0[pixel]);
+        assert!((a.coverage - b.coverage).abs() < 0.01, "{pixel}");
+        assert!(a.coverage < 1.0 || (a.depth_m - b.depth_m).abs() < 1e-3, "{pixel}");
+        let (a, b) = (near.1[pixel].to_array(), far.1[pixel].to_array());
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3), "{pixel}: {a:?} {b:?}");
+    }
 }

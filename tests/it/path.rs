@@ -80,7 +80,7 @@ fn before_white(material: BlinnPhong) -> Rgb {
     world.settings.background = Background::Constant(Rgb::WHITE);
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, -1.0));
     let material = world.assets.add_material(None, Material::BlinnPhong(material));
-    world.entities.spawn((Shape::Plane { corners }, material));
+    world.entities.spawn((Shape::Plane { corners: corners.map(|c| c.as_dvec3()) }, material));
     for (_, camera) in world.entities.query_mut::<(hecs::Entity, &mut Camera)>() {
         *camera = Camera::Pinhole { vertical_fov: 1e-3 };
     }
@@ -122,7 +122,7 @@ fn directional_lights_of_any_angle_give_their_irradiance() {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, -1.0));
         let white = BlinnPhong { diffuse: ColorInput::Constant(Rgb::WHITE), ..Default::default() };
         let material = world.assets.add_material(None, Material::BlinnPhong(white));
-        world.entities.spawn((Shape::Plane { corners }, material));
+        world.entities.spawn((Shape::Plane { corners: corners.map(|c| c.as_dvec3()) }, material));
         let light = Light::Directional { irradiance: Rgb::splat(std::f32::consts::PI), angle };
         world.entities.spawn((light, at(Vec3::ZERO)));
         let found = Picture::of(&world).at(0, 0).g;
@@ -141,7 +141,7 @@ fn rectangular_light_matches_lamberts_formula() {
         ..Default::default()
     });
     let material = world.assets.add_material(None, gray);
-    world.entities.spawn((Shape::Plane { corners: floor }, material));
+    world.entities.spawn((Shape::Plane { corners: floor.map(|c| c.as_dvec3()) }, material));
     // A narrow view of the floor's centre.
     for (_, camera) in world.entities.query_mut::<(hecs::Entity, &mut Camera)>() {
         *camera = Camera::Pinhole { vertical_fov: 1e-3 };
@@ -254,7 +254,7 @@ fn alpha_transmits_light() {
         for z in [-1.0, -2.0] {
             let corners =
                 [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, z));
-            world.entities.spawn((Shape::Plane { corners }, material));
+            world.entities.spawn((Shape::Plane { corners: corners.map(|c| c.as_dvec3()) }, material));
         }
         let film = support::film(&world, Options { schedule, ..Options::default() });
         let pixels = film.radiance();
@@ -280,7 +280,7 @@ fn shadows_of_half_transparent_sheets_are_half_as_dark() {
         let white = world.assets.add_material(None, surface(0.8, 0.0, 1.0));
         let corners =
             |z: f32| [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, z));
-        world.entities.spawn((Shape::Plane { corners: corners(-5.0) }, white));
+        world.entities.spawn((Shape::Plane { corners: corners(-5.0).map(|c| c.as_dvec3()) }, white));
         if let Some(alpha) = sheet {
             let sheet = Principled {
                 alpha: ScalarInput::constant(alpha),
@@ -290,7 +290,7 @@ fn shadows_of_half_transparent_sheets_are_half_as_dark() {
             };
             let sheet = world.assets.add_material(None, Material::Principled(Box::new(sheet)));
             // Between the light and the floor, behind the camera.
-            world.entities.spawn((Shape::Plane { corners: corners(1.0) }, sheet));
+            world.entities.spawn((Shape::Plane { corners: corners(1.0).map(|c| c.as_dvec3()) }, sheet));
         }
         let lamp = Light::Point { power_w: Rgb::splat(1000.0), falloff: Falloff::InverseSquare };
         world.entities.spawn((lamp, at(Vec3::new(0.0, 0.0, 2.0))));

@@ -37,7 +37,11 @@ fn room(size: u32, samples: u32, wall: &Material, ball: Material) -> World {
     let mut plane = |corners: [[f32; 3]; 4], material: Material| {
         let material = world.assets.add_material(None, material);
         let corners = corners.map(Vec3::from);
-        world.entities.spawn((Shape::Plane { corners }, material, Transform::IDENTITY));
+        world.entities.spawn((
+            Shape::Plane { corners: corners.map(|c| c.as_dvec3()) },
+            material,
+            Transform::IDENTITY,
+        ));
     };
     plane([[-2., -1., -2.], [-2., -1., 4.], [2., -1., 4.], [2., -1., -2.]], wall.clone());
     plane([[-2., -1., -2.], [2., -1., -2.], [2., 2., -2.], [-2., 2., -2.]], wall.clone());

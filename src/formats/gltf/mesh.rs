@@ -12,7 +12,7 @@ use super::skin::Joints;
 use super::vertex::Vertices;
 use super::{Import, accessor, draco, tangent, vertex};
 use crate::error::LoadError;
-use crate::math::{Rgb, Vec2, Vec3, Vec4};
+use crate::math::{DVec3, Rgb, Vec2, Vec3, Vec4};
 use crate::world::{MaterialId, Mesh, MeshId};
 
 /// The deformation of a mesh by the node that instantiates it.
@@ -22,6 +22,8 @@ pub(super) struct Shaping<'s> {
     pub weights: Option<&'s [f32]>,
     /// The node and its joints if it has a skin.
     pub joints: Option<(usize, &'s Joints)>,
+    /// The point that vertices with joints are relative to; none until the mesh has some.
+    pub origin: Option<DVec3>,
 }
 
 /// A mesh as placed by a node.
@@ -85,6 +87,7 @@ impl Import<'_> {
         }
         let (mut mesh, mut known) = (Mesh::default(), KnownVertices::new());
         for (number, primitive) in source.primitives.iter().enumerate() {
+            let shaping = Shaping { origin: (!mesh.positions.is_empty()).then_some(mesh.origin), ..shaping };
             let at = format!("/meshes/{}/primitives/{number}", index.value());
             self.primitive(primitive, shaping, &at, &mut mesh, &mut known)?;
         }
@@ -203,6 +206,7 @@ impl Import<'_> {
         let first = match found {
             Some((first, _)) => first,
             None => {
+                mesh.origin = part.origin;
                 let first = append(mesh, &mut part).ok_or_else(|| {
                     document.error(at, "the mesh has more vertices than 32-bit indices can name")
                 })?;

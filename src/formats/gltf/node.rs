@@ -88,7 +88,7 @@ impl Import<'_> {
         let at = format!("/nodes/{number}");
         let moved = self.moved.get(&number).and_then(|moved| moved.weights.clone());
         let weights = moved.or_else(|| source.weights.clone());
-        let mut shaping = Shaping { weights: weights.as_deref(), joints: None };
+        let mut shaping = Shaping { weights: weights.as_deref(), ..Shaping::default() };
         let another = |parent, transform, mesh| GltfNode {
             parent,
             name: None,

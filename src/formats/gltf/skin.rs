@@ -69,8 +69,8 @@ impl Joints {
 pub(super) struct Blend(DMat4);
 
 impl Blend {
-    pub(super) fn point(&self, point: Vec3) -> Vec3 {
-        self.0.transform_point3(point.as_dvec3()).as_vec3()
+    pub(super) fn point(&self, point: Vec3) -> DVec3 {
+        self.0.transform_point3(point.as_dvec3())
     }
 
     pub(super) fn direction(&self, direction: Vec3) -> Vec3 {

@@ -12,9 +12,9 @@ use super::document::Document;
 use super::draco::Decoded;
 use super::mesh::Shaping;
 use crate::error::LoadError;
-use crate::math::{Rgb, Vec2, Vec3, Vec4};
-use crate::world::Mesh;
+use crate::math::{DVec3, Rgb, Vec2, Vec3, Vec4};
 use crate::world::normals::smooth_normals;
+use crate::world::{Mesh, origin};
 
 const FRACTIONS: &[ComponentType] = &[ComponentType::F32, ComponentType::U8, ComponentType::U16];
 /// Component types that KHR_mesh_quantization allows.
@@ -349,11 +349,14 @@ impl VertexReader<'_> {
             }
             sets.extend(numbers.zip(weights));
         }
-        // A mesh without joint attributes stays where it is.
-        if sets.is_empty() {
-            return Ok(());
-        }
+        self.document.charge((mesh.positions.len() * size_of::<DVec3>()) as u64, self.at)?;
+        let mut places = Vec::with_capacity(mesh.positions.len());
         for vertex in 0..mesh.positions.len() {
+            // Vertices without joint attributes stay where they are.
+            if sets.is_empty() {
+                places.push(mesh.positions[vertex].as_dvec3());
+                continue;
+            }
             let influences = sets.iter().flat_map(|(numbers, weights)| {
                 numbers[vertex].iter().map(|number| *number as usize).zip(weights[vertex])
             });
@@ -361,7 +364,7 @@ impl VertexReader<'_> {
                 let reason = format!("vertex {vertex} follows joint {number}, which the skin has not");
                 self.document.error(format_args!("{}/attributes/JOINTS_0", self.at), reason)
             })?;
-            mesh.positions[vertex] = matrix.point(mesh.positions[vertex]);
+            places.push(matrix.point(mesh.positions[vertex]));
             if let Some(normal) = mesh.normals.get_mut(vertex) {
                 *normal = matrix.normal(*normal);
             }
@@ -369,6 +372,8 @@ impl VertexReader<'_> {
                 *tangent = matrix.direction(tangent.truncate()).extend(tangent.w);
             }
         }
+        mesh.origin = shaping.origin.unwrap_or_else(|| origin::split(&places).0);
+        mesh.positions = places.into_iter().map(|place| (place - mesh.origin).as_vec3()).collect();
         Ok(())
     }
 }

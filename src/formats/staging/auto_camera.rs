@@ -4,7 +4,7 @@ use super::bounding_points::BoundingPoints;
 use crate::error::LoadError;
 use crate::formats::names::TakenNames;
 use crate::formats::{Edits, LoadOptions};
-use crate::math::{DVec3, Rgb, Vec3};
+use crate::math::{DVec3, Rgb};
 use crate::world::{
     BlinnPhong, Camera, ColorInput, Material, OrbitCamera, Parent, Shape, Transform, World, transforms,
 };
@@ -121,9 +121,7 @@ fn add_floor(world: &mut World, [least, most]: [DVec3; 2]) {
     let (middle, reach) = (0.5 * (least + most), FLOOR * diameter);
     // A flat underside must not coincide with the floor.
     let height = least.y - 1e-4 * diameter;
-    let corner = |x: f64, z: f64| {
-        Vec3::new((middle.x + x * reach) as f32, height as f32, (middle.z + z * reach) as f32)
-    };
+    let corner = |x: f64, z: f64| DVec3::new(middle.x + x * reach, height, middle.z + z * reach);
     let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
     let grey = BlinnPhong {
         diffuse: ColorInput::Constant(Rgb::splat(0.4)),

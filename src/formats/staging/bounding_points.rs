@@ -69,7 +69,9 @@ impl BoundingPoints {
         match shape {
             Shape::Sphere { radius_m } => start + f64::from(*radius_m) * local.length(),
             Shape::Mesh(id) => most(&self.points[id.0 as usize]),
-            Shape::Triangle { .. } | Shape::Plane { .. } => most(&shape.flat_corners().unwrap_or_default()),
+            Shape::Triangle { .. } | Shape::Plane { .. } => {
+                shape.flat_corners().map_or(start, |(_, corners)| most(&corners))
+            }
         }
     }
 }

@@ -18,7 +18,7 @@ fn world() -> World {
     let glass = BlinnPhong { ior: Some(1.5), kr: ColorInput::Constant(Rgb::WHITE), ..BlinnPhong::default() };
     let glass = world.assets.add_material(Some("glass".into()), Material::BlinnPhong(glass));
     world.entities.spawn((Name("ball".into()), Shape::Sphere { radius_m: 0.3 }, Transform::IDENTITY, glass));
-    let corner = |x: f32, y: f32| Vec3::new(4.0 * x, 4.0 * y, -2.0);
+    let corner = |x: f64, y: f64| DVec3::new(4.0 * x, 4.0 * y, -2.0);
     let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
     world.entities.spawn((Name("wall".into()), Shape::Plane { corners }, Transform::IDENTITY));
     let lamp = Light::Point { power_w: Rgb::splat(300.0), falloff: Falloff::InverseSquare };

@@ -23,7 +23,7 @@ fn world() -> World {
     let mirror = Material::BlinnPhong(BlinnPhong { kr: grey, ..BlinnPhong::default() });
     let mirror = world.assets.add_material(None, mirror);
     world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, Transform::IDENTITY, mirror));
-    let corner = |x: f32, z: f32| Vec3::new(4.0 * x, -1.0, 4.0 * z);
+    let corner = |x: f64, z: f64| DVec3::new(4.0 * x, -1.0, 4.0 * z);
     let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
     world.entities.spawn((Shape::Plane { corners }, Transform::IDENTITY));
     let lamp = Light::Point { power_w: Rgb::splat(300.0), falloff: Falloff::InverseSquare };

@@ -54,8 +54,12 @@ fn emitters_of_all_shapes_are_sampled_consistently() {
                         "quad" => Shape::Mesh(world.assets.add_mesh(flat.clone())),
                         "shell" => Shape::Mesh(world.assets.add_mesh(stage::shell())),
                         "sphere" => Shape::Sphere { radius_m: 0.7 },
-                        "plane" => Shape::Plane { corners },
-                        _ => Shape::Triangle { vertices, normals: None, uvs: None },
+                        "plane" => Shape::Plane { corners: corners.map(|c| c.as_dvec3()) },
+                        _ => Shape::Triangle {
+                            vertices: vertices.map(|v| v.as_dvec3()),
+                            normals: None,
+                            uvs: None,
+                        },
                     };
                     // Something visible where the emitter faces away.
                     world.settings.background = Background::Constant(Rgb::splat(0.15));

@@ -92,7 +92,11 @@ fn triangle_shapes_have_the_side_of_their_winding() {
         for (from, visible) in [(ABOVE, true), (BELOW, false)] {
             let mut world = stage::world(Transport::Path, 8, 16);
             camera(&mut world, from, [0.0, 0.0, 0.0], 0.3);
-            let shape = Shape::Triangle { vertices, normals: normal.map(|n| [n; 3]), uvs: None };
+            let shape = Shape::Triangle {
+                vertices: vertices.map(|v| v.as_dvec3()),
+                normals: normal.map(|n| [n; 3]),
+                uvs: None,
+            };
             place(&mut world, shape, front_lamp(1.0, |_| ()), Transform::IDENTITY);
             let seen = Seen::of(&world).mean();
             all.holds((seen > 0.1) == visible, || format!("normals {name}, from {from:?}: {seen}"));
@@ -235,8 +239,9 @@ fn planes_are_visible_from_both_sides() {
     let corners = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(x, y)| Vec3::new(x, y, 0.0));
     for transport in stage::BOTH {
         for from in [2.5, -2.5] {
-            let plane = seen(from, Shape::Plane { corners }, transport, false);
-            let both_sides = seen(from, Shape::Plane { corners }, transport, true);
+            let plane = seen(from, Shape::Plane { corners: corners.map(|c| c.as_dvec3()) }, transport, false);
+            let both_sides =
+                seen(from, Shape::Plane { corners: corners.map(|c| c.as_dvec3()) }, transport, true);
             all.equal(&plane, &both_sides, &format!("{transport:?}, from {from}"));
             all.holds(plane.pixels.iter().any(|p| p.r > 0.2), || "nothing is there".into());
         }

@@ -144,6 +144,21 @@ pub(super) fn skinned() -> Value {
 }
 
 #[test]
+fn skinned_vertices_far_away_keep_their_shape() {
+    let mut file = skinned();
+    let near = read(&file);
+    assert_eq!(near.mesh().origin, DVec3::ZERO);
+    let far = DVec3::new(450_123.4, 312.7, -5_412_345.6);
+    set(&mut file, "/nodes/1/translation", json!((far + DVec3::new(1.0, 0.0, 4.0)).to_array()));
+    let moved = read(&file);
+    let origin = moved.mesh().origin;
+    for (near, moved) in near.mesh().positions.iter().zip(&moved.mesh().positions) {
+        let there = moved.as_dvec3() + origin;
+        assert!((there - far - near.as_dvec3()).length() < 1e-6, "{there}");
+    }
+}
+
+#[test]
 fn skinned_vertices_follow_their_joints_only() {
     let mut file = skinned();
     let skinned = read(&file);

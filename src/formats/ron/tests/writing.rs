@@ -243,13 +243,13 @@ fn transform() -> impl Strategy<Value = Transform> {
 }
 
 fn shape() -> impl Strategy<Value = Shape> {
-    let corner = || [-9.0_f32..9.0, -9.0..9.0].prop_map(|[x, y]| Vec3::new(x, y, 0.0));
-    let plane = (-9.0_f32..9.0, 0.1_f32..9.0, 0.1_f32..9.0).prop_map(|(x, width, height)| Shape::Plane {
+    let corner = || [-9.0_f64..9.0, -9.0..9.0].prop_map(|[x, y]| DVec3::new(x, y, 0.0));
+    let plane = (-9.0_f64..9.0, 0.1_f64..9.0, 0.1_f64..9.0).prop_map(|(x, width, height)| Shape::Plane {
         corners: [
-            Vec3::new(x, 0.0, 0.0),
-            Vec3::new(x + width, 0.0, 0.0),
-            Vec3::new(x + width, height, 0.0),
-            Vec3::new(x, height, 0.0),
+            DVec3::new(x, 0.0, 0.0),
+            DVec3::new(x + width, 0.0, 0.0),
+            DVec3::new(x + width, height, 0.0),
+            DVec3::new(x, height, 0.0),
         ],
     });
     let triangle = (

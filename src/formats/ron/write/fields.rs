@@ -120,9 +120,9 @@ impl WrittenTextures<'_> {
             Slot::Exposure(is_chosen) => if *is_chosen { "Auto" } else { "Fixed" }.to_owned(),
             Slot::Aovs(aovs) if aovs[..] == Aov::ALL => "All".to_owned(),
             Slot::Aovs(aovs) => format!("{aovs:?}"),
-            Slot::Triangle(corners) => vectors(corners)?,
-            Slot::Quadrilateral(corners) => vectors(corners)?,
-            Slot::CornerVectors(Some(corners)) => vectors(corners)?,
+            Slot::Triangle(corners) => vectors(corners.map(|it| it.to_array()))?,
+            Slot::Quadrilateral(corners) => vectors(corners.map(|it| it.to_array()))?,
+            Slot::CornerVectors(Some(corners)) => vectors(corners.map(|it| it.to_array()))?,
             Slot::CornerUvs(Some(corners)) => pairs(corners)?,
             Slot::Mesh(mesh) => self.paths.mesh(*mesh)?,
             Slot::Inline(_)

@@ -1,7 +1,7 @@
 //! Numbers that read back as the same bits, and tuples, colours and structures of them.
 
 use super::Written;
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{Rgb, Vec2};
 use crate::world::fields::radians;
 
 /// A number of single or double precision.
@@ -53,8 +53,8 @@ pub(super) fn color(color: Rgb) -> Written {
 }
 
 /// A tuple of vectors, `((x, y, z), …)`.
-pub(super) fn vectors(vectors: &[Vec3]) -> Written {
-    let written: Vec<String> = vectors.iter().map(|v| tuple(&v.to_array())).collect::<Written<_>>()?;
+pub(super) fn vectors<F: Decimal>(vectors: impl IntoIterator<Item = [F; 3]>) -> Written {
+    let written: Vec<String> = vectors.into_iter().map(|v| tuple(&v)).collect::<Written<_>>()?;
     Ok(format!("({})", written.join(", ")))
 }
 
