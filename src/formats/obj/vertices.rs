@@ -84,6 +84,12 @@ impl VertexLines {
 
     fn vertex(&mut self, line: &str, number: usize) {
         let words = words(line);
+        // A single further number is a weight for curves, which polygons ignore.
+        let rgb = words.get(4..7);
+        if !self.has_colors && rgb.is_some_and(|rgb| rgb.iter().any(is_finite)) {
+            self.has_colors = true;
+            self.add_missing_colors();
+        }
         let position = position(&words).ok().map(|position| (position - self.origin).as_vec3());
         if position.is_none() {
             self.invalid.push((self.counts[VERTEX] as u32, number));
@@ -98,23 +104,27 @@ impl VertexLines {
         } else {
             self.lines.push_str("v 0 0 0\n");
         }
-        // The colour belongs to the line.
-        self.lines.pop();
-        // A single further number is a weight for curves, which polygons ignore.
-        let Some([r, g, b, ..]) = words.get(4..) else {
-            return self.lines.push_str(" NaN NaN NaN\n");
-        };
-        let mut is_whole = true;
-        for word in [r, g, b] {
-            let is_finite = mended::number(word.text).is_some_and(f32::is_finite);
-            self.has_colors |= is_finite;
-            is_whole &= is_finite;
-            self.lines.push(' ');
-            self.push(if is_finite { word.text } else { "NaN" });
+        if self.has_colors {
+            // The colour belongs to the line.
+            self.lines.pop();
+            for at in 0..3 {
+                self.lines.push(' ');
+                let word = rgb.map(|rgb| &rgb[at]).filter(|word| is_finite(word));
+                self.push(word.map_or("NaN", |word| word.text));
+            }
+            self.lines.push('\n');
         }
-        self.lines.push('\n');
-        if !is_whole {
+        if rgb.is_some_and(|rgb| !rgb.iter().all(is_finite)) {
             self.colors.note(number);
+        }
+    }
+
+    /// Adds colours that are not finite to the lines of vertices: tobj wants a colour for each or none.
+    fn add_missing_colors(&mut self) {
+        let lines = std::mem::take(&mut self.lines);
+        for line in lines.lines() {
+            self.lines.push_str(line);
+            self.lines.push_str(if line.starts_with("v ") { " NaN NaN NaN\n" } else { "\n" });
         }
     }
 
@@ -130,9 +140,12 @@ impl VertexLines {
 
     /// Writes a number as it is, if tobj reads it.
     fn push(&mut self, number: &str) {
-        match mended::number(number).filter(|_| number.contains([',', 'd', 'D'])) {
-            Some(value) => write_infallibly(&mut self.lines, format_args!("{value}")),
-            None => self.lines.push_str(number),
+        if number.contains([',', 'd', 'D'])
+            && let Some(value) = mended::number(number)
+        {
+            write_infallibly(&mut self.lines, format_args!("{value}"));
+        } else {
+            self.lines.push_str(number);
         }
     }
 
@@ -195,6 +208,10 @@ pub fn origin(text: &str) -> DVec3 {
         }
     }
     origin::between(least, most)
+}
+
+fn is_finite(word: &ObjToken) -> bool {
+    mended::number(word.text).is_some_and(f32::is_finite)
 }
 
 /// Texture coordinates, of which the second may be missing.
