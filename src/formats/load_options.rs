@@ -151,7 +151,8 @@ pub struct Edits {
     /// The factor by which cameras come nearer to the point that they look at, from 0.001 to 1000. An orthographic
     /// camera shows a part that is smaller by this factor instead.
     pub zoom: Option<f64>,
-    /// The radiance that rays see if they hit nothing: a colour or a gradient as in scene files, such as `0.2`. If there is an
+    /// The radiance that rays see if they hit nothing: a colour or a gradient as in scene files, such as `0.2`, of
+    /// which the quotes of `#c03020` and the parentheses of `0.1, 0.2, 0.3` may be missing. If there is an
     /// environment or a sky, only the camera sees it, and they still give light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<String>,

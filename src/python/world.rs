@@ -18,8 +18,8 @@ use crate::film::{FilmChannel, Region};
 use crate::formats::ron::query::{Query, list};
 use crate::formats::staging::load;
 use crate::formats::{
-    AssetFiles, Edits, EnvironmentPreset, Files, LightUnits, LoadOptions, gltf, has_added_camera, load_again,
-    ron,
+    AssetFiles, Edits, EnvironmentPreset, Files, LightUnits, LoadOptions, UpAxis, gltf, has_added_camera,
+    load_again, ron,
 };
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -175,6 +175,10 @@ impl PyWorld {
         solid_glass: bool,
         double_sided: bool,
         size: Option<[u32; 2]>,
+        up: &str,
+        env_turn: Option<f64>,
+        env_strength: Option<f32>,
+        background: Option<String>,
     ) -> PyResult<PyWorld> {
         let surroundings = env.map(EnvironmentPreset::named).transpose().map_err(wrong)?;
         let light_units = match light_units {
@@ -187,12 +191,18 @@ impl PyWorld {
                 )));
             }
         };
+        let up = match up {
+            "y" => UpAxis::Y,
+            "z" => UpAxis::Z,
+            other => return Err(wrong(format!("unknown up {other:?}: use \"y\" or \"z\""))),
+        };
         let place = |[x, y, z]: [f64; 3]| format!("{x}, {y}, {z}");
         let look_at = look_at.map(|places| places.map(place));
-        let edits = Edits { set, only, hide, look_at, orbit, zoom, ground, ..Edits::default() };
+        let edits = Edits { set, only, hide, look_at, orbit, zoom, ground, background, ..Edits::default() };
+        let edits = Edits { env_turn_degrees: env_turn, env_strength, ..edits };
         let common =
             LoadOptions { time_s: time, variant, scene, surroundings, edits, size, ..LoadOptions::default() };
-        let options = LoadOptions { animation, light_units, solid_glass, double_sided, ..common };
+        let options = LoadOptions { animation, light_units, solid_glass, double_sided, up, ..common };
         let source = PySource::File { path, options: Box::new(options), kept: AssetCache::keeping() };
         py.detach(|| source.world())
     }

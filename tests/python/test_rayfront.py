@@ -1,9 +1,11 @@
 """The Python module: the same films as the program's, and rays that meet what they should."""
 
+import base64
 import json
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -173,9 +175,15 @@ def test_models_are_read_as_they_are_meant(tmp_path):
             {"orbit": (30, 10)},
             {"look_at": ((0, 0, 3), (0, 0, 0))},
             {"env": "studio"},
+            {"up": "z"},
+            {"env_turn": 90},
+            {"env_strength": 0.5},
+            {"background": 0.25},
+            {"background": (1, 0.5, 0)},
+            {"background": "#c03020"},
         )
     }
-    assert len(hashes) == 6
+    assert len(hashes) == 12
     # A camera that is added makes room for an image of any shape.
     loaded = rayfront.load(tmp_path / "model.ply")
     upright = loaded.render(size=(16, 64), spp=1)
@@ -189,10 +197,51 @@ def test_models_are_read_as_they_are_meant(tmp_path):
             rayfront.load(tmp_path / "model.ply", **wrong)
     with pytest.raises(ValueError, match="light_units"):
         rayfront.load(tmp_path / "model.ply", light_units="lumen")
+    with pytest.raises(ValueError, match='unknown up "x": use "y" or "z"'):
+        rayfront.load(tmp_path / "model.ply", up="x")
     with pytest.raises(ValueError, match="solid_glass: this is for .gltf"):
         rayfront.load(tmp_path / "model.ply", solid_glass=True)
     with pytest.raises(ValueError, match="^set: "):
         rayfront.load(tmp_path / "model.ply", set="Light[")
+
+
+def test_a_clip_of_a_model_is_chosen(tmp_path):
+    times = struct.pack("<2f", 0, 1)
+    places = [struct.pack("<6f", 0, 0, 0, *to) for to in ((1, 0, 0), (0, 1, 0))]
+    triangle = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    views, binary = [], b""
+    for part in (times, *places, triangle):
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(part)})
+        binary += part
+    kinds = ((0, 2, "SCALAR"), (1, 2, "VEC3"), (2, 2, "VEC3"), (3, 3, "VEC3"))
+    channel = {"sampler": 0, "target": {"node": 0, "path": "translation"}}
+    model = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 3}}]}],
+        "animations": [
+            {"name": name, "samplers": [{"input": 0, "output": at}], "channels": [channel]}
+            for at, name in ((1, "right"), (2, "up"))
+        ],
+        "accessors": [
+            {"bufferView": view, "componentType": 5126, "count": count, "type": kind} for view, count, kind in kinds
+        ],
+        "bufferViews": views,
+        "buffers": [
+            {"byteLength": len(binary), "uri": "data:application/octet-stream;base64," + base64.b64encode(binary).decode()}
+        ],
+    }
+    path = tmp_path / "clips.gltf"
+    path.write_text(json.dumps(model))
+
+    def hash_of(**how):
+        look_at = ((0, 0, 5), (0, 0, 0))
+        world = rayfront.load(path, time=1, look_at=look_at, size=(32, 32), **how)
+        return world.render(spp=1).film_hash
+
+    assert hash_of(animation="up") == hash_of(animation=1) != hash_of(animation="right") == hash_of(animation=0)
+    with pytest.raises(ValueError, match="^animation: "):
+        hash_of(animation="down")
 
 
 def test_what_is_told_of_a_rendering_counts():

@@ -236,22 +236,11 @@ pub struct EditOptions {
     pub background: Option<String>,
 }
 
-/// Returns a colour in the syntax of scene files. The quotes and parentheses, which are hard to type on a command line,
-/// may be missing from `color`.
-fn as_in_files(color: &str) -> String {
-    let color = color.trim();
-    match color {
-        hexadecimal if hexadecimal.starts_with('#') => format!("\"{hexadecimal}\""),
-        list if list.contains(',') && !list.contains('(') => format!("({list})"),
-        other => other.to_owned(),
-    }
-}
-
 impl EditOptions {
     /// Returns the edits in the form that loaders expect.
     pub fn edits(self) -> Edits {
         let EditOptions { set, only, hide, look_at, orbit, zoom, ground, background } = self;
-        let (look_at, background) = (look_at.try_into().ok(), background.map(|color| as_in_files(&color)));
+        let look_at = look_at.try_into().ok();
         Edits { set, only, hide, look_at, orbit, zoom, ground, background, ..Edits::default() }
     }
 }

@@ -57,7 +57,8 @@ impl Edits {
         if let Some(background) = &self.background {
             // The light of an environment stays; only the camera sees the colour.
             let field = if world.surroundings().next().is_some() { "backdrop" } else { "background" };
-            let done = changes.carry_out(world, &format!("settings.{field} = {background}"), files);
+            let done =
+                changes.carry_out(world, &format!("settings.{field} = {}", as_in_files(background)), files);
             done.map_err(|error| LoadError::option("background", error))?;
         }
         // A background other than black is reported when the scene is compiled.
@@ -68,6 +69,17 @@ impl Edits {
             world.warnings.extend(hidden);
         }
         Ok(())
+    }
+}
+
+/// Returns a colour in the syntax of scene files. The quotes and parentheses, which are hard to type on a command line,
+/// may be missing from `color`.
+fn as_in_files(color: &str) -> String {
+    let color = color.trim();
+    match color {
+        hexadecimal if hexadecimal.starts_with('#') => format!("\"{hexadecimal}\""),
+        list if list.contains(',') && !list.contains('(') => format!("({list})"),
+        other => other.to_owned(),
     }
 }
 

@@ -237,6 +237,10 @@ def load(
     solid_glass=False,
     double_sided=False,
     size=None,
+    up="y",
+    env_turn=None,
+    env_strength=None,
+    background=None,
 ):
     """Reads a scene, a model or a mesh; adds the camera and the light that it lacks.
 
@@ -245,7 +249,9 @@ def load(
     that select what is removed, or kept. look_at: the camera's position and its target, ((x, y, z), (x, y, z)). orbit: the angles
     in degrees by which cameras orbit their target, (right, up). zoom: the factor by which they come nearer. ground: adds a grey
     floor. light_units ("auto", "candela", "watt"), solid_glass and double_sided: the interpretation of glTF files. size: the size
-    of the image, for which an added camera is placed.
+    of the image, for which an added camera is placed. up: the axis that points up in a model or mesh, "y" or "z". env_turn: the
+    angle in degrees by which environments are turned, clockwise seen from above. env_strength: the factor on their light.
+    background: what the camera sees behind everything, a grey, (red, green, blue), "#c03020" or a gradient as in scene files.
     """
     scene, animation = (None if given is None else str(given) for given in (scene, animation))
     lists = [[text] if isinstance(text, str) else list(text) for text in (set, hide, only)]
@@ -259,7 +265,10 @@ def load(
         if not isinstance(orbit, list) or len(orbit) != 2:
             raise ValueError(f"orbit must be two angles in degrees, (right, up), not {orbit!r}")
     size = None if size is None else _size(size)
+    if background is not None and not isinstance(background, str):
+        background = str(np.asarray(background, dtype=np.float64).tolist()).strip("[]")
     how = (look_at, orbit, zoom, ground, light_units, solid_glass, double_sided, size)
+    how += (up, env_turn, env_strength, background)
     return World._of(_native.World.load(os.fspath(path), time, variant, scene, animation, env, *lists, *how))
 
 

@@ -148,6 +148,10 @@ def load(
     solid_glass: bool = ...,
     double_sided: bool = ...,
     size: Sequence[int] | None = ...,
+    up: Literal["y", "z"] = ...,
+    env_turn: float | None = ...,
+    env_strength: float | None = ...,
+    background: str | float | Sequence[float] | None = ...,
 ) -> World: ...
 
 class Hits(NamedTuple):
