@@ -49,19 +49,20 @@ pub enum FaceFault {
 }
 
 /// The kinds of skipped lines, in the order of [`Faces::skipped`].
-const SKIPPED: [&str; 5] = [
+const SKIPPED: [&str; 6] = [
     "points skipped",
     "lines skipped",
     "faces of fewer than three corners skipped",
     "free-form curves and surfaces skipped",
     "lines of an unknown keyword skipped",
+    "lines that include other files skipped",
 ];
 
 /// Keywords of lines that are read, or that change nothing in a picture of polygons.
-const OTHER_KEYWORDS: [&str; 33] = [
+const OTHER_KEYWORDS: [&str; 31] = [
     "", "v", "vt", "vn", "vp", "o", "mg", "mtllib", "bevel", "c_interp", "d_interp", "lod", "cstype", "deg",
     "bmat", "step", "parm", "trim", "hole", "scrv", "sp", "end", "con", "ctech", "stech", "shadow_obj",
-    "trace_obj", "maplib", "usemap", "call", "csh", "cdc", "cdp",
+    "trace_obj", "maplib", "usemap", "cdc", "cdp",
 ];
 
 /// The second pass: faces, materials, objects and smoothing groups.
@@ -136,6 +137,7 @@ impl<'a> Faces<'a> {
             "p" => self.skipped[0].note(number),
             "l" => self.skipped[1].note(number),
             "curv" | "curv2" | "surf" => self.skipped[3].note(number),
+            "call" | "csh" => self.skipped[5].note(number),
             "mtllib" if !rest.is_empty() => drop(self.libraries.number(rest, number)),
             "usemtl" if !rest.is_empty() => {
                 let material = self.materials.number(rest, number);
@@ -275,7 +277,11 @@ impl<'a> Faces<'a> {
         }
         let mut told = Vec::new();
         for (index, (skipped, what)) in self.skipped.iter().zip(SKIPPED).enumerate() {
-            let why = if index < 4 { "only polygons are rendered" } else { "OBJ has no such lines" };
+            let why = match index {
+                0..4 => "only polygons are rendered",
+                4 => "OBJ has no such lines",
+                _ => "a scene can show several: shape: Mesh(\"file.obj\")",
+            };
             tell(&mut told, *skipped, what, |count| format!("{count} ({why})"));
         }
         let [_, uvs, normals_missing] = self.missing;

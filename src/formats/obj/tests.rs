@@ -283,6 +283,19 @@ fn bad_values_that_are_no_geometry_are_mended_and_told() {
     assert_eq!(loaded.warnings, expected.map(|line| format!("a.obj:{line}")));
 }
 
+/// Some lines change nothing in a picture; those that leave something out are told.
+#[test]
+fn lines_that_are_not_used_are_told_where_something_is_missing() {
+    let file = "g\no\nvp 0.1 0.2\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl\nlod 3\nd_interp on\nshadow_obj a.obj\n\
+                cstype bspline\ndeg 3\ncurv 0 1 1 2\ncall part.obj\ncsh ls\nf 1 2 3\n";
+    let warnings = load_with(file.as_bytes(), &[]).warnings;
+    let expected = [
+        "13: free-form curves and surfaces skipped: 1 (only polygons are rendered)",
+        "14: lines that include other files skipped: 2 (a scene can show several: shape: Mesh(\"file.obj\"))",
+    ];
+    assert_eq!(warnings, expected.map(|line| format!("a.obj:{line}")));
+}
+
 /// Two quadrilaterals along an edge, at a right angle.
 const BENT: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 -1\nv 1 1 -1\n";
 

@@ -100,6 +100,8 @@ struct PlyFaults {
     colors: MendedValues,
     /// Vertices with an alpha below 1.
     alphas: MendedValues,
+    /// The names of properties that are of use together only, where some are missing.
+    incomplete: Vec<String>,
     face_uvs: MendedValues,
     face_colors: MendedValues,
 }
@@ -165,7 +167,10 @@ impl PlyMesh {
             };
             format!("{what}: {count}, {first}; {done}")
         };
-        found.map(line).collect()
+        let incomplete = faults.incomplete.iter().map(|names| {
+            format!("its vertices have not all of {names}: what they have of these is left out")
+        });
+        incomplete.chain(found.map(line)).collect()
     }
 
     /// Replaces normals that are not finite by the mean of the faces around the vertex.

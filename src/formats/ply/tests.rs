@@ -243,6 +243,24 @@ fn bad_values_that_are_no_geometry_are_mended_and_told() {
     assert_eq!(message, "a.ply: face 1: the position of its vertex 1 is [0, -inf, 0], which is not finite");
 }
 
+/// Scanners write what belongs to no image, too: it is no fault.
+#[test]
+fn properties_that_make_no_whole_are_left_out_and_told() {
+    let face = format!("face 1{FACES}");
+    let told = |columns: &str, values: &str| {
+        let vertices = format!("0 0 0 {values}\n1 0 0 {values}\n0 1 0 {values}");
+        let (mesh, warnings) = mended(&ascii(&format!("x y z {columns}"), &face, &vertices, "3 0 1 2"));
+        assert!(mesh.colors.is_empty() && mesh.normals.is_empty() && mesh.uvs.is_empty());
+        warnings
+    };
+    let expected = |names: &str| {
+        format!("a.ply: its vertices have not all of {names}: what they have of these is left out")
+    };
+    assert_eq!(told("red green", "255 128"), [expected("red, green, blue")]);
+    assert_eq!(told("nx ny s", "1 0 0.5"), [expected("nx, ny, nz"), expected("u, v")]);
+    assert!(told("intensity confidence", "0.5 1").is_empty());
+}
+
 #[test]
 fn bad_values_of_faces_are_mended_where_faces_split_vertices() {
     let face = "face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\

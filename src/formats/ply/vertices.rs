@@ -106,6 +106,12 @@ pub fn read<S: NumberSource>(
     let count = element.count as usize;
     let [has_normals, has_uvs, has_colors, has_alphas] =
         [NORMAL..UV, UV..COLOR, COLOR..ALPHA, ALPHA..SLOTS].map(|slots| layout.has(slots));
+    for slots in [NORMAL..UV, UV..COLOR, COLOR..ALPHA] {
+        if !layout.has(slots.clone()) && layout.types[slots.clone()].iter().any(Option::is_some) {
+            let names: Vec<&str> = NAMES[slots].iter().map(|names| names[0]).collect();
+            faults.incomplete.push(names.join(", "));
+        }
+    }
     let capacity = |present| if present { count } else { 0 };
     mesh.normals.reserve_exact(capacity(has_normals));
     mesh.uvs.reserve_exact(capacity(has_uvs));
