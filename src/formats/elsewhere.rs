@@ -26,7 +26,7 @@ const LOOK: &str = "`transform: LookAt(from: (0, 1, 5), to: (0, 0, 0))`";
 const PLACED: &str = "`transform: (translate: (0, 1, 0))`";
 const FOV: &str = "`vertical_fov_degrees: 45`";
 
-const SCENE_WORDS: [SceneWord; 58] = [
+const SCENE_WORDS: [SceneWord; 64] = [
     // Shapes.
     word(
         &[
@@ -116,7 +116,7 @@ const SCENE_WORDS: [SceneWord; 58] = [
     word(&["scattering", "sigma_a", "sigma_s", "sigma_t"], "attenuation_color", SCATTERING),
     // Lights.
     word(
-        &["AreaLight", "area", "RectAreaLight", "rect_light"],
+        &["AreaLight", "area", "RectAreaLight", "rect_light", "RectLight", "Quad"],
         "Area",
         "`Area(size_m: (1, 1), power_w: 100)`",
     ),
@@ -141,6 +141,11 @@ const SCENE_WORDS: [SceneWord; 58] = [
     ),
     word(&["AmbientLight", "Ambient", "ambient"], "Environment", "`Environment(radiance: 0.2)`"),
     word(&["IES", "Ies", "goniometric"], "Photometric", "`Photometric(profile: \"lamp.ies\", power_w: 100)`"),
+    word(
+        &["penumbra", "cone_angle", "beam_angle", "spot_size", "spot_blend"],
+        "inner_degrees",
+        "`inner_degrees: 25, outer_degrees: 30`: from the axis to the side",
+    ),
     word(&["candela"], "power_w", "power_w: 4π times as much"),
     word(&["lumens"], "power_w", "power_w, in watts: for pictures only proportions count"),
     word(&["radiance"], "size_m", "power_w: π times the area times the radiance"),
@@ -155,6 +160,11 @@ const SCENE_WORDS: [SceneWord; 58] = [
     ),
     word(&["Ortho", "ortho", "OrthographicCamera"], "Orthographic", "`Orthographic(height_m: 2)`"),
     word(&["fov", "angle", "fovy", "yfov", "fov_degrees"], "vertical_fov_degrees", FOV),
+    word(
+        &["lens", "focal_length", "focalLength"],
+        "vertical_fov_degrees",
+        "`vertical_fov_degrees: 27` is a lens of 50 mm on film of 36 × 24 mm",
+    ),
     // Entities.
     word(&["position", "location", "origin", "translate", "translation"], "transform", PLACED),
     word(&["rotation", "rotate", "rotation_euler", "rotate_degrees", "quaternion"], "transform", TURNED),
@@ -197,6 +207,18 @@ const SCENE_WORDS: [SceneWord; 58] = [
     ),
     word(&["background", "world", "sky"], "entities", "`settings: (background: (0.2, 0.3, 0.5))`"),
     // Settings.
+    word(&["threads"], "max_depth", "that is said on the command line: `--threads 4`"),
+    word(&["output", "filename"], "max_depth", "that is said on the command line: `-o image.png`"),
+    word(
+        &["crop", "region", "cropwindow"],
+        "max_depth",
+        "that is said on the command line: `--crop 0,0,320,240`",
+    ),
+    word(
+        &["environment", "envmap", "hdri"],
+        "max_depth",
+        "it is an entity: (light: Environment(image: \"sky.hdr\"))",
+    ),
     word(&["denoise"], "max_depth", "that is said on the command line: `--denoise`"),
     word(&["fov"], "max_depth", "the camera has it: vertical_fov_degrees"),
     word(&["fps"], "max_depth", "that is said on the command line: `--fps 24`"),
@@ -207,27 +229,40 @@ const SCENE_WORDS: [SceneWord; 58] = [
 ];
 
 /// Field names of other programs, and the corresponding fields of scene files.
-const FIELDS: [(&str, &[&str]); 22] = [
+const FIELDS: [(&str, &[&str]); 35] = [
     ("albedo", &["base_color", "diffuse"]),
+    ("aperture_radius", &["lens_radius_m"]),
+    ("coat", &["clearcoat"]),
+    ("coat_roughness", &["clearcoat_roughness"]),
+    ("coat_weight", &["clearcoat"]),
     ("color", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
     ("colour", &["base_color", "diffuse", "power_w", "radiance", "irradiance"]),
     ("bump_map", &["bump"]),
     ("emissive", &["emission"]),
     ("eta", &["ior"]),
     ("eye", &["from"]),
+    ("file", &["image", "profile"]),
+    ("filename", &["image", "profile"]),
+    ("focal_distance", &["focus_distance_m"]),
     ("fov", &["vertical_fov_degrees"]),
+    ("integrator", &["transport"]),
     ("intensity", &["power_w", "irradiance", "radiance"]),
     ("location", &["translate"]),
     ("metalness", &["metallic"]),
     ("normal_map", &["normal"]),
     ("opacity", &["alpha"]),
     ("origin", &["translate", "from"]),
+    ("ortho_scale", &["height_m"]),
     ("position", &["translate", "from"]),
     ("power", &["power_w", "irradiance", "radiance"]),
+    ("quaternion", &["rotate_quaternion"]),
     ("reflectance", &["diffuse", "base_color"]),
     ("resolution", &["size"]),
+    ("samples_per_pixel", &["samples"]),
+    ("scaling", &["scale"]),
     ("spec_trans", &["transmission"]),
     ("spp", &["samples"]),
+    ("strength", &["irradiance", "radiance"]),
     ("target", &["to"]),
     ("transparency", &["transmission", "kt"]),
 ];
@@ -388,6 +423,7 @@ mod tests {
                 format!("light: {typed}")
             }
             "power_w" => format!("light: Point({typed})"),
+            "inner_degrees" => format!("light: Spot(power_w: 1, {typed})"),
             "Pinhole" | "Orthographic" => format!("camera: {typed}"),
             "vertical_fov_degrees" => format!("camera: Pinhole({typed})"),
             "transform" | "overrides" => typed.to_owned(),

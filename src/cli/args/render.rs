@@ -26,7 +26,7 @@ pub struct Render {
     #[command(flatten)]
     pub picture: PictureOptions,
     /// Render only columns X0 to X1 and rows Y0 to Y1 (X1 and Y1 not included)
-    #[arg(long, help_heading = "Picture", value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
+    #[arg(long, help_heading = "Picture", value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = parse_crop)]
     pub crop: Option<Region>,
     /// The options for reading the scene.
     #[command(flatten)]
