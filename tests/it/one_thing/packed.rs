@@ -93,7 +93,7 @@ pub fn meshopt_attributes_2(elements: &[u8], stride: usize) -> Vec<u8> {
 }
 
 fn blocks(elements: &[u8], stride: usize) -> impl Iterator<Item = &[u8]> {
-    elements.chunks(stride * (8192 / stride & !15).min(256))
+    elements.chunks(stride * ((8192 / stride) & !15).min(256))
 }
 
 /// Triangles beside the one before if they have its last edge, else with all three vertices written.

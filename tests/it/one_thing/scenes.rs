@@ -156,12 +156,12 @@ fn cameras_see_the_same_in_all_formats() {
 fn moving_things_are_at_the_same_place_in_all_formats() {
     let moves =
         [(0.0, [0.0, 0.0, 0.0], 0.0), (0.5, [0.25, 0.0, -0.5], 30.0), (2.0, [-0.5, 0.25, 0.0], 110.0)];
-    let keys = |value: &dyn Fn(&([f32; 3], f32)) -> f32| {
-        let rows = moves.map(|(time, place, turn)| format!("({time}, {})", value(&(place, turn))));
+    let keys = |value: &dyn Fn([f32; 3], f32) -> f32| {
+        let rows = moves.map(|(time, place, turn)| format!("({time}, {})", value(place, turn)));
         format!("Keys([{}])", rows.join(", "))
     };
-    let [x, y, z] = [0, 1, 2].map(|axis| keys(&|(place, _)| place[axis]));
-    let turn = keys(&|(_, turn)| *turn);
+    let [x, y, z] = [0, 1, 2].map(|axis| keys(&|place, _| place[axis]));
+    let turn = keys(&|_, turn| turn);
     let folder = &empty_folder();
     // Before, between, at and after keys.
     for time in [0.0, 0.3, 0.5, 1.1, 9.0] {
