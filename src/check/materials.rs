@@ -1,11 +1,12 @@
 //! Checks for materials that are probably not what their authors mean.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use super::{Checked, finding};
 use crate::error::{Diagnostic, Subject};
 use crate::math::Rgb;
-use crate::world::assets::{ColorSpace, NamedMaterial, Texels};
+use crate::world::assets::{ColorSpace, Image, NamedMaterial, Texels};
 use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, Shape, TextureId, World};
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
@@ -97,9 +98,9 @@ fn is_gone(material: &Principled) -> bool {
 /// Finds colour textures read without the sRGB curve, and data textures read with it.
 fn color_spaces(world: &World, material: &Principled, find: &mut impl FnMut(&'static str, String, String)) {
     let is = |id: TextureId, space: ColorSpace| {
-        let texture = &world.assets.textures[id.0 as usize];
-        let texels = &world.assets.images[texture.image.0 as usize].texels;
-        !matches!(texels, Texels::Rgb32(_)) && texture.color_space == space
+        let is_linear = |image: &Arc<Image>| matches!(image.texels, Texels::Rgb32(_));
+        let may_differ = world.assets.image_of(id).is_some_and(|image| !is_linear(image));
+        may_differ && world.assets.textures[id.0 as usize].color_space == space
     };
     let colors = [
         ("base_color", material.base_color),

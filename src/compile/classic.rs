@@ -81,10 +81,10 @@ pub(super) fn from_principled(m: &Principled, assets: &Assets) -> WhittedParams 
 /// The most texels that are read along each axis of an image.
 const PROBES: u32 = 64;
 
-/// The mean of a channel's stored values over its image; 1 if there is none.
+/// The mean of a channel's stored values over its image; 1 if there is none, a half of a computed texture.
 fn channel_mean(input: ScalarInput, assets: &Assets) -> f32 {
     let Some((texture, channel)) = input.texture else { return 1.0 };
-    let image = &assets.images[assets.textures[texture.0 as usize].image.0 as usize];
+    let Some(image) = assets.image_of(texture) else { return 0.5 };
     let place = match channel {
         Channel::Red => 0,
         Channel::Green => 1,

@@ -7,6 +7,8 @@
 //!
 //! [`Settings::copied_triangles`]: crate::world::Settings::copied_triangles
 
+mod size;
+
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,16 +20,14 @@ use super::materials::{TwoSidedVariants, in_place_of};
 use super::memo::{self, ByPtr, debug_text};
 use super::open_surfaces::Sheet;
 use super::shape_meshes::{fan_mesh, flat_mesh};
-use crate::bvh::build::builder::peak_bytes;
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec3};
-use crate::memory::{self, Reservation};
 use crate::scene::{CompiledScene, Geometry, Part};
 use crate::world::transforms::{
     WorldTransforms, entity_error, normal_matrix, placement, point, uniform_scale,
 };
-use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Shape, World, check_plane};
+use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Procedure, Shape, World, check_plane};
 
 /// The compiled shapes.
 #[derive(Clone)]
@@ -47,6 +47,8 @@ pub(super) struct GeometryInputs {
     meshes: Vec<ByPtr<Mesh>>,
     quality: BuildQuality,
     copied_triangles: u32,
+    /// True if some texture is in the object's space.
+    keeps_object_space: bool,
 }
 
 /// An entity that rays can hit.
@@ -115,6 +117,7 @@ impl GeometryInputs {
             meshes: memo::all(&world.assets.meshes),
             quality: settings.build_quality,
             copied_triangles: settings.copied_triangles,
+            keeps_object_space: world.assets.procedures.iter().any(Procedure::is_in_object_space),
         })
     }
 
@@ -144,10 +147,11 @@ pub(super) fn compile(
     before: Option<&CompiledScene>,
 ) -> Result<(CompiledGeometry, Arc<Bvh>), CompileError> {
     let mut builder = GeometryBuilder::default();
+    builder.geometry.keeps_object_space = inputs.keeps_object_space;
     let (mut placed, mut copies) = (Vec::new(), Vec::new());
     let uses = count_uses(inputs);
     let copied = choose_copied(inputs, &uses);
-    let _claim = check_size(inputs, &uses, &copied)?;
+    let _claim = size::check(inputs, &uses, &copied)?;
     builder.reserve(inputs, &uses, &copied);
     for placed_shape in &inputs.shapes {
         let PlacedShape { entity, shape, matrix, material: own, replaced } = placed_shape;
@@ -156,12 +160,15 @@ pub(super) fn compile(
         match shape {
             Shape::Sphere { radius_m } => match uniform_scale(matrix) {
                 Some(scale) => {
-                    builder.sphere(matrix, *radius_m as f64 * scale, part(own.unwrap_or(MaterialId::DEFAULT)))
+                    let part =
+                        Part { object: radius_m.to_bits(), ..part(own.unwrap_or(MaterialId::DEFAULT)) };
+                    builder.sphere(matrix, *radius_m as f64 * scale, part)
                 }
                 None => {
                     let to_world = *matrix * DAffine3::from_scale(glam::DVec3::splat(*radius_m as f64));
                     let material = own.unwrap_or(MaterialId::DEFAULT);
-                    placed.push((InstancedTree::UnitSphere, to_world, material, entity));
+                    let radius = if inputs.keeps_object_space { radius_m.to_bits() } else { 0 };
+                    placed.push((InstancedTree::UnitSphere(radius), to_world, material, entity));
                 }
             },
             Shape::Triangle { .. } | Shape::Plane { .. } => {
@@ -222,47 +229,6 @@ fn count_uses(inputs: &GeometryInputs) -> Vec<u32> {
     uses
 }
 
-/// Checks sizes and reserves memory for geometry and trees. Ids have 31 bits, and lanes address three floats a vertex
-/// with 31 bits.
-fn check_size(
-    inputs: &GeometryInputs,
-    uses: &[u32],
-    copied: &[bool],
-) -> Result<Reservation<'static>, CompileError> {
-    let (mut vertices, mut triangles, mut bytes) = (0usize, 0usize, 0usize);
-    for (ByPtr(mesh), (uses, copied)) in inputs.meshes.iter().zip(uses.iter().zip(copied)) {
-        let copies = if *copied { (*uses).max(1) as usize } else { 1 };
-        vertices = vertices.saturating_add(copies.saturating_mul(mesh.positions.len()));
-        triangles = triangles.saturating_add(copies.saturating_mul(mesh.triangles.len()));
-        bytes = bytes.saturating_add(copies.saturating_mul(mesh.bytes()));
-    }
-    for corners in inputs.flat_shapes() {
-        vertices = vertices.saturating_add(corners);
-        triangles = triangles.saturating_add(Shape::fan(corners).count());
-        bytes = bytes.saturating_add(corners * CORNER_BYTES);
-    }
-    let most = (i32::MAX as usize) / 3 - (1 << 20);
-    if vertices.max(triangles) > most {
-        return Err(CompileError::TooLarge(format!(
-            "{vertices} vertices and {triangles} triangles; the most is {most}"
-        )));
-    }
-    let spheres = inputs.shapes.iter().filter(|placed| matches!(placed.shape, Shape::Sphere { .. })).count();
-    let primitives = triangles + spheres;
-    bytes = bytes.saturating_add(inputs.shapes.len() * PLACED_BYTES);
-    // The part of each triangle, and the finished tree.
-    let built = peak_bytes(primitives, true, inputs.quality) + primitives * (4 + TREE_BYTES);
-    let what = format_args!("the geometry of {triangles} triangles with its tree");
-    Ok(memory::reserve(what, bytes.saturating_add(built) as u64)?)
-}
-
-/// Bytes of an instance, or of another placed shape.
-const PLACED_BYTES: usize = 320;
-/// Bytes of a corner of a flat shape, with its triangle.
-const CORNER_BYTES: usize = 48;
-/// Bytes of nodes and blocks, for each triangle.
-const TREE_BYTES: usize = 60;
-
 fn plain_part(material: MaterialId) -> Part {
     Part {
         material: material.0,
@@ -272,6 +238,7 @@ fn plain_part(material: MaterialId) -> Part {
         tangents: NONE,
         colors: NONE,
         alphas: NONE,
+        object: NONE,
         mirrored: false,
         entity: 0,
     }
@@ -282,7 +249,8 @@ fn plain_part(material: MaterialId) -> Part {
 enum InstancedTree<'a> {
     /// A mesh, and records in place of its own materials.
     Mesh(MeshId, &'a [[MaterialId; 2]]),
-    UnitSphere,
+    /// The bits of the radius in the object's space, if that matters.
+    UnitSphere(u32),
 }
 
 #[derive(Default)]
@@ -330,6 +298,7 @@ impl GeometryBuilder {
         let g = &mut self.geometry;
         let first = g.positions.len() as u32;
         let base = |used: bool, next: usize| if used { (next as u32).wrapping_sub(first) } else { NONE };
+        let moved = *matrix != DAffine3::IDENTITY;
         let shared = Part {
             normals: base(!mesh.normals.is_empty(), g.normals.len()),
             uvs: base(!mesh.uvs.is_empty(), g.uvs.len()),
@@ -337,12 +306,16 @@ impl GeometryBuilder {
             tangents: base(!mesh.tangents.is_empty(), g.tangents.len()),
             colors: base(!mesh.colors.is_empty(), g.colors.len()),
             alphas: base(!mesh.alphas.is_empty(), g.alphas.len()),
+            object: base(moved && g.keeps_object_space, g.object_positions.len()),
             mirrored: matrix.matrix3.determinant() < 0.0,
             ..plain_part(MaterialId::DEFAULT)
         };
-        if *matrix == DAffine3::IDENTITY {
+        if !moved {
             g.positions.extend(mesh.positions.iter().map(|p| p.to_array()));
         } else {
+            if g.keeps_object_space {
+                g.object_positions.extend(mesh.positions.iter().map(|p| p.to_array()));
+            }
             g.positions.extend(mesh.positions.iter().map(|p| point(matrix, *p).to_array()));
         }
         let normals = relative(normal_matrix(matrix));
@@ -454,8 +427,9 @@ impl GeometryBuilder {
     fn subtree(&mut self, inputs: &GeometryInputs, subtree: InstancedTree) -> [Range<u32>; 2] {
         let (triangles, spheres) = (self.geometry.triangles.len() as u32, self.geometry.spheres.len() as u32);
         match subtree {
-            InstancedTree::UnitSphere => {
-                self.sphere(&DAffine3::IDENTITY, 1.0, plain_part(MaterialId::DEFAULT))
+            InstancedTree::UnitSphere(object) => {
+                let part = Part { object, ..plain_part(MaterialId::DEFAULT) };
+                self.sphere(&DAffine3::IDENTITY, 1.0, part)
             }
             InstancedTree::Mesh(id, replaced) => {
                 self.mesh(inputs.mesh(id), &DAffine3::IDENTITY, |own| plain_part(in_place_of(own, replaced)));

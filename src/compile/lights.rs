@@ -150,11 +150,10 @@ pub(super) fn compile(
             }
             world::Light::Environment { .. } => {}
             world::Light::Photometric { power_w, profile } => {
-                let image = &world.assets.textures[profile.0 as usize].image;
-                let (mean, beam) =
-                    photometric::summary(&world.assets.images[image.0 as usize]).ok_or_else(|| {
-                        entity_error(world, entity, "its photometric profile is dark in all directions")
-                    })?;
+                let image = world.assets.image_of(*profile);
+                let (mean, beam) = image.and_then(|image| photometric::summary(image)).ok_or_else(|| {
+                    entity_error(world, entity, "its photometric profile is dark in all directions")
+                })?;
                 let intensity = *power_w * (1.0 / (4.0 * std::f32::consts::PI));
                 let axis = direction(matrix, Vec3::NEG_Z);
                 let along = direction(matrix, Vec3::X);

@@ -1,12 +1,16 @@
 //! The brightness of surfaces whose emission is a texture: by the texels that they show, not by the factor.
 
 use std::collections::HashMap;
+use std::num::Wrapping;
 
 use super::emitters::EmittingSurfaces;
 use crate::bvh::layout::sidedness::SPHERE;
-use crate::math::{NONE, Rgb, Vec2};
+use crate::math::{Color, NONE, Rgb, Vec2};
 use crate::scene::textures::SampledTexture;
 use crate::scene::{Geometry, Textures};
+use crate::shading::surface::HitLanes;
+use crate::shading::texture_coordinates::point_coordinates;
+use crate::shading::texture_lookup::{Texel, texel};
 
 /// The most cells along an image's longer side.
 const FINEST: usize = 512;
@@ -30,6 +34,9 @@ impl<'a> EmissionAverages<'a> {
         let EmittingSurfaces { geometry, materials, textures, .. } = *self.surfaces;
         let texture = materials[material as usize].emission.texture;
         let sampled = &textures.sampled[texture as usize];
+        if sampled.is_procedural() {
+            return procedural_mean(geometry, textures, sampled, primitive);
+        }
         let sums = self.sums.entry(texture).or_insert_with(|| EmissionSums::new(textures, sampled));
         let mean = match corners(geometry, sampled, primitive) {
             Some(corners) => sums.triangle(corners),
@@ -37,6 +44,29 @@ impl<'a> EmissionAverages<'a> {
         };
         mean * Rgb::from(sampled.factor).luminance()
     }
+}
+
+/// The mean luminance of a computed texture on a primitive, from points of it. Parts that all points miss count, too.
+fn procedural_mean(
+    geometry: &Geometry,
+    textures: &Textures,
+    sampled: &SampledTexture,
+    primitive: u32,
+) -> f32 {
+    let mut sum = 0.0;
+    for row in 0..ROWS {
+        for column in 0..ROWS {
+            let [mut u, mut v] = [row, column].map(|at| (at as f32 + 0.5) / ROWS as f32);
+            if primitive & SPHERE == 0 && u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            let hit = HitLanes { t: 0.0, u, v, primitive: Wrapping(primitive), instance: Wrapping(NONE) };
+            let at = point_coordinates(geometry, &hit, (u, v), true);
+            let Texel { color, .. } = texel(textures, sampled, &at, true);
+            sum += (color * Color::splat(sampled.factor.into())).luminance();
+        }
+    }
+    (sum / (ROWS * ROWS) as f32).max(sampled.levels[0] / 256.0)
 }
 
 /// The corners of a triangle in the image, in units of its width and height; `None` for spheres and for triangles

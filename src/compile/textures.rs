@@ -1,6 +1,7 @@
 //! Compiles images and textures to texels and columns.
 
 mod mips;
+mod procedures;
 mod srgb;
 
 use std::collections::HashMap;
@@ -15,7 +16,7 @@ use crate::film::tonemap::srgb_decode;
 use crate::memory;
 use crate::scene::Textures;
 use crate::scene::textures::SampledTexture;
-use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, Wrap};
+use crate::world::assets::{Assets, ColorSpace, Image, Texels, Texture, TextureFilter, TextureSource, Wrap};
 use crate::world::{AlphaMode, Channel, ColorInput, Material, fields};
 
 /// The kind of an image's mip levels. Images of 16 bits are compiled to floats, decoded as their textures say, or to
@@ -42,8 +43,8 @@ pub(super) struct TextureInputs {
     kinds: Vec<MipKind>,
     /// The place in `images` of each texture's image.
     places: Vec<u32>,
-    /// The textures, by which images are looked up.
-    textures: DebugText,
+    /// The textures, by which images are looked up, and those that are computed.
+    textures: [DebugText; 2],
 }
 
 impl TextureInputs {
@@ -55,7 +56,8 @@ impl TextureInputs {
         // Floats of 16-bit images are decoded beforehand: in one way each.
         let mut second = HashMap::new();
         let mut place = |texture: &Texture| {
-            let place = texture.image.0 as usize;
+            let Some(image) = texture.image() else { return 0 };
+            let place = image.0 as usize;
             if !is_wide(place)
                 || !is_float(place)
                 || (texture.color_space == ColorSpace::Srgb) == kinds[place].srgb
@@ -72,7 +74,12 @@ impl TextureInputs {
             images.push(ByPtr(assets.images[place].clone()));
             kinds.push(MipKind { srgb: !kinds[place].srgb, ..kinds[place] });
         }
-        TextureInputs { images, kinds, places, textures: debug_text(&assets.textures) }
+        TextureInputs {
+            images,
+            kinds,
+            places,
+            textures: [debug_text(&assets.textures), debug_text(&assets.procedures)],
+        }
     }
 }
 
@@ -89,7 +96,12 @@ pub(super) fn compile(
     let first_levels = levels(inputs, &mut out, before)?;
     for (texture, place) in assets.textures.iter().zip(&inputs.places) {
         let place = *place as usize;
-        push(&mut out, texture, inputs.kinds[place].float, &first_levels[place..]);
+        match texture.source {
+            TextureSource::Image(_) => {
+                push(&mut out, texture, inputs.kinds[place].float, &first_levels[place..]);
+            }
+            TextureSource::Procedure(id) => procedures::push(&mut out, assets, texture, id)?,
+        }
     }
     Ok(Arc::new(out))
 }
@@ -200,21 +212,25 @@ fn kinds(assets: &Assets) -> Vec<MipKind> {
     };
     let mut kinds: Vec<MipKind> = assets.images.iter().map(kind).collect();
     for texture in &assets.textures {
-        let kind = &mut kinds[texture.image.0 as usize];
+        let Some(image) = texture.image() else { continue };
+        let kind = &mut kinds[image.0 as usize];
         kind.smaller |= texture.filter == TextureFilter::Trilinear;
         kind.srgb |= texture.color_space == ColorSpace::Srgb;
     }
     for material in &assets.materials {
         fields::for_each_texture(material.material.clone().part(), &mut |id, channel| {
-            let place = assets.textures[id.0 as usize].image.0 as usize;
+            let Some(image) = assets.textures[id.0 as usize].image() else { return };
+            let place = image.0 as usize;
             let is_wide = matches!(assets.images[place].texels, Texels::Rgba16(_));
             kinds[place].float &= !(is_wide && channel == Some(Channel::Alpha));
         });
         let Material::Principled(material) = &material.material else { continue };
         let alpha = material.alpha.texture.filter(|_| material.alpha_mode != AlphaMode::Opaque);
         if let (ColorInput::Texture(color), Some((alpha, Channel::Alpha))) = (&material.base_color, alpha) {
-            let [color, alpha] = [*color, alpha].map(|id| assets.textures[id.0 as usize].image.0 as usize);
-            kinds[color].cut |= color == alpha;
+            let [color, alpha] = [*color, alpha].map(|id| assets.textures[id.0 as usize].image());
+            if let Some(image) = color.filter(|_| color == alpha) {
+                kinds[image.0 as usize].cut = true;
+            }
         }
     }
     kinds
@@ -245,5 +261,7 @@ fn push(out: &mut Textures, texture: &Texture, float: bool, first_levels: &[u32]
         wrap,
         first_level,
         smaller_levels: if texture.filter == TextureFilter::Trilinear { end - first_level - 1 } else { 0 },
+        program: [0; 2],
+        levels: [0.0; 2],
     });
 }

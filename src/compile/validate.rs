@@ -8,7 +8,8 @@ use crate::world::bounds::{self, check as check_fields, within};
 use crate::world::fields::{self, Forms, Slot};
 use crate::world::transforms::entity_error;
 use crate::world::{
-    Assets, Camera, Image, Light, MaterialId, Mesh, Overrides, Parent, Settings, Shape, World,
+    Assets, Camera, Combination, Image, Light, MaterialId, Mesh, Overrides, Parent, Procedure, Settings,
+    Shape, TextureSource, World,
 };
 
 /// Checks a world; the error describes the first fault.
@@ -45,9 +46,13 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
         check_image(image).map_err(in_place("image", number, ""))?;
     }
     for (number, texture) in assets.textures.iter().enumerate() {
-        let id = texture.image.0;
         let place = in_place("texture", number, "");
-        exists("image", id, assets.images.len()).map_err(&place)?;
+        match texture.source {
+            TextureSource::Image(id) => exists("image", id.0, assets.images.len()),
+            TextureSource::Procedure(id) => exists("procedure", id.0, assets.procedures.len())
+                .and_then(|()| check_procedure(&assets.procedures[id.0 as usize], number)),
+        }
+        .map_err(&place)?;
         if texture.uv_set > 1 {
             return Err(place(format!("uv_set is {}: it must be 0 or 1", texture.uv_set)));
         }
@@ -66,6 +71,27 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
         check_fields(part).map_err(place)?;
     }
     Ok(())
+}
+
+/// Checks a procedure, that of texture number `number`.
+fn check_procedure(procedure: &Procedure, number: usize) -> Result<(), String> {
+    let mut found = Ok(());
+    procedure.for_each_input(&mut |id| {
+        if id.0 as usize >= number {
+            found = Err(format!("it uses texture {}: its inputs must be textures before it", id.0));
+        }
+    });
+    found?;
+    match procedure.clone() {
+        Procedure::Pattern(mut texture) => {
+            bounds::check_form(&mut texture.pattern)?;
+            check_fields(&mut texture.placement)
+        }
+        Procedure::Combination(Combination::Curve { stops, .. }) if stops.is_empty() => {
+            Err("a curve needs stops".into())
+        }
+        Procedure::Combination(mut combination) => bounds::check_form(&mut combination),
+    }
 }
 
 fn exists(what: &str, id: u32, count: usize) -> Result<(), String> {
@@ -235,7 +261,9 @@ mod tests {
             ("must be finite", |w| of_mesh(w).positions[1].y = f32::NAN),
             ("material 7 does not exist", |w| of_mesh(w).triangle_materials = vec![MaterialId(7)]),
             ("image 0: it has 6 texels", |w| std::sync::Arc::make_mut(&mut w.assets.images[0]).width = 4),
-            ("texture 0: image 5 does not exist", |w| w.assets.textures[0].image = ImageId(5)),
+            ("texture 0: image 5 does not exist", |w| {
+                w.assets.textures[0].source = TextureSource::Image(ImageId(5))
+            }),
             ("texture 0: uv_set is 2", |w| w.assets.textures[0].uv_set = 2),
             ("material 1 \"velvet\": texture 1 does not exist", |w| sheen(w, 1)),
             ("material 1: base_color is [NaN", |w| {

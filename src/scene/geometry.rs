@@ -20,6 +20,10 @@ pub struct Geometry {
     pub colors: Vec<[f32; 3]>,
     /// Vertex alphas of the parts that have them.
     pub alphas: Vec<f32>,
+    /// Positions in the object's space of the parts that have them.
+    pub object_positions: Vec<[f32; 3]>,
+    /// True if positions in the object's space are known.
+    pub keeps_object_space: bool,
     /// Vertex indices by triangle id.
     pub triangles: Vec<[u32; 3]>,
     /// The part that each triangle belongs to.
@@ -66,6 +70,8 @@ pub struct Parts {
     pub colors: Vec<u32>,
     /// See [`Part::alphas`].
     pub alphas: Vec<u32>,
+    /// See [`Part::object`].
+    pub object: Vec<u32>,
     /// 1, or −1 if the part is [`Part::mirrored`].
     pub sign: Vec<f32>,
     /// The number of the part's entity in the world, for messages.
@@ -89,6 +95,9 @@ pub struct Part {
     pub colors: u32,
     /// Added (wrapping) to a vertex index to get the index of its alpha, or [`NONE`].
     pub alphas: u32,
+    /// Added (wrapping) to a vertex index to get the index of its position in the object's space; [`NONE`] if that is
+    /// its position. Of a sphere, the bits of its radius in the object's space.
+    pub object: u32,
     /// True if the part's transform turned counter-clockwise into clockwise.
     pub mirrored: bool,
     /// The number of the part's entity in the world.
@@ -105,6 +114,7 @@ impl Geometry {
         self.parts.tangents.push(part.tangents);
         self.parts.colors.push(part.colors);
         self.parts.alphas.push(part.alphas);
+        self.parts.object.push(part.object);
         self.parts.sign.push(if part.mirrored { -1.0 } else { 1.0 });
         self.parts.entity.push(part.entity);
         self.parts.material.len() as u32 - 1
@@ -121,6 +131,7 @@ impl Geometry {
             tangents: parts.tangents[at],
             colors: parts.colors[at],
             alphas: parts.alphas[at],
+            object: parts.object[at],
             mirrored: parts.sign[at] < 0.0,
             entity: parts.entity[at],
         }
@@ -188,6 +199,7 @@ impl Geometry {
             + size_of_val(&self.tangents[..])
             + size_of_val(&self.colors[..])
             + size_of_val(&self.alphas[..])
+            + size_of_val(&self.object_positions[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.triangle_parts[..])
             + size_of_val(&self.spheres[..])

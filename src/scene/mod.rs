@@ -10,6 +10,7 @@ pub mod geometry;
 pub mod light_tree;
 pub mod lights;
 pub mod material;
+pub mod procedures;
 pub mod textures;
 
 use std::collections::HashMap;

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use super::procedures::{RampStop, TextureStep};
+
 /// Images and the parameters of their lookups, by texture id.
 #[derive(Debug, Default)]
 pub struct Textures {
@@ -15,6 +17,10 @@ pub struct Textures {
     pub sampled: Vec<SampledTexture>,
     /// The mip levels of all images.
     pub levels: Levels,
+    /// The steps of procedural textures.
+    pub steps: Vec<TextureStep>,
+    /// The stops of their ramps.
+    pub stops: Vec<RampStop>,
 }
 
 /// The parameters of a texture lookup: one record per texture, because all lanes that are shaded together have the same
@@ -39,6 +45,17 @@ pub struct SampledTexture {
     pub first_level: u32,
     /// The number of smaller levels after that one; 0 for none.
     pub smaller_levels: u32,
+    /// The range of the steps of a procedural texture in [`Textures::steps`]; empty for an image.
+    pub program: [u32; 2],
+    /// The largest component and the approximate mean of a procedural texture.
+    pub levels: [f32; 2],
+}
+
+impl SampledTexture {
+    /// True if the texture has no image.
+    pub fn is_procedural(&self) -> bool {
+        self.program[0] < self.program[1]
+    }
 }
 
 /// Mip levels of images.
@@ -62,6 +79,9 @@ impl Textures {
     /// The brightest texel of a texture and its approximate mean, with its factor: the largest components. Texels of 8
     /// bits count as white.
     pub fn brightness(&self, sampled: &SampledTexture) -> (f32, f32) {
+        if sampled.is_procedural() {
+            return sampled.levels.into();
+        }
         let factor = sampled.factor.into_iter().fold(0.0, f32::max);
         if !sampled.float {
             return (factor, factor);

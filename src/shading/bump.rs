@@ -2,11 +2,14 @@
 //! texture coordinates by Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010).
 
 use super::ShadingPoint;
+use super::point::Tables;
 use super::surface::normalize_or;
-use super::texture_coordinates::uv_gradients;
+use super::texture_coordinates::{object_gradient, uv_gradients};
 use super::texture_lookup::{Coordinates, scalar};
 use crate::math::Vector;
+use crate::scene::Textures;
 use crate::scene::material::BumpParam;
+use crate::scene::procedures::TextureStep;
 use crate::simd::Float;
 
 impl<F: Float> ShadingPoint<'_, F> {
@@ -14,6 +17,9 @@ impl<F: Float> ShadingPoint<'_, F> {
     #[inline(always)]
     pub(super) fn risen(&self, normal: Vector<F>, bump: &BumpParam) -> Vector<F> {
         let sampled = &self.tables.textures.sampled[bump.heights.texture as usize];
+        if sampled.is_procedural() {
+            return self.risen_by_procedure(normal, bump, sampled.program);
+        }
         let set = (sampled.uv_set & 1) as usize;
         let (u, v) = uv_gradients(self.tables.geometry, self.hit, self.surface, set, self.mask);
         let levels = &self.tables.textures.levels;
@@ -32,6 +38,36 @@ impl<F: Float> ShadingPoint<'_, F> {
         normalize_or(normal - gradient * F::splat(bump.metres), normal)
     }
 
+    /// The normal perturbed by a computed texture: the slopes in all coordinates that it uses add up.
+    #[inline(always)]
+    fn risen_by_procedure(&self, normal: Vector<F>, bump: &BumpParam, program: [u32; 2]) -> Vector<F> {
+        let Tables { geometry, textures } = self.tables;
+        let half = F::splat(0.5);
+        let mut gradient = Vector::zero();
+        for set in 0..2 {
+            let Some(finest) = finest(textures, program, set as u32) else { continue };
+            let (u, v) = uv_gradients(geometry, self.hit, self.surface, set, self.mask);
+            let [a, b] = self.at.footprint[set].axes;
+            let (zero, finest) = (F::zero(), F::splat(finest));
+            let du = (a.0.abs().max(b.0.abs()) * half).max(finest);
+            let dv = (a.1.abs().max(b.1.abs()) * half).max(finest);
+            gradient = gradient
+                + u * (self.slope(bump, set, (du, zero)) / du)
+                + v * (self.slope(bump, set, (zero, dv)) / dv);
+        }
+        if let Some(finest) = finest(textures, program, 2) {
+            let [a, b] = self.at.object_footprint;
+            let step = (a.length().max(b.length()) * half).max(F::splat(finest));
+            let zero = F::zero();
+            let x = self.object_slope(bump, Vector::new(step, zero, zero));
+            let y = self.object_slope(bump, Vector::new(zero, step, zero));
+            let z = self.object_slope(bump, Vector::new(zero, zero, step));
+            let slope = Vector::new(x, y, z) * (F::one() / step);
+            gradient = gradient + object_gradient(geometry, self.hit, self.surface, slope, self.mask);
+        }
+        normalize_or(normal - gradient * F::splat(bump.metres), normal)
+    }
+
     /// Half the difference of the heights on both sides.
     #[inline(always)]
     fn slope(&self, bump: &BumpParam, set: usize, step: (F, F)) -> F {
@@ -42,10 +78,40 @@ impl<F: Float> ShadingPoint<'_, F> {
         (self.height(bump, &after) - self.height(bump, &before)) * F::splat(0.5)
     }
 
+    /// Half the difference of the heights on both sides in the object's space.
+    #[inline(always)]
+    fn object_slope(&self, bump: &BumpParam, step: Vector<F>) -> F {
+        let (mut before, mut after) = (self.at, self.at);
+        (before.object, after.object) = (self.at.object - step, self.at.object + step);
+        (self.height(bump, &after) - self.height(bump, &before)) * F::splat(0.5)
+    }
+
     #[inline(always)]
     fn height(&self, bump: &BumpParam, at: &Coordinates<F>) -> F {
         scalar(&bump.heights, self.tables.textures, at, self.mask)
     }
+}
+
+/// The step in some coordinates over which the slope of a computed texture is measured; none if it does not use them.
+fn finest(textures: &Textures, [first, end]: [u32; 2], space: u32) -> Option<f32> {
+    /// A part of the finest detail.
+    const PART: f32 = 1.0 / 32.0;
+    let steps = textures.steps[first as usize..end as usize].iter();
+    let finest = steps.filter_map(|step| match step {
+        TextureStep::Image(image) => {
+            let sampled = &textures.sampled[*image as usize];
+            let size: [f32; 2] = textures.size(sampled).into();
+            (sampled.uv_set == space)
+                .then(|| texel(sampled.matrix, 0, size).min(texel(sampled.matrix, 1, size)))
+        }
+        TextureStep::Pattern(step) if step.space == space => {
+            let rows = step.matrix.iter().flat_map(|row| &row[..3]);
+            let scale = rows.fold(1e-6f32, |most, number| most.max(number.abs()));
+            Some(PART / (scale * step.pattern.fineness()))
+        }
+        _ => None,
+    });
+    finest.reduce(f32::min)
 }
 
 /// The distance between neighbouring texels along u (0) or v (1), in texture coordinates.

@@ -16,6 +16,7 @@ pub mod packed_normal;
 mod photometric;
 pub mod point;
 pub mod principled;
+mod procedural;
 pub mod solid_angle;
 pub mod surface;
 pub mod texture_coordinates;

@@ -1,7 +1,6 @@
 //! Photometric profiles by direction.
 
 use super::emitter::lane;
-use super::footprint::Footprint;
 use super::texture_lookup::{Coordinates, texel};
 use crate::math::elementary::{acos_turns, atan2_turns};
 use crate::math::{Color, Vector};
@@ -32,7 +31,7 @@ pub fn profile_towards<F: Float>(
         let (columns, rows) = textures.size(sampled);
         let u = around + F::splat(0.5 / columns);
         let v = (down * F::splat(rows - 1.0) + F::splat(0.5)) * F::splat(1.0 / rows);
-        let at = Coordinates { uv: [(u, v); 2], footprint: [Footprint::point(); 2] };
+        let at = Coordinates::point([(u, v); 2]);
         let found = texel(textures, sampled, &at, same).color;
         part = Color::select(same, found, part);
         todo = todo & !same;

@@ -1,6 +1,5 @@
 //! One material at many hits: its parameters there, for both transports.
 
-use super::footprint::Footprint;
 use super::normals::{bend, for_mirrors, is_turned, mirrors_what_is_below, normal_in};
 use super::principled::shading_frame::ShadingFrame;
 use super::surface::{HitLanes, Surface};
@@ -65,7 +64,7 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
             at: if scene.materials[material as usize].textured {
                 coordinates(&scene.geometry, hit, surface, direction, width, mask)
             } else {
-                Coordinates { uv: [surface.uv; 2], footprint: [Footprint::point(); 2] }
+                Coordinates::point([surface.uv; 2])
             },
             to_viewer: -direction,
             mask,

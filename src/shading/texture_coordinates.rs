@@ -8,6 +8,7 @@ use super::principled::shading_frame::ShadingFrame;
 use super::surface::{HitLanes, Surface, corners, normalize_or, rows, transform_normal};
 use super::texture_lookup::Coordinates;
 use crate::bvh::layout::sidedness::SPHERE;
+use crate::math::elementary::sin_cos_turns;
 use crate::math::{Color, NONE, Vector};
 use crate::scene::Geometry;
 use crate::simd::{Float, Int, Mask};
@@ -85,7 +86,11 @@ pub fn point_coordinates<F: Float>(
     let of_hit = (F::select(triangle.is_triangle, hit.u, uv.0), F::select(triangle.is_triangle, hit.v, uv.1));
     let first = triangle.set(&geometry.uvs, &geometry.parts.uvs, of_hit).at;
     let second = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, first).at;
-    Coordinates { uv: [first, second], footprint: [Footprint::point(); 2] }
+    let mut at = Coordinates::point([first, second]);
+    if geometry.keeps_object_space {
+        at.object = object_position(geometry, hit, &triangle, uv, mask).0;
+    }
+    at
 }
 
 /// The texture coordinates and footprints of a hit; `width` is that of the ray, in metres.
@@ -98,13 +103,24 @@ pub fn coordinates<F: Float>(
     width: F,
     mask: F::Mask,
 ) -> Coordinates<F> {
-    let mut at = Coordinates { uv: [surface.uv; 2], footprint: [Footprint::point(); 2] };
+    let mut at = Coordinates::point([surface.uv; 2]);
     let triangle = HitCorners::new(geometry, hit, mask);
     let diameters = on_surface(surface.geometric_normal, direction, width, hit.t);
     let round = mask & !triangle.is_triangle;
     if round.any() {
         let (u, v) = round_gradients(geometry, hit, surface, round);
         at.footprint = [Footprint::select(round, Footprint::new(&diameters, u, v), Footprint::point()); 2];
+    }
+    if geometry.keeps_object_space {
+        let (place, edges) = object_position(geometry, hit, &triangle, surface.uv, mask);
+        at.object = place;
+        let along = triangle.along(geometry, hit, triangle.is_triangle);
+        let [s, t] = edges;
+        for (axis, d) in diameters.into_iter().enumerate() {
+            let uv = at.footprint[0].axes[axis];
+            let flat = s * along.0.dot(d) + t * along.1.dot(d);
+            at.object_footprint[axis] = Vector::select(triangle.is_triangle, flat, s * uv.0 + t * uv.1);
+        }
     }
     if geometry.uvs.is_empty() {
         return at;
@@ -119,6 +135,41 @@ pub fn coordinates<F: Float>(
         at.footprint[1] = along.footprint(&second, &diameters, at.footprint[1]);
     }
     at
+}
+
+/// The position of a hit in its object's space, and the edges from a triangle's first corner to the others there; of a
+/// sphere the derivatives by u and v, which are its texture coordinates.
+#[inline(always)]
+fn object_position<F: Float>(
+    geometry: &Geometry,
+    hit: &HitLanes<F>,
+    triangle: &HitCorners<F>,
+    (u, v): (F, F),
+    mask: F::Mask,
+) -> (Vector<F>, [Vector<F>; 2]) {
+    let is_triangle = triangle.is_triangle;
+    let base = F::Int::gather(&geometry.parts.object, triangle.part, is_triangle);
+    let moved = is_triangle & !base.eq(F::Int::splat(NONE));
+    let mut corners: [Vector<F>; 3] = corners(&geometry.positions, triangle.vertices, is_triangle);
+    if moved.any() {
+        for (corner, vertex) in corners.iter_mut().zip(triangle.vertices) {
+            let own = Vector::gather(&geometry.object_positions, vertex + base, moved);
+            *corner = Vector::select(moved, own, *corner);
+        }
+    }
+    let [p, q, r] = corners;
+    let (mut place, mut s, mut t) = (p + (q - p) * hit.u + (r - p) * hit.v, q - p, r - p);
+    let round = mask & !is_triangle;
+    if round.any() {
+        let part = F::Int::gather(&geometry.sphere_parts, hit.primitive ^ F::Int::splat(SPHERE), round);
+        let radius = F::Int::gather(&geometry.parts.object, part, round).reinterpret();
+        let ((sin, cos), (sin_v, cos_v)) = (sin_cos_turns(u), sin_cos_turns(v * F::splat(0.5)));
+        place = Vector::select(round, Vector::new(-(cos * sin_v), cos_v, sin * sin_v) * radius, place);
+        let around = Vector::new(sin * sin_v, F::zero(), cos * sin_v) * (radius * F::splat(2.0 * PI));
+        let down = Vector::new(-(cos * cos_v), -sin_v, sin * cos_v) * (radius * F::splat(PI));
+        (s, t) = (Vector::select(round, around, s), Vector::select(round, down, t));
+    }
+    (place, [s, t])
 }
 
 /// The gradients of the barycentric weights of a triangle's second and third corner, per metre in world space.
@@ -221,6 +272,27 @@ pub fn uv_gradients<F: Float>(
     }
     let known = first.mapped | second.mapped | round;
     (Vector::select(known, u, Vector::zero()), Vector::select(known, v, Vector::zero()))
+}
+
+/// The gradient in world space of a value whose gradient in the object's space is `slope`, along the surface.
+#[inline(always)]
+pub fn object_gradient<F: Float>(
+    geometry: &Geometry,
+    hit: &HitLanes<F>,
+    surface: &Surface<F>,
+    slope: Vector<F>,
+    mask: F::Mask,
+) -> Vector<F> {
+    let triangle = HitCorners::new(geometry, hit, mask);
+    let (_, [s, t]) = object_position(geometry, hit, &triangle, surface.uv, mask);
+    let along = triangle.along(geometry, hit, triangle.is_triangle);
+    let (mut first, mut second) = (along.0, along.1);
+    let round = mask & !triangle.is_triangle;
+    if round.any() {
+        let (u, v) = round_gradients(geometry, hit, surface, round);
+        (first, second) = (Vector::select(round, u, first), Vector::select(round, v, second));
+    }
+    first * s.dot(slope) + second * t.dot(slope)
 }
 
 /// Vertex alpha; 1 if there is none.
@@ -367,6 +439,7 @@ mod tests {
         tangents: NONE,
         colors: NONE,
         alphas: NONE,
+        object: NONE,
         mirrored: false,
         entity: 0,
     };

@@ -1,7 +1,8 @@
 //! Texture lookups: one texture at many points, filtered over the rays' footprints.
 
 use super::footprint::{Footprint, Taps, may_exceed_a_texel};
-use crate::math::{Color, NONE};
+use super::procedural;
+use crate::math::{Color, NONE, Vector};
 use crate::scene::Textures;
 use crate::scene::material::{ColorParam, ScalarParam};
 use crate::scene::textures::SampledTexture;
@@ -14,6 +15,19 @@ pub struct Coordinates<F: Float> {
     pub uv: [(F, F); 2],
     /// The ray's footprint in units of either set.
     pub footprint: [Footprint<F>; 2],
+    /// The position in the object's space, in metres; zero in a scene without textures there.
+    pub object: Vector<F>,
+    /// Two conjugate diameters of the ray's footprint there.
+    pub object_footprint: [Vector<F>; 2],
+}
+
+impl<F: Float> Coordinates<F> {
+    /// Coordinates of a footprint that is a point.
+    #[inline(always)]
+    pub fn point(uv: [(F, F); 2]) -> Self {
+        let zero = Vector::zero();
+        Self { uv, footprint: [Footprint::point(); 2], object: zero, object_footprint: [zero; 2] }
+    }
 }
 
 /// The four channels of a texel.
@@ -49,13 +63,7 @@ pub fn scalar<F: Float>(param: &ScalarParam, textures: &Textures, at: &Coordinat
         return factor;
     }
     let texel = texel(textures, &textures.sampled[param.texture as usize], at, mask);
-    let value = match param.channel {
-        0 => texel.color.r,
-        1 => texel.color.g,
-        2 => texel.color.b,
-        _ => texel.alpha,
-    };
-    factor * value
+    factor * texel.channel(param.channel)
 }
 
 /// The filtered texel at a point, without the texture's factor.
@@ -66,8 +74,37 @@ pub fn texel<F: Float>(
     at: &Coordinates<F>,
     mask: F::Mask,
 ) -> Texel<F> {
+    if sampled.is_procedural() {
+        return F::outlined(ProceduralLookup { textures, sampled, at, mask });
+    }
+    image_texel(textures, sampled, at, mask)
+}
+
+/// The filtered texel of an image at a point, without the texture's factor.
+#[inline(always)]
+pub(super) fn image_texel<F: Float>(
+    textures: &Textures,
+    sampled: &SampledTexture,
+    at: &Coordinates<F>,
+    mask: F::Mask,
+) -> Texel<F> {
     // A material has a dozen of these lookups: inlined they would be most of the program.
     F::outlined(Lookup { textures, sampled, at, mask })
+}
+
+struct ProceduralLookup<'a, F: Float> {
+    textures: &'a Textures,
+    sampled: &'a SampledTexture,
+    at: &'a Coordinates<F>,
+    mask: F::Mask,
+}
+
+impl<F: Float> Outlined for ProceduralLookup<'_, F> {
+    type Output = Texel<F>;
+    #[inline(always)]
+    fn run(self) -> Texel<F> {
+        procedural::evaluate(self.textures, self.sampled, self.at, self.mask)
+    }
 }
 
 struct Lookup<'a, F: Float> {
@@ -137,8 +174,20 @@ fn texels_along<F: Float>(x: [f32; 3], y: [f32; 3], (u, v): (F, F), size: (f32, 
 }
 
 impl<F: Float> Texel<F> {
+    /// A channel: red, green, blue, alpha.
     #[inline(always)]
-    fn mix(self, other: Self, weight: F) -> Self {
+    pub(super) fn channel(&self, channel: u32) -> F {
+        match channel {
+            0 => self.color.r,
+            1 => self.color.g,
+            2 => self.color.b,
+            _ => self.alpha,
+        }
+    }
+
+    /// A mixture: `weight` of the other one, the rest of this one.
+    #[inline(always)]
+    pub(super) fn mix(self, other: Self, weight: F) -> Self {
         let rest = F::one() - weight;
         Self {
             color: self.color * rest + other.color * weight,
@@ -286,9 +335,11 @@ mod tests {
             wrap: [0; 2],
             first_level: 0,
             smaller_levels: sizes.len() as u32 - 1,
+            program: [0; 2],
+            levels: [0.0; 2],
         };
         let (texels8, texels32) = (texels8.into(), texels32.into());
-        Textures { texels8, texels32, decode, levels, sampled: vec![sampled] }
+        Textures { texels8, texels32, decode, levels, sampled: vec![sampled], ..Textures::default() }
     }
 
     fn grey(byte: u8) -> u32 {
@@ -301,7 +352,7 @@ mod tests {
     }
 
     fn at(u: f32, v: f32) -> Coordinates<f32> {
-        Coordinates { uv: [(u, v); 2], footprint: [Footprint::point(); 2] }
+        Coordinates::point([(u, v); 2])
     }
 
     /// A circular footprint at (0.3, 0.3).
@@ -391,7 +442,7 @@ mod tests {
     #[test]
     fn lookup_transforms_its_uv_set_by_the_matrix() {
         let mut steps = steps();
-        let two = Coordinates { uv: [(0.1, 0.1), (0.6, 0.9)], footprint: [Footprint::point(); 2] };
+        let two = Coordinates::point([(0.1, 0.1), (0.6, 0.9)]);
         near(red(&steps, &two), 0.0);
         steps.sampled[0].uv_set = 1;
         near(red(&steps, &two), 0.4);

@@ -9,6 +9,7 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::math::{DVec3, Rgb, Vec2, Vec3, Vec4};
 
 use super::material::Material;
+use super::procedure::Procedure;
 use super::source_files::SourceFiles;
 
 /// Index into [`Assets::meshes`].
@@ -17,6 +18,9 @@ pub struct MeshId(pub u32);
 /// Index into [`Assets::images`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ImageId(pub u32);
+/// Index into [`Assets::procedures`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ProcedureId(pub u32);
 /// Index into [`Assets::textures`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TextureId(pub u32);
@@ -32,8 +36,10 @@ pub struct Assets {
     pub meshes: Vec<Arc<Mesh>>,
     /// Decoded images, each file once.
     pub images: Vec<Arc<Image>>,
-    /// Textures: images with lookup parameters.
+    /// Textures: images with lookup parameters, and procedures.
     pub textures: Vec<Texture>,
+    /// Textures that are computed.
+    pub procedures: Vec<Procedure>,
     /// Materials; the first one is always the default material.
     pub materials: Vec<NamedMaterial>,
     /// The files that the assets were read from.
@@ -46,6 +52,7 @@ impl Default for Assets {
             meshes: Vec::new(),
             images: Vec::new(),
             textures: Vec::new(),
+            procedures: Vec::new(),
             materials: vec![NamedMaterial::default()],
             files: SourceFiles::default(),
         }
@@ -93,6 +100,21 @@ impl Assets {
             self.textures.push(texture);
             self.textures.len() - 1
         }) as u32)
+    }
+
+    /// The image of a texture; none if it is computed, or does not exist.
+    pub fn image_of(&self, texture: TextureId) -> Option<&Arc<Image>> {
+        self.images.get(self.textures.get(texture.0 as usize)?.image()?.0 as usize)
+    }
+
+    /// Adds a texture that is computed; returns that of an equal one if there is one.
+    pub fn add_procedure(&mut self, procedure: Procedure) -> TextureId {
+        let found = self.procedures.iter().position(|known| *known == procedure);
+        let id = found.unwrap_or_else(|| {
+            self.procedures.push(procedure);
+            self.procedures.len() - 1
+        });
+        self.add_texture(Texture::of_procedure(ProcedureId(id as u32)))
     }
 
     /// Adds a material; `name` is its name in scene files, if it has one.
@@ -283,11 +305,20 @@ pub enum ColorSpace {
     Linear,
 }
 
-/// An image with its lookup parameters: it is sampled at `rotate(uv * scale) + offset`.
+/// The texels of a [`Texture`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TextureSource {
+    /// An image.
+    Image(ImageId),
+    /// A procedure, which has a place of its own: only the texture's `factor` counts.
+    Procedure(ProcedureId),
+}
+
+/// An image with its lookup parameters: it is sampled at `rotate(uv * scale) + offset`. Or a procedure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
-    /// The image.
-    pub image: ImageId,
+    /// The image or procedure.
+    pub source: TextureSource,
     /// The filter between texels.
     pub filter: TextureFilter,
     /// The wrap mode along u and v.
@@ -311,7 +342,7 @@ impl Texture {
     /// Returns a texture for colours: bilinear, repeated, sRGB-encoded, not transformed.
     pub fn new(image: ImageId) -> Self {
         Self {
-            image,
+            source: TextureSource::Image(image),
             filter: TextureFilter::default(),
             wrap: [Wrap::Repeat; 2],
             scale: Vec2::ONE,
@@ -320,6 +351,19 @@ impl Texture {
             uv_set: 0,
             color_space: ColorSpace::Srgb,
             factor: Rgb::WHITE,
+        }
+    }
+
+    /// A texture that is computed.
+    pub fn of_procedure(procedure: ProcedureId) -> Self {
+        Self { source: TextureSource::Procedure(procedure), ..Self::of_numbers(ImageId(0)) }
+    }
+
+    /// The image, unless the texture is computed.
+    pub fn image(&self) -> Option<ImageId> {
+        match self.source {
+            TextureSource::Image(image) => Some(image),
+            TextureSource::Procedure(_) => None,
         }
     }
 

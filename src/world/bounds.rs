@@ -52,6 +52,20 @@ pub(crate) fn check_form(form: &mut dyn Forms) -> Result<(), String> {
     form.fields().into_iter().try_for_each(check_field)
 }
 
+/// Checks the stops of a ramp; the error is the number of the wrong one, and the reason.
+pub(crate) fn check_stops(stops: &[(f32, Rgb)]) -> Result<(), (usize, String)> {
+    let mut last = 0.0;
+    for (number, (at, color)) in stops.iter().enumerate() {
+        if !(last..=1.0).contains(at) {
+            let reason = "stops must be in order, from 0 to 1".to_owned();
+            return Err((number, format!("{reason}: {at} comes after {last}")));
+        }
+        check_color("the colour of a stop", *color).map_err(|reason| (number, reason))?;
+        last = *at;
+    }
+    Ok(())
+}
+
 fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
     match slot {
         // A distance that a scene file leaves out.
@@ -66,6 +80,8 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
             above("its width", size.x, 0.0)?;
             above("its height", size.y, 0.0)?;
         }
+        Slot::Vector(vector, _) => finite(name, vector.is_finite())?,
+        Slot::Stops(stops) => check_stops(stops).map_err(|(_, reason)| format!("{name}: {reason}"))?,
         Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _) => {
             check_color(name, *color)?;
         }

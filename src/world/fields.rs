@@ -80,6 +80,10 @@ pub(crate) enum Slot<'a> {
     Degrees(&'a mut f32, Range),
     /// An angle in radians, written in degrees and reduced to one turn.
     Azimuth(&'a mut f32),
+    /// (x, y, z), one number for all three, or (x, y), to which the number adds z.
+    Vector(&'a mut Vec3, f32),
+    /// Colours of numbers from 0 to 1, in order.
+    Stops(&'a mut Vec<(f32, Rgb)>),
     /// Width and height in metres, above 0, or one number for both.
     Sides(&'a mut Vec2),
     /// An image.

@@ -19,6 +19,7 @@ pub(crate) mod names;
 pub(crate) mod normals;
 pub(crate) mod orbit_camera;
 pub(crate) mod origin;
+pub(crate) mod procedure;
 pub(crate) mod settings;
 pub(crate) mod source_files;
 pub(crate) mod transforms;
@@ -33,6 +34,7 @@ pub use components::*;
 pub use hecs;
 pub use material::*;
 pub(crate) use orbit_camera::{OrbitCamera, Pose};
+pub use procedure::*;
 pub use settings::*;
 pub(crate) use source_files::{FileDigest, SourceFiles};
 

@@ -174,6 +174,28 @@ const TEXTURES: &str = r#"(
     ],
 )"#;
 
+/// Every procedural texture, in all spaces and uses, on spheres, copies and instances.
+const PROCEDURES: &str = r#"(
+    settings: (size: (24, 18), samples: 4, transport: Path, max_depth: 3, copied_triangles: 0),
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 50), transform: LookAt(from: (0, 1.5, 5), to: (0, 0.4, 0))),
+        (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))),
+         material: (diffuse: Checker(scale: 30, a: Bricks(scale: 90), b: Image("noise.png")))),
+        (shape: Sphere(radius_m: 0.6), transform: (translate: (-1.6, 0.6, 0)),
+         material: Principled(base_color: Marble(scale: 2), roughness: Noise(scale: 9, kind: Ridged), metallic: 0,
+                              bump: (texture: Noise(scale: 7), height_m: 0.03))),
+        (shape: Sphere(radius_m: 0.6), transform: (translate: (0, 0.8, 0), scale: (1, 1.3, 0.7)),
+         material: Principled(base_color: Wood(scale: 5, rotate_degrees: (80, 0, 10)), metallic: Voronoi(kind: Cells))),
+        (shape: Mesh("ball.ply"), transform: (translate: (1.5, 0.7, 0.4), scale: 0.6),
+         material: Principled(alpha: Noise(scale: 4, kind: Turbulence), alpha_mode: Blend, double_sided: true,
+                              base_color: Mix(a: (1, 0.2, 0.1), b: Voronoi(kind: Edges, scale: 3), by: Gradient(space: Object)))),
+        (shape: Mesh("ball.ply"), transform: (translate: (0.6, 1.8, -0.5), scale: 0.3),
+         material: Principled(base_color: 0, emission: Curve(of: Subtract(a: 1, b: Noise(scale: 3)),
+                              stops: [(0, 0), (0.5, (4, 2, 1)), (1, 9)]))),
+        (light: Point(power_w: 200), transform: (translate: (2, 4, 3))),
+    ],
+)"#;
+
 /// A lens with independent samples, a regular grid over the pixel, and a spotlight.
 const LENS: &str = r#"(
     settings: (size: (24, 18), samples: 4, filter: BlackmanHarris(radius: 2), pixel_pattern: Regular, seed: 77,
@@ -358,6 +380,11 @@ fn mirrors_render_identically_in_all_ways() {
 #[test]
 fn textures_render_identically_in_all_ways() {
     check(TEXTURES);
+}
+
+#[test]
+fn procedural_textures_render_identically_in_all_ways() {
+    check(PROCEDURES);
 }
 
 #[test]

@@ -12,14 +12,15 @@ use crate::scenes;
 
 /// What lies on one level may not import each other, except `math` and `simd`, and what is
 /// listed in [`SAME_LEVEL`].
-const LAYERS: [&[&str]; 13] = [
+const LAYERS: [&[&str]; 14] = [
     &["math", "simd"],
     &["bvh"],
     &["world", "query"],
     &["sampling", "film"],
     &["denoise"],
     &["scene"],
-    &["compile", "shading", "formats"],
+    &["shading"],
+    &["compile", "formats"],
     &["integrator"],
     &["render"],
     &["study"],
@@ -379,7 +380,7 @@ fn the_python_module_knows_the_forms_of_scene_files() {
         // Every second part is within quotes.
         forms.extend(text.split('"').skip(1).step_by(2).filter(is_form).map(str::to_owned));
     }
-    for file in ["components.rs", "material.rs", "settings.rs"] {
+    for file in ["components.rs", "material.rs", "procedure.rs", "settings.rs"] {
         let text = std::fs::read_to_string(root().join("src/world").join(file)).expect("text");
         for table in text.split("\nforms! {\n").skip(1).filter_map(|rest| rest.split("\n}\n").next()) {
             let variants = table.lines().filter_map(|line| line.strip_prefix("        "));

@@ -45,6 +45,20 @@ const POSTER: &str = r#"(
 
 pub const STRIPS: &[Strip] = &[
     Strip {
+        name: "procedural_textures",
+        scene: &[STUDIO, ON_GREY, "Principled(metallic: 0, VALUE", END],
+        values: &[
+            "roughness: 0.3, base_color: Checker(scale: (16, 8), a: 0.7, b: \"#304a78\")",
+            "roughness: 0.8, base_color: Bricks(scale: (24, 14))",
+            "roughness: 0.2, base_color: Marble(scale: 3, rotate_degrees: (0, 20, 30))",
+            "roughness: 0.4, base_color: Wood(scale: 12, rotate_degrees: (70, 0, 10))",
+            "roughness: 0.5, base_color: Noise(scale: 4, octaves: 8, stops: [(0.5, \"#204a90\"), (0.52, \"#c8b070\"), (0.55, \"#3c6a2c\"), (0.7, \"#f0f0f0\")])",
+            "roughness: 0.4, base_color: Voronoi(kind: Edges, scale: 7, stops: [(0.05, \"#101010\"), (0.1, \"#b03020\")])",
+            "roughness: 0.3, base_color: (0.8, 0.35, 0.1), bump: (texture: Noise(scale: 8, kind: Ridged), height_m: 0.04)",
+        ],
+        zoom: 1,
+    },
+    Strip {
         name: "blinn_phong",
         scene: &[WHITTED, "(VALUE)", END],
         values: &[

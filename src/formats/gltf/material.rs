@@ -10,7 +10,7 @@ use super::extensions::material::{EmissiveStrength, SpecularGlossiness, Unlit};
 use super::extensions::texture::TextureInfo;
 use crate::error::LoadError;
 use crate::math::Rgb;
-use crate::world::assets::ColorSpace;
+use crate::world::assets::{ColorSpace, TextureSource};
 use crate::world::{AlphaMode, Channel, ColorInput, Material, MaterialId, Principled, ScalarInput, Texture};
 
 /// A material of the file, and the data that a mesh needs of it.
@@ -160,12 +160,14 @@ impl Import<'_> {
         let constant = ScalarInput::constant(1.0 - gloss);
         let Some(texture) = self.lookup(Some(slot), ColorSpace::Linear, at)? else { return Ok(constant) };
         let Some(source) = self.source(slot.index, at) else { return Ok(constant) };
-        let image = self.images.rough(self.document, source, texture.image, gloss, self.assets);
+        let image = texture.image();
+        let image =
+            image.and_then(|image| self.images.rough(self.document, source, image, gloss, self.assets));
         let Some(image) = image else {
             self.losses.glosses += 1;
             return Ok(constant);
         };
-        let texture = self.texture_id(Texture { image, ..texture });
+        let texture = self.texture_id(Texture { source: TextureSource::Image(image), ..texture });
         Ok(ScalarInput { factor: 1.0, texture: Some((texture, Channel::Red)) })
     }
 

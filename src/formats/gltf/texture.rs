@@ -10,7 +10,7 @@ use super::Import;
 use super::extensions::texture::{OtherSource, TextureInfo, TextureTransform};
 use crate::error::LoadError;
 use crate::math::{Rgb, Vec2};
-use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
+use crate::world::assets::{ColorSpace, TextureFilter, TextureSource, Wrap};
 use crate::world::{Assets, Channel, ColorInput, NormalMap, ScalarInput, Texture, TextureId};
 
 /// The textures created up to now, by all their properties. (The search of the asset store compares a texture with
@@ -18,14 +18,14 @@ use crate::world::{Assets, Channel, ColorInput, NormalMap, ScalarInput, Texture,
 #[derive(Default)]
 pub(super) struct GltfTextures(HashMap<GltfTextureKey, TextureId>);
 
-type GltfTextureKey = (u32, [u8; 4], u32, [u32; 8]);
+type GltfTextureKey = (TextureSource, [u8; 4], u32, [u32; 8]);
 
 impl GltfTextures {
     fn id(&mut self, texture: Texture, assets: &mut Assets) -> TextureId {
-        let Texture { image, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
+        let Texture { source, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
         let numbers = [scale.x, scale.y, offset.x, offset.y, rotation, factor.r, factor.g, factor.b];
         let names = [filter as u8, wrap[0] as u8, wrap[1] as u8, color_space as u8];
-        *self.0.entry((image.0, names, uv_set, numbers.map(f32::to_bits))).or_insert_with(|| {
+        *self.0.entry((source, names, uv_set, numbers.map(f32::to_bits))).or_insert_with(|| {
             assets.textures.push(texture);
             TextureId(assets.textures.len() as u32 - 1)
         })

@@ -379,8 +379,10 @@ fn values_out_of_range_are_limited_and_told() {
 fn maps_of_opacity_and_transparent_images_cut_out() {
     let cut = |lines: &str| {
         let (m, loaded) = material(lines);
-        let texture =
-            m.alpha.texture.map(|(id, channel)| (loaded.assets.textures[id.0 as usize].image.0, channel));
+        let texture = m
+            .alpha
+            .texture
+            .map(|(id, channel)| (loaded.assets.textures[id.0 as usize].image().unwrap().0, channel));
         (m.alpha.factor, texture, m.alpha_mode, m.ior)
     };
     let blend = AlphaMode::Blend;

@@ -171,7 +171,7 @@ mod tests {
     fn options_become_a_transform_and_a_wrap_mode() {
         let map = Map::parse("-s 2 4 1 -o 0.25 0.5 -clamp on -colorspace linear a.png").unwrap();
         let texture = map.texture(ImageId(7), Rgb::splat(0.5));
-        assert_eq!((texture.image, texture.factor), (ImageId(7), Rgb::splat(0.5)));
+        assert_eq!((texture.image(), texture.factor), (Some(ImageId(7)), Rgb::splat(0.5)));
         assert_eq!((texture.wrap, texture.color_space), ([Wrap::Clamp; 2], ColorSpace::Linear));
         // MTL's v of 0.25 is looked up at 0.25 · 4 + 0.5 = 1.5 from the bottom; ours, 0.75, from the top.
         assert_eq!(0.75 * texture.scale.y + texture.offset.y, 1.0 - 1.5);

@@ -377,7 +377,8 @@ pub(super) fn most_emitted(world: &World, material: &Principled) -> f32 {
 
 /// The nearest texel of a texture.
 fn texel(world: &World, texture: &Texture, uv: Vec2) -> Rgb {
-    let Some(image) = world.assets.images.get(texture.image.0 as usize) else { return Rgb::BLACK };
+    let image = texture.image().and_then(|image| world.assets.images.get(image.0 as usize));
+    let Some(image) = image else { return Rgb::BLACK };
     let scaled = uv * texture.scale;
     let (sin, cos) = (libm::sin(f64::from(texture.rotation)), libm::cos(f64::from(texture.rotation)));
     let (sin, cos) = (sin as f32, cos as f32);

@@ -357,12 +357,13 @@ class Scene:
 
 # The forms of scene files, except `Mesh`.
 _FORMS = """
-    Aces Agx Albedo All Alpha Area Auto Bilinear BlackmanHarris Blend Blinn BlinnPhong Blue Box Center Clamp Constant
-    Coverage Default Depth Directional Disc Entity Environment Fast Fixed Gaussian Gradient Green High Image Independent
-    InverseSquare Jittered Keys Linear LookAt Mask Material Matrix Mirror Nearest Normal Off On Opaque Orthographic Path
-    PbrNeutral Phong Photometric Pinhole Plane Point Position Principled Rectangle Red Regular Reinhard Repeat Samples
-    ScaleByMaximum Sky Smooth Sobol Sphere Spot Srgb Step Tent Texture ThinLens Triangle Trilinear Unbiased Uniform Variance
-    Whitted
+    Aces Add Agx Albedo All Alpha Area Auto Bilinear BlackmanHarris Blend Blinn BlinnPhong Blue Box Bricks Cells Center
+    Checker Clamp Constant Coverage Curve Default Depth Directional Disc Distance Edges Entity Environment Fast Fixed
+    Fractal Gaussian Gradient Green High Image Independent InverseSquare Jittered Keys Linear LookAt Marble Mask
+    Material Matrix Max Min Mirror Mix Multiply Nearest Noise Normal Object Off On Opaque Orthographic Path PbrNeutral
+    Phong Photometric Pinhole Plane Point Position Principled Rectangle Red Regular Reinhard Repeat Ridged Samples
+    ScaleByMaximum Sky Smooth Sobol Sphere Spot Srgb Step Subtract Tent Texture ThinLens Triangle Trilinear Turbulence
+    Unbiased Uniform Uv Uv1 Variance Voronoi Whitted Wood
 """.split()
 globals().update({name: Variant(name) for name in _FORMS})
 

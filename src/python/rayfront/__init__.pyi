@@ -198,6 +198,16 @@ class Scene:
 
 # The forms of scene files, generated from their tables.
 Aces: Variant
+
+class _Add(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        a: _Color,
+        b: _Color,
+    ) -> Variant: ...
+
+Add: _Add
 Agx: Variant
 Albedo: Variant
 All: Variant
@@ -253,10 +263,55 @@ class _BlinnPhong(Variant):
 BlinnPhong: _BlinnPhong
 Blue: Variant
 Box: Variant
+
+class _Bricks(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        length: _Number = ...,
+        mortar: _Number = ...,
+        space: Variant = ...,
+        scale: float | ArrayLike = ...,
+        rotate_degrees: float | ArrayLike = ...,
+        offset: float | ArrayLike = ...,
+        a: _Color = ...,
+        b: _Color = ...,
+        stops: Sequence[tuple[float, _Color]] = ...,
+        wrap: Variant = ...,
+    ) -> Variant: ...
+
+Bricks: _Bricks
+Cells: Variant
 Center: Variant
+
+class _Checker(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        space: Variant = ...,
+        scale: float | ArrayLike = ...,
+        rotate_degrees: float | ArrayLike = ...,
+        offset: float | ArrayLike = ...,
+        a: _Color = ...,
+        b: _Color = ...,
+        stops: Sequence[tuple[float, _Color]] = ...,
+        wrap: Variant = ...,
+    ) -> Variant: ...
+
+Checker: _Checker
 Clamp: Variant
 Constant: Variant
 Coverage: Variant
+
+class _Curve(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        of: _Color,
+        stops: Sequence[tuple[float, _Color]],
+    ) -> Variant: ...
+
+Curve: _Curve
 Default: Variant
 Depth: Variant
 
@@ -270,6 +325,8 @@ class _Directional(Variant):
 
 Directional: _Directional
 Disc: Variant
+Distance: Variant
+Edges: Variant
 Entity: Variant
 
 class _Environment(Variant):
@@ -283,6 +340,7 @@ class _Environment(Variant):
 Environment: _Environment
 Fast: Variant
 Fixed: Variant
+Fractal: Variant
 
 class _Gaussian(Variant):
     def __call__(  # type: ignore[override]
@@ -303,6 +361,24 @@ Keys: Variant
 Linear: Variant
 LookAt: Variant
 
+class _Marble(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        turbulence: _Number = ...,
+        octaves: int = ...,
+        space: Variant = ...,
+        scale: float | ArrayLike = ...,
+        rotate_degrees: float | ArrayLike = ...,
+        offset: float | ArrayLike = ...,
+        a: _Color = ...,
+        b: _Color = ...,
+        stops: Sequence[tuple[float, _Color]] = ...,
+        wrap: Variant = ...,
+    ) -> Variant: ...
+
+Marble: _Marble
+
 class _Mask(Variant):
     def __call__(  # type: ignore[override]
         self,
@@ -313,9 +389,71 @@ class _Mask(Variant):
 Mask: _Mask
 Material: Variant
 Matrix: Variant
+
+class _Max(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        a: _Color,
+        b: _Color,
+    ) -> Variant: ...
+
+Max: _Max
+
+class _Min(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        a: _Color,
+        b: _Color,
+    ) -> Variant: ...
+
+Min: _Min
 Mirror: Variant
+
+class _Mix(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        a: _Color,
+        b: _Color,
+        by: _Number,
+    ) -> Variant: ...
+
+Mix: _Mix
+
+class _Multiply(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        a: _Color,
+        b: _Color,
+    ) -> Variant: ...
+
+Multiply: _Multiply
 Nearest: Variant
+
+class _Noise(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        kind: Variant = ...,
+        octaves: int = ...,
+        roughness: _Number = ...,
+        lacunarity: _Number = ...,
+        space: Variant = ...,
+        scale: float | ArrayLike = ...,
+        rotate_degrees: float | ArrayLike = ...,
+        offset: float | ArrayLike = ...,
+        a: _Color = ...,
+        b: _Color = ...,
+        stops: Sequence[tuple[float, _Color]] = ...,
+        wrap: Variant = ...,
+    ) -> Variant: ...
+
+Noise: _Noise
 Normal: Variant
+Object: Variant
 Off: Variant
 On: Variant
 Opaque: Variant
@@ -409,6 +547,7 @@ Red: Variant
 Regular: Variant
 Reinhard: Variant
 Repeat: Variant
+Ridged: Variant
 Samples: Variant
 ScaleByMaximum: Variant
 
@@ -449,6 +588,16 @@ Spot: _Spot
 Srgb: Variant
 Step: Variant
 
+class _Subtract(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        a: _Color,
+        b: _Color,
+    ) -> Variant: ...
+
+Subtract: _Subtract
+
 class _Tent(Variant):
     def __call__(  # type: ignore[override]
         self,
@@ -483,7 +632,46 @@ class _Triangle(Variant):
 
 Triangle: _Triangle
 Trilinear: Variant
+Turbulence: Variant
 Unbiased: Variant
 Uniform: Variant
+Uv: Variant
+Uv1: Variant
 Variance: Variant
+
+class _Voronoi(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        kind: Variant = ...,
+        randomness: _Number = ...,
+        space: Variant = ...,
+        scale: float | ArrayLike = ...,
+        rotate_degrees: float | ArrayLike = ...,
+        offset: float | ArrayLike = ...,
+        a: _Color = ...,
+        b: _Color = ...,
+        stops: Sequence[tuple[float, _Color]] = ...,
+        wrap: Variant = ...,
+    ) -> Variant: ...
+
+Voronoi: _Voronoi
 Whitted: Variant
+
+class _Wood(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        turbulence: _Number = ...,
+        octaves: int = ...,
+        space: Variant = ...,
+        scale: float | ArrayLike = ...,
+        rotate_degrees: float | ArrayLike = ...,
+        offset: float | ArrayLike = ...,
+        a: _Color = ...,
+        b: _Color = ...,
+        stops: Sequence[tuple[float, _Color]] = ...,
+        wrap: Variant = ...,
+    ) -> Variant: ...
+
+Wood: _Wood

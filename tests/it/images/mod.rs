@@ -5,6 +5,7 @@ mod lights;
 mod materials;
 mod path_panoramas;
 mod path_textures;
+mod procedural;
 mod textures;
 mod watertight;
 

@@ -22,8 +22,8 @@ fn direction(u: f64, v: f64) -> Vec3 {
 fn surrounded(samples: u32, rotation: Quat, texels: &[[f32; 3]]) -> World {
     let mut world = stage(samples);
     let [width, height] = PANORAMA.map(|side| side as u32);
-    let image = texture(&mut world, [width, height], texels.to_vec()).image;
-    let light = Light::Environment { radiance: Rgb::splat(2.0), image: Some(image) };
+    let image = texture(&mut world, [width, height], texels.to_vec()).image();
+    let light = Light::Environment { radiance: Rgb::splat(2.0), image };
     world.entities.spawn((light, placed(Vec3::ONE, rotation, 1.0)));
     world
 }

@@ -219,7 +219,9 @@ fn specular_glossiness_reflects_its_specular_color() {
     })));
     let (factor, texture, channel) = of_scalar(&read, read.material().roughness);
     assert_eq!((factor, channel, texture.color_space), (1.0, Channel::Red, ColorSpace::Linear));
-    let Texels::Rgba8(texels) = &read.assets.images[texture.image.0 as usize].texels else { panic!() };
+    let Texels::Rgba8(texels) = &read.assets.images[texture.image().unwrap().0 as usize].texels else {
+        panic!()
+    };
     assert_eq!(texels[0], [128, 0, 0, 255], "1 − 0.5 · alpha, which is 1 in a picture without");
 }
 

@@ -8,7 +8,7 @@ use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::formats::gltf::GltfModel;
 use crate::formats::ron::source::{Raw, SceneText};
-use crate::world::{Image, ImageId, MeshId, Texels, Texture, TextureId, World};
+use crate::world::{Image, ImageId, MeshId, Texels, Texture, TextureId, TextureSource, World};
 
 /// The assets read so far.
 pub(super) struct LoweredAssets<'s, 'a> {
@@ -29,7 +29,7 @@ pub(super) struct LoweredAssets<'s, 'a> {
 }
 
 /// A [`Texture`] by its bits.
-type TextureKey = (ImageId, [u8; 5], [u32; 8]);
+type TextureKey = (TextureSource, [u8; 5], [u32; 8]);
 
 impl<'s, 'a> LoweredAssets<'s, 'a> {
     pub(super) fn new(scene: &Path, files: &'s mut dyn AssetFiles) -> Self {
@@ -157,10 +157,10 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
             // The map lacks the textures that the world already had.
             return world.assets.add_texture(texture);
         }
-        let Texture { image, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
+        let Texture { source, filter, wrap, scale, rotation, offset, uv_set, color_space, factor } = texture;
         let numbers = [scale.x, scale.y, offset.x, offset.y, rotation, factor.r, factor.g, factor.b];
         let names = [filter as u8, wrap[0] as u8, wrap[1] as u8, color_space as u8, uv_set as u8];
-        let key = (image, names, numbers.map(f32::to_bits));
+        let key = (source, names, numbers.map(f32::to_bits));
         *self.textures.entry(key).or_insert_with(|| {
             world.assets.textures.push(texture);
             TextureId(world.assets.textures.len() as u32 - 1)

@@ -3,8 +3,9 @@
 use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, SceneText};
-use crate::math::Vec2;
+use crate::math::{Rgb, Vec2, Vec3};
 use crate::world::Settings;
+use crate::world::bounds::check_stops;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, radians, visit_all};
 
 /// The keys and values of a structure, in file order.
@@ -84,6 +85,8 @@ impl<'a> Lowering<'_, 'a> {
                 *to = radians(degrees);
             }
             Slot::Azimuth(to) => *to = radians(source.number::<f64>(raw)?.rem_euclid(360.0)),
+            Slot::Vector(to, z) => *to = source.vector(raw, z)?,
+            Slot::Stops(to) => *to = source.stops(raw)?,
             Slot::Sides(to) => *to = source.sides(raw, name)?,
             Slot::Image(to) => *to = Some(self.assets.image(source, raw, &mut self.world)?),
             Slot::Profile(to) => *to = self.profile(raw)?,
@@ -166,6 +169,34 @@ impl<'a> SceneText<'a> {
         } else {
             Err(self.out_of_range(raw, name, &range.to_string()))
         }
+    }
+
+    /// `(x, y, z)`, one number for all three, or `(x, y)`, to which `z` belongs.
+    fn vector(&self, raw: Raw<'a>, z: f32) -> Result<Vec3, LoadError> {
+        self.keyed(raw, |raw| {
+            if !raw.0.starts_with('(') {
+                return self.number(raw).map(Vec3::splat);
+            }
+            if let Ok([x, y]) = self.tuple(raw, "") {
+                return Ok(Vec3::new(self.number(x)?, self.number(y)?, z));
+            }
+            self.vec3(raw)
+        })
+    }
+
+    /// `[(number, colour), …]`, the numbers from 0 to 1 and in order.
+    fn stops(&self, raw: Raw<'a>) -> Result<Vec<(f32, Rgb)>, LoadError> {
+        let items = self.list(raw, "a list of (number, colour)")?;
+        let mut stops = Vec::with_capacity(items.len());
+        for item in &items {
+            let [at, color] = self.tuple(*item, "(number, colour)")?;
+            stops.push((self.number(at)?, self.color(color, "the colour of a stop")?));
+        }
+        check_stops(&stops).map_err(|(number, reason)| self.error(items[number].0, reason))?;
+        if stops.is_empty() {
+            return Err(self.error(raw.0, "there are no stops: give two or more, [(0, colour), (1, colour)]"));
+        }
+        Ok(stops)
     }
 
     /// A number or `(width, height)`, each above 0.

@@ -31,6 +31,8 @@ struct Lowering<'s, 'a> {
     assets: LoweredAssets<'s, 'a>,
     /// The scene's own named materials, without those of mesh files.
     materials: HashMap<String, MaterialId>,
+    /// True while the inputs of a computed texture of numbers are read: their images are linear.
+    reads_numbers: bool,
 }
 
 /// Replaces the error for unknown fields if the file is a study, which has a title.
@@ -56,6 +58,7 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
         world: World::default(),
         assets: LoweredAssets::new(source.path(), &mut *files),
         materials: HashMap::new(),
+        reads_numbers: false,
     };
     let (mut transport, mut names_depth) = (None, false);
     if let Some(settings) = settings {

@@ -74,7 +74,9 @@ pub fn reread(
         known => known.unwrap_or_default(),
     };
     let assets = LoweredAssets::new(Path::new(""), files).with_numbers();
-    let mut lowering = Lowering { source: &source, world: std::mem::take(world), assets, materials };
+    let world_before = std::mem::take(world);
+    let mut lowering =
+        Lowering { source: &source, world: world_before, assets, materials, reads_numbers: false };
     let read = lowering.component(component, entity, material, raw);
     let Lowering { world: mut changed, assets, materials, .. } = lowering;
     *names = (refers || !materials.is_empty()).then_some(materials);
@@ -92,8 +94,9 @@ fn material_names(world: &World) -> HashMap<String, MaterialId> {
 pub fn reread_settings(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<(), LoadError> {
     let source = SceneText::new(text, Path::new(""), 0.0);
     let assets = LoweredAssets::new(Path::new(""), files);
+    let (world_before, materials) = (World::default(), HashMap::new());
     let mut lowering =
-        Lowering { source: &source, world: World::default(), assets, materials: HashMap::new() };
+        Lowering { source: &source, world: world_before, assets, materials, reads_numbers: false };
     let (settings, transport, names_depth) = lowering.settings(source.root()?)?;
     let depth = world.settings.max_depth;
     world.settings = settings;

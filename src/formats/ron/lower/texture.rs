@@ -5,10 +5,14 @@ use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, VariantText};
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
-use crate::world::fields::{Field, Range, Slot, radians};
-use crate::world::{BumpMap, Channel, ColorInput, ImageId, NormalMap, ScalarInput, Texture, TextureId};
+use crate::world::fields::{Field, Forms, Range, Slot, radians, visit_all};
+use crate::world::{
+    BumpMap, Channel, ColorInput, Combination, ImageId, NormalMap, PatternTexture, Procedure, ScalarInput,
+    Texture, TextureId, TexturePattern,
+};
 
-const INPUTS: &[&str] = &["Image", "Texture"];
+/// The textures with images; those that are computed have tables.
+const IMAGES: [&str; 2] = ["Image", "Texture"];
 const WRAPS: &[(&str, Wrap)] = &[("Repeat", Wrap::Repeat), ("Clamp", Wrap::Clamp), ("Mirror", Wrap::Mirror)];
 const FILTERS: &[(&str, TextureFilter)] = &[
     ("Nearest", TextureFilter::Nearest),
@@ -27,9 +31,16 @@ const TEXTURE: [&str; 10] = [
 
 /// The parts of a texture, before its use is known.
 struct Read<'a> {
-    texture: Texture,
+    texture: ReadTexture,
     channel: Option<Raw<'a>>,
     factor: Option<Raw<'a>>,
+}
+
+enum ReadTexture {
+    /// A texture with an image.
+    Lookup(Texture),
+    /// A computed one, which the world has already.
+    Computed(TextureId),
 }
 
 impl<'a> Lowering<'_, 'a> {
@@ -44,12 +55,13 @@ impl<'a> Lowering<'_, 'a> {
         let Some(variant) = self.picture(raw) else {
             return Ok(ColorInput::Constant(self.source.color(raw, what)?));
         };
-        let mut read = self.texture(variant, ColorSpace::Srgb)?;
+        let space = if self.reads_numbers { ColorSpace::Linear } else { ColorSpace::Srgb };
+        let mut read = self.texture(variant, space)?;
         self.no_channel(&read)?;
-        if let Some(raw) = read.factor {
-            read.texture.factor = self.source.color(raw, "a factor")?;
+        if let (Some(raw), ReadTexture::Lookup(texture)) = (read.factor, &mut read.texture) {
+            texture.factor = self.source.color(raw, "a factor")?;
         }
-        Ok(ColorInput::Texture(self.assets.texture(read.texture, &mut self.world)))
+        Ok(ColorInput::Texture(self.texture_id(read.texture)))
     }
 
     /// A colour with no component above 1, or a texture.
@@ -75,7 +87,7 @@ impl<'a> Lowering<'_, 'a> {
         };
         let read = self.texture(variant, ColorSpace::Linear)?;
         let factor = read.factor.map_or(Ok(1.0), |raw| self.source.part(raw, what))?;
-        Ok(ScalarInput { factor, texture: Some(self.channel(&read, usual)?) })
+        Ok(ScalarInput { factor, texture: Some(self.channel(read, usual)?) })
     }
 
     /// A texture and one of its channels, without a factor.
@@ -86,7 +98,7 @@ impl<'a> Lowering<'_, 'a> {
     ) -> Result<(TextureId, Channel), LoadError> {
         let read = self.data(raw)?;
         self.no_factor(&read)?;
-        self.channel(&read, usual)
+        self.channel(read, usual)
     }
 
     /// A texture of data other than colours, without channel and factor.
@@ -94,7 +106,7 @@ impl<'a> Lowering<'_, 'a> {
         let read = self.data(raw)?;
         self.no_channel(&read)?;
         self.no_factor(&read)?;
-        Ok(self.assets.texture(read.texture, &mut self.world))
+        Ok(self.texture_id(read.texture))
     }
 
     /// A normal map: a texture, or `(texture: …, scale: …)`.
@@ -131,9 +143,15 @@ impl<'a> Lowering<'_, 'a> {
         self.texture(variant, ColorSpace::Linear)
     }
 
-    fn channel(&mut self, read: &Read<'a>, usual: Channel) -> Result<(TextureId, Channel), LoadError> {
-        let channel = read.channel.map_or(Ok(usual), |raw| self.source.choice(raw, "channel", CHANNELS))?;
-        Ok((self.assets.texture(read.texture, &mut self.world), channel))
+    fn channel(&mut self, read: Read<'a>, usual: Channel) -> Result<(TextureId, Channel), LoadError> {
+        let channel = match read.texture {
+            // All channels of numbers are the same, and alpha is 1.
+            ReadTexture::Computed(_) => Channel::Red,
+            ReadTexture::Lookup(_) => {
+                read.channel.map_or(Ok(usual), |raw| self.source.choice(raw, "channel", CHANNELS))?
+            }
+        };
+        Ok((self.texture_id(read.texture), channel))
     }
 
     fn no_channel(&self, read: &Read<'a>) -> Result<(), LoadError> {
@@ -164,10 +182,50 @@ impl<'a> Lowering<'_, 'a> {
                 };
                 let image = self.assets.image(source, path, &mut self.world)?;
                 let texture = Texture { color_space: space, ..Texture::new(image) };
-                Ok(Read { texture, channel, factor: None })
+                Ok(Read { texture: ReadTexture::Lookup(texture), channel, factor: None })
             }
             "Texture" => self.lookup(source.variant_keys(variant, 1, TEXTURE)?, space),
-            other => Err(source.unknown(other, "texture", INPUTS)),
+            _ => {
+                let outer = std::mem::replace(&mut self.reads_numbers, space == ColorSpace::Linear);
+                let read = self.procedure(variant);
+                self.reads_numbers = outer;
+                let texture = ReadTexture::Computed(self.world.assets.add_procedure(read?));
+                Ok(Read { texture, channel: None, factor: None })
+            }
+        }
+    }
+
+    /// A computed texture, such as `Noise(scale: 8)`.
+    fn procedure(&mut self, variant: VariantText<'a>) -> Result<Procedure, LoadError> {
+        let source = self.source;
+        let form = |of: &[&str]| of.iter().position(|name| *name == variant.name);
+        let (pattern, combination) = (form(TexturePattern::FORMS), form(Combination::FORMS));
+        if pattern.or(combination).is_none() {
+            let known = [&IMAGES, TexturePattern::FORMS, Combination::FORMS].concat();
+            return Err(source.unknown(variant.name, "texture", &known));
+        }
+        let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
+        let what = (variant.name, variant.name);
+        if let Some(form) = pattern {
+            let mut pattern = TexturePattern::Checker;
+            pattern.set_form(form);
+            let mut texture = PatternTexture::new(pattern);
+            self.fill(&members, what, None, &mut |each| {
+                texture.pattern.fields().into_iter().for_each(&mut *each);
+                visit_all(&mut texture.placement, &mut |field| each(field));
+            })?;
+            return Ok(Procedure::Pattern(Box::new(texture)));
+        }
+        let mut to = Combination::Add { a: ColorInput::default(), b: ColorInput::default() };
+        to.set_form(combination.unwrap_or_default());
+        self.fill(&members, what, None, &mut |each| to.fields().into_iter().for_each(&mut *each))?;
+        Ok(Procedure::Combination(to))
+    }
+
+    fn texture_id(&mut self, read: ReadTexture) -> TextureId {
+        match read {
+            ReadTexture::Lookup(texture) => self.assets.texture(texture, &mut self.world),
+            ReadTexture::Computed(id) => id,
         }
     }
 
@@ -207,6 +265,6 @@ impl<'a> Lowering<'_, 'a> {
         if let Some(raw) = color_space {
             texture.color_space = source.choice(raw, "color_space", COLOR_SPACES)?;
         }
-        Ok(Read { texture, channel, factor })
+        Ok(Read { texture: ReadTexture::Lookup(texture), channel, factor })
     }
 }

@@ -104,7 +104,7 @@ fn materials_are_read_and_have_defaults() {
     assert_eq!(
         texture,
         Texture {
-            image: ImageId(0),
+            source: TextureSource::Image(ImageId(0)),
             filter: TextureFilter::Nearest,
             wrap: [Wrap::Clamp, Wrap::Mirror],
             scale: Vec2::splat(4.0),

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::{Written, quote};
 use crate::formats::MESHES;
-use crate::world::{Assets, ImageId, MeshId, TextureId};
+use crate::world::{Assets, ImageId, MeshId, Texture, TextureId};
 
 /// Writes references to assets: paths relative to the scene's folder, or numbers.
 pub(super) struct AssetPaths<'a> {
@@ -85,7 +85,8 @@ impl<'a> AssetPaths<'a> {
     /// The file or number of a texture's image in quotes.
     pub(super) fn image_of(&self, id: TextureId) -> Written {
         let texture = self.assets.textures.get(id.0 as usize);
-        self.image(texture.ok_or_else(|| format!("there is no texture of number {}", id.0))?.image)
+        let image = texture.and_then(Texture::image);
+        self.image(image.ok_or_else(|| format!("there is no texture of number {} with an image", id.0))?)
     }
 
     /// The path of a file in quotes, with the name of the object in it that is meant.

@@ -42,5 +42,5 @@ fn affine(matrix: &DAffine3) -> Written {
 
 /// A shape, a light or a camera.
 pub(super) fn form(form: &(impl Forms + Clone), paths: &AssetPaths) -> Written {
-    WrittenTextures { paths }.form(&mut form.clone())
+    WrittenTextures::new(paths).form(&mut form.clone())
 }

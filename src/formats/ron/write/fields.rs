@@ -42,6 +42,7 @@ impl WrittenTextures<'_> {
             (Slot::NumberMap(a, _), Slot::NumberMap(b, _)) => {
                 a.texture.is_none() && same(&[a.factor], &[b.factor])
             }
+            (Slot::Vector(a, _), Slot::Vector(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::Size(a), Slot::Size(b)) => a == b,
             (Slot::Whole(a, ..), Slot::Whole(b, ..)) => a == b,
             (Slot::OptionalWhole(a, _), Slot::OptionalWhole(b, _)) => a == b,
@@ -68,6 +69,13 @@ impl WrittenTextures<'_> {
             Slot::Flag(flag) => flag.to_string(),
             Slot::Number(value, _) | Slot::OptionalNumber(Some(value), _) => number(*value)?,
             Slot::Degrees(angle, _) | Slot::Azimuth(angle) => degrees(*angle)?,
+            Slot::Vector(vector, _) => uniform_or_tuple(&vector.to_array())?,
+            Slot::Stops(stops) if stops.is_empty() => return Ok(None),
+            Slot::Stops(stops) => {
+                let each =
+                    stops.iter().map(|(at, stop)| Ok(format!("({}, {})", number(*at)?, color(*stop)?)));
+                format!("[{}]", each.collect::<Written<Vec<String>>>()?.join(", "))
+            }
             Slot::Sides(size) => uniform_or_tuple(&size.to_array())?,
             Slot::Image(Some(image)) => self.paths.image(*image)?,
             Slot::Profile(texture) => self.paths.image_of(*texture)?,

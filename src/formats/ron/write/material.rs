@@ -8,5 +8,5 @@ use crate::world::Material;
 pub(super) fn material(material: &Material, paths: &AssetPaths) -> Written {
     let mut material = material.clone();
     let part = material.part();
-    Ok(WrittenTextures { paths }.structure(part)?.finish(part.what()))
+    Ok(WrittenTextures::new(paths).structure(part)?.finish(part.what()))
 }

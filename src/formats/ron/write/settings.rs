@@ -10,6 +10,7 @@ use crate::world::{Assets, Settings, Transport};
 pub(super) fn settings(settings: &Settings, fitting: Transport, fitting_depth: u32) -> Written {
     let (mut settings, assets) = (settings.clone(), Assets::default());
     let mut defaults = Settings { transport: fitting, max_depth: fitting_depth, ..Settings::default() };
-    let textures = WrittenTextures { paths: &AssetPaths::numbers(&assets) };
+    let paths = AssetPaths::numbers(&assets);
+    let textures = WrittenTextures::new(&paths);
     Ok(textures.differences(&mut settings, &mut defaults)?.finish(""))
 }

@@ -9,8 +9,8 @@ use super::texture::WrittenTextures;
 use crate::math::Rgb;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 use crate::world::{
-    AlphaMode, Anisotropy, Aov, Assets, BlinnPhong, Camera, Falloff, Iridescence, Light, PixelFilter,
-    Principled, Settings, Shape, Volume,
+    AlphaMode, Anisotropy, Aov, Assets, BlinnPhong, Camera, ColorInput, Combination, Falloff, Iridescence,
+    Light, PatternPlacement, PixelFilter, Principled, Settings, Shape, TexturePattern, Volume,
 };
 
 /// The human-readable type of a field.
@@ -32,6 +32,8 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Number(_, range) | Slot::OptionalNumber(_, range) => bounded("number", range),
         Slot::Degrees(_, range) => bounded("degrees", range),
         Slot::Azimuth(_) => "degrees".into(),
+        Slot::Vector(..) => "number or (x, y, z)".into(),
+        Slot::Stops(_) => "`[(number, colour), …]`".into(),
         Slot::Sides(_) => "number or (width, height), m".into(),
         Slot::Image(_) | Slot::Profile(_) => "path".into(),
         Slot::Priority(_) => "whole number, -1000 to 1000".into(),
@@ -104,7 +106,8 @@ fn default_text(slot: Slot) -> String {
     let is_infinite = matches!(&slot, Slot::Number(value, _) if value.is_infinite());
     let is_transport = matches!(slot, Slot::Transport(_));
     let assets = Assets::default();
-    let textures = WrittenTextures { paths: &AssetPaths::numbers(&assets) };
+    let paths = AssetPaths::numbers(&assets);
+    let textures = WrittenTextures::new(&paths);
     match if is_infinite { None } else { textures.value(slot).expect("a default") } {
         _ if is_transport => "`Auto`".to_owned(),
         Some(text) if text == "[]" => "none".to_owned(),
@@ -164,6 +167,8 @@ fn python_type(slot: &Slot) -> &'static str {
         Slot::Whole(..) | Slot::OptionalWhole(..) | Slot::Seed(_) | Slot::Priority(_) => "int",
         Slot::Color(..) | Slot::ColorMap(..) => "_Color",
         Slot::NumberMap(..) => "_Number",
+        Slot::Vector(..) => "float | ArrayLike",
+        Slot::Stops(_) => "Sequence[tuple[float, _Color]]",
         Slot::Image(_) | Slot::Profile(_) => "_Path",
         Slot::Form(_) | Slot::ChannelMap(..) | Slot::DataMap(_) => "Variant",
         Slot::Part(_) | Slot::OptionalPart(_) | Slot::Bumps(_) => "Mapping[str, Any]",
@@ -189,7 +194,8 @@ fn python_class(name: &str, fields: &[Field]) -> String {
 /// The end of the Python module's types: every form that its list names, with the fields of those that have a table.
 fn python_forms() -> String {
     let mut classes = BTreeMap::new();
-    let forms: [&mut dyn Forms; 5] = [
+    let forms: [&mut dyn Forms; 6] = [
+        &mut Combination::Add { a: ColorInput::default(), b: ColorInput::default() },
         &mut Shape::Sphere { radius_m: 1.0 },
         &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() },
         &mut Camera::Orthographic { height_m: 1.0 },
@@ -203,6 +209,16 @@ fn python_forms() -> String {
             if fields.iter().any(|field| !field.name.is_empty()) {
                 classes.insert(*form, python_class(form, &fields));
             }
+        }
+    }
+    let mut pattern = TexturePattern::Checker;
+    for (index, form) in TexturePattern::FORMS.iter().enumerate() {
+        pattern.set_form(index);
+        let mut place = PatternPlacement::default();
+        let fields: Vec<Field> = pattern.fields().into_iter().chain(place.fields()).collect();
+        // A background may be a gradient, too.
+        if *form != "Gradient" {
+            classes.insert(form, python_class(form, &fields));
         }
     }
     classes.insert("BlinnPhong", python_class("BlinnPhong", &all_fields(&mut BlinnPhong::default())));
@@ -242,12 +258,15 @@ fn types_of_the_python_module_are_as_the_code() {
 fn tables_of_the_guide_are_as_the_code() {
     let guide = "scenes/README.md";
     let mut new = read(guide);
-    let forms: [(&str, &mut dyn Forms); 3] = [
+    let forms: [(&str, &mut dyn Forms); 5] = [
+        ("patterns", &mut TexturePattern::Checker),
+        ("combinations", &mut Combination::Add { a: ColorInput::default(), b: ColorInput::default() }),
         ("shapes", &mut Shape::Sphere { radius_m: 1.0 }),
         ("lights", &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() }),
         ("cameras", &mut Camera::Orthographic { height_m: 1.0 }),
     ];
-    let parts: [(&str, &mut dyn Fields); 6] = [
+    let parts: [(&str, &mut dyn Fields); 7] = [
+        ("placement", &mut PatternPlacement::default()),
         ("settings", &mut Settings::default()),
         ("BlinnPhong", &mut BlinnPhong::default()),
         ("Principled", &mut Principled::default()),

@@ -4,23 +4,36 @@ use super::Written;
 use super::assets::AssetPaths;
 use super::number::{Keys, color, degrees, number, same, tuple, uniform_or_tuple};
 use crate::math::Rgb;
-use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
-use crate::world::{Channel, ColorInput, ScalarInput, Texture, TextureId};
+use crate::world::assets::{ColorSpace, TextureFilter, TextureSource, Wrap};
+use crate::world::{Channel, ColorInput, PatternTexture, Procedure, ScalarInput, Texture, TextureId};
 
 /// Writes values that may refer to textures and images.
 #[derive(Clone, Copy)]
 pub(super) struct WrittenTextures<'a> {
     pub paths: &'a AssetPaths<'a>,
+    /// The default colour space of textures of colours.
+    space: ColorSpace,
 }
 
-impl WrittenTextures<'_> {
+impl<'a> WrittenTextures<'a> {
+    pub(super) fn new(paths: &'a AssetPaths<'a>) -> Self {
+        WrittenTextures { paths, space: ColorSpace::Srgb }
+    }
+
     pub(super) fn color(&self, input: &ColorInput) -> Written {
         match input {
             ColorInput::Constant(constant) => color(*constant),
             ColorInput::Texture(id) => {
                 let factor = self.get(*id)?.factor;
-                let mut keys = self.lookup(*id, ColorSpace::Srgb)?;
                 let is_default = same(&factor.to_array(), &Rgb::WHITE.to_array());
+                if let Some(text) = self.computed(*id)? {
+                    return Ok(if is_default {
+                        text
+                    } else {
+                        format!("Multiply(a: {text}, b: {})", color(factor)?)
+                    });
+                }
+                let mut keys = self.lookup(*id, self.space)?;
                 keys.push_unless(is_default, "factor", || color(factor))?;
                 self.finish(*id, keys, None)
             }
@@ -30,6 +43,14 @@ impl WrittenTextures<'_> {
     /// A number or a texture, with its channel if that is not the usual one.
     pub(super) fn scalar(&self, input: &ScalarInput, usual: Channel) -> Written {
         let Some((id, channel)) = input.texture else { return number(input.factor) };
+        if let Some(text) = self.of_numbers().computed(id)? {
+            let is_default = same(&[input.factor], &[1.0]);
+            return Ok(if is_default {
+                text
+            } else {
+                format!("Multiply(a: {text}, b: {})", number(input.factor)?)
+            });
+        }
         let mut keys = self.lookup(id, ColorSpace::Linear)?;
         let factor = input.factor;
         keys.push_unless(same(&[factor], &[1.0]), "factor", || number(factor))?;
@@ -37,13 +58,43 @@ impl WrittenTextures<'_> {
     }
 
     pub(super) fn channel(&self, id: TextureId, channel: Channel, usual: Channel) -> Written {
+        if let Some(text) = self.of_numbers().computed(id)? {
+            return Ok(text);
+        }
         let keys = self.lookup(id, ColorSpace::Linear)?;
         self.finish(id, keys, (channel != usual).then_some(channel))
     }
 
     pub(super) fn data(&self, id: TextureId) -> Written {
+        if let Some(text) = self.of_numbers().computed(id)? {
+            return Ok(text);
+        }
         let keys = self.lookup(id, ColorSpace::Linear)?;
         self.finish(id, keys, None)
+    }
+
+    fn of_numbers(self) -> Self {
+        WrittenTextures { space: ColorSpace::Linear, ..self }
+    }
+
+    /// A computed texture; none if the texture has an image.
+    fn computed(&self, id: TextureId) -> Written<Option<String>> {
+        let TextureSource::Procedure(id) = self.get(id)?.source else { return Ok(None) };
+        let procedure = self.paths.assets.procedures.get(id.0 as usize);
+        match procedure.cloned().ok_or_else(|| format!("there is no procedure of number {}", id.0))? {
+            Procedure::Combination(mut combination) => self.form(&mut combination),
+            Procedure::Pattern(mut texture) => {
+                let mut usual = PatternTexture::new(texture.pattern).placement;
+                let place = self.differences(&mut texture.placement, &mut usual)?.finish("");
+                let text = self.form(&mut texture.pattern)?;
+                let (name, own) = text.split_once('(').unwrap_or((&text, ")"));
+                let own = own.trim_end_matches(')');
+                let place = place.trim_start_matches('(');
+                let comma = if own.is_empty() || place == ")" { "" } else { ", " };
+                Ok(format!("{name}({own}{comma}{place}"))
+            }
+        }
+        .map(Some)
     }
 
     fn get(&self, id: TextureId) -> Written<&Texture> {
@@ -71,7 +122,8 @@ impl WrittenTextures<'_> {
 
     /// Returns `Texture(image: …, …)`, or the short form `Image(…)` if there are no keys.
     fn finish(&self, id: TextureId, mut keys: Keys, channel: Option<Channel>) -> Written {
-        let image = self.paths.image(self.get(id)?.image)?;
+        let image = self.get(id)?.image().ok_or("a texture has no image")?;
+        let image = self.paths.image(image)?;
         if keys.is_empty() {
             return Ok(match channel {
                 Some(channel) => format!("Image({image}, {channel:?})"),

@@ -1,0 +1,52 @@
+//! The size of compiled geometry: what it may be, and the memory that it takes.
+
+use super::{ByPtr, GeometryInputs};
+use crate::bvh::build::builder::peak_bytes;
+
+use crate::error::CompileError;
+use crate::memory::{self, Reservation};
+use crate::world::Shape;
+
+/// Checks sizes and reserves memory for geometry and trees. Ids have 31 bits, and lanes address three floats a vertex
+/// with 31 bits.
+pub(super) fn check(
+    inputs: &GeometryInputs,
+    uses: &[u32],
+    copied: &[bool],
+) -> Result<Reservation<'static>, CompileError> {
+    let (mut vertices, mut triangles, mut bytes) = (0usize, 0usize, 0usize);
+    for (ByPtr(mesh), (uses, copied)) in inputs.meshes.iter().zip(uses.iter().zip(copied)) {
+        let copies = if *copied { (*uses).max(1) as usize } else { 1 };
+        vertices = vertices.saturating_add(copies.saturating_mul(mesh.positions.len()));
+        triangles = triangles.saturating_add(copies.saturating_mul(mesh.triangles.len()));
+        bytes = bytes.saturating_add(copies.saturating_mul(mesh.bytes()));
+        if inputs.keeps_object_space {
+            bytes = bytes.saturating_add(copies.saturating_mul(size_of_val(&mesh.positions[..])));
+        }
+    }
+    for corners in inputs.flat_shapes() {
+        vertices = vertices.saturating_add(corners);
+        triangles = triangles.saturating_add(Shape::fan(corners).count());
+        bytes = bytes.saturating_add(corners * CORNER_BYTES);
+    }
+    let most = (i32::MAX as usize) / 3 - (1 << 20);
+    if vertices.max(triangles) > most {
+        return Err(CompileError::TooLarge(format!(
+            "{vertices} vertices and {triangles} triangles; the most is {most}"
+        )));
+    }
+    let spheres = inputs.shapes.iter().filter(|placed| matches!(placed.shape, Shape::Sphere { .. })).count();
+    let primitives = triangles + spheres;
+    bytes = bytes.saturating_add(inputs.shapes.len() * PLACED_BYTES);
+    // The part of each triangle, and the finished tree.
+    let built = peak_bytes(primitives, true, inputs.quality) + primitives * (4 + TREE_BYTES);
+    let what = format_args!("the geometry of {triangles} triangles with its tree");
+    Ok(memory::reserve(what, bytes.saturating_add(built) as u64)?)
+}
+
+/// Bytes of an instance, or of another placed shape.
+const PLACED_BYTES: usize = 320;
+/// Bytes of a corner of a flat shape, with its triangle.
+const CORNER_BYTES: usize = 48;
+/// Bytes of nodes and blocks, for each triangle.
+const TREE_BYTES: usize = 60;
