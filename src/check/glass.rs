@@ -12,6 +12,7 @@ use crate::error::{Diagnostic, words};
 use crate::math::{Aabb, Vec3};
 use crate::scene::material::Medium;
 use crate::world::boundary::{JoinedSurfaces, MeshEdges, area, inside, is_crack, joined, six_volumes};
+use crate::world::shapes::Fineness;
 use crate::world::{MaterialId, Shape, transforms};
 
 /// The most triangles of glass that are tested before rendering, and by a full check.
@@ -89,16 +90,21 @@ fn glass(checked: &Checked, most: usize) -> Option<Vec<Glass>> {
         let given = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
         let id = given.unwrap_or(MaterialId::DEFAULT);
         let mut farthest = reach(id);
-        let (positions, triangles): (Cow<[Vec3]>, Vec<[u32; 3]>) = match &*shape {
-            Shape::Mesh(mesh) => {
-                let mesh = world.assets.meshes.get(mesh.0 as usize)?;
+        let made = || shape.to_mesh(&world.assets, Fineness::DEFAULT)?.ok();
+        let made = if encloses(&id) { made() } else { None };
+        let mesh = match &*shape {
+            Shape::Mesh(mesh) => Some(&**world.assets.meshes.get(mesh.0 as usize)?),
+            _ => made.as_ref(),
+        };
+        let (positions, triangles): (Cow<[Vec3]>, Vec<[u32; 3]>) = match mesh {
+            Some(mesh) => {
                 let own = |at: usize| given.or(mesh.triangle_materials.get(at).copied()).unwrap_or(id);
                 let all = mesh.triangle_materials.iter().filter(|own| given.is_none() && encloses(own));
                 farthest = all.map(|own| reach(*own)).reduce(f32::max).unwrap_or(farthest);
                 let those = mesh.triangles.iter().enumerate().filter(|(at, _)| encloses(&own(*at)));
                 (Cow::Borrowed(&mesh.positions[..]), those.map(|(_, triangle)| *triangle).collect())
             }
-            _ => {
+            None => {
                 let Some((_, corners)) = shape.flat_corners() else { continue };
                 let triangles = Shape::fan(corners.len()).collect();
                 (Cow::Owned(corners), triangles)

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::memo::Memo;
+use super::shape_meshes::ShapeMeshes;
 use super::{
     camera, contacts, emitters, environment, geometry, ineffective_values, lights, materials, misplaced,
     open_surfaces, origin, textures, unsupported_by_transport, validate,
@@ -20,6 +21,7 @@ pub struct MemoizedScene {
     pub scene: Arc<CompiledScene>,
     textures: Memo<textures::TextureInputs, Arc<Textures>>,
     environment: Memo<environment::EnvironmentInputs, Arc<Environment>>,
+    shapes: ShapeMeshes,
     open_surfaces: Memo<open_surfaces::OpenSurfaceInputs, Vec<open_surfaces::Sheet>>,
     geometry: Memo<geometry::GeometryInputs, geometry::CompiledGeometry>,
     emitters: Memo<emitters::EmitterInputs, emitters::CompiledEmitters>,
@@ -56,6 +58,7 @@ pub fn compile_after(
     let origin = origin::choose(world, &order, &transforms, &transforms[&found.0]);
     transforms::relative_to(&mut transforms, origin);
     let (camera, aperture) = camera::compile(world, &transforms, found)?;
+    let shapes = ShapeMeshes::seen_by(&camera, world, &order, &transforms, before.map(|it| &it.shapes))?;
     let textures_before = before.map(|before| &before.textures);
     let textures =
         Memo::reuse_or_make(textures_before, textures::TextureInputs::new(&world.assets), |inputs| {
@@ -66,13 +69,14 @@ pub fn compile_after(
         lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
     let open_surfaces = Memo::reuse_or_make(
         before.map(|before| &before.open_surfaces),
-        open_surfaces::OpenSurfaceInputs::new(world, &order, &transforms),
+        open_surfaces::OpenSurfaceInputs::new(world, &order, &transforms, &shapes),
         |inputs| Ok::<_, CompileError>(open_surfaces::find(inputs)),
     )?;
     let open = open_surfaces.output.iter().map(|sheet| (sheet.entity, sheet)).collect();
     let mut sheets =
         materials::TwoSidedVariants::new(&mut materials, &mut material_names, world.settings.transport);
-    let inputs = geometry::GeometryInputs::new(world, &order, &transforms, panels, &open, &mut sheets)?;
+    let inputs =
+        geometry::GeometryInputs::new(world, &order, &transforms, panels, &open, &mut sheets, &shapes)?;
     let mut sheets = sheets.end();
     let bodies = materials::number_bodies(&mut materials, world.settings.transport);
     let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());
@@ -127,7 +131,8 @@ pub fn compile_after(
     scene.warnings = warnings(&scene, world);
     scene.warnings.extend(open_surfaces::told(&open_surfaces.output));
     scene.warnings.extend(many_light_meshes(emitters.output.left_out, world));
-    Ok(MemoizedScene { scene: Arc::new(scene), textures, environment, open_surfaces, geometry, emitters })
+    let scene = Arc::new(scene);
+    Ok(MemoizedScene { scene, textures, environment, shapes, open_surfaces, geometry, emitters })
 }
 
 /// Sets each surface's sidedness by its material.

@@ -491,6 +491,7 @@ fn instances(out: &mut Emitters, surfaces: &EmittingSurfaces, most: usize) -> us
 
 #[cfg(test)]
 mod tests {
+    use super::super::shape_meshes::ShapeMeshes;
     use super::super::{geometry, materials};
     use super::*;
     use crate::world::transforms;
@@ -512,8 +513,10 @@ mod tests {
         let (mut records, mut names) = materials::compile(&world.assets, world.settings.transport);
         let sheets =
             &mut materials::TwoSidedVariants::new(&mut records, &mut names, world.settings.transport);
+        let shapes = ShapeMeshes::new(&world, &order, &placed, None, None).expect("meshes");
+        let open = HashMap::new();
         let inputs =
-            geometry::GeometryInputs::new(&world, &order, &placed, Vec::new(), &HashMap::new(), sheets);
+            geometry::GeometryInputs::new(&world, &order, &placed, Vec::new(), &open, sheets, &shapes);
         let inputs = inputs.expect("shapes");
         let (compiled, _) = geometry::compile(&inputs, None).expect("triangles");
         let surfaces = EmittingSurfaces {

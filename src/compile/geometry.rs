@@ -19,7 +19,7 @@ use super::lights::LightMesh;
 use super::materials::{TwoSidedVariants, in_place_of};
 use super::memo::{self, ByPtr, debug_text};
 use super::open_surfaces::Sheet;
-use super::shape_meshes::{fan_mesh, flat_mesh};
+use super::shape_meshes::{ShapeMeshes, fan_mesh, flat_mesh};
 use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec3};
@@ -91,10 +91,12 @@ impl GeometryInputs {
         panels: Vec<LightMesh>,
         open: &HashMap<u32, &Sheet>,
         sheets: &mut TwoSidedVariants,
+        made: &ShapeMeshes,
     ) -> Result<GeometryInputs, CompileError> {
         let mut shapes = Vec::new();
         for &entity in order {
-            let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
+            let Ok(authored) = world.entities.get::<&Shape>(entity) else { continue };
+            let Some(shape) = made.shape(world, entity) else { continue };
             let mut material = world.entities.get::<&MaterialId>(entity).ok().map(|m| *m);
             let mut replaced =
                 open.get(&entity.id()).map_or(Vec::new(), |sheet| sheets.in_place_of(&sheet.materials));
@@ -102,19 +104,21 @@ impl GeometryInputs {
                 replaced.push([MaterialId::DEFAULT, sheets.white()]);
             }
             material = material.map(|own| in_place_of(own, &replaced));
-            if let Shape::Plane { corners } = &*shape {
-                check_plane(*corners).map_err(|(_, reason)| entity_error(world, entity, reason))?;
+            if let Shape::Plane { corners } = shape {
+                check_plane(corners).map_err(|(_, reason)| entity_error(world, entity, reason))?;
+            }
+            if authored.is_sheet() {
                 // A plane's corners may go around either way: it is a sheet, visible from both sides.
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
             }
-            let (shape, matrix) = ((*shape).clone(), placement(world, &shape, &transforms[&entity]));
+            let matrix = placement(world, &shape, &transforms[&entity]);
             shapes.push(PlacedShape { entity: entity.id(), shape, matrix, material, replaced });
         }
         let settings = &world.settings;
         Ok(GeometryInputs {
             shapes,
             panels,
-            meshes: memo::all(&world.assets.meshes),
+            meshes: memo::all(&made.meshes),
             quality: settings.build_quality,
             copied_triangles: settings.copied_triangles,
             keeps_object_space: world.assets.procedures.iter().any(Procedure::is_in_object_space),
@@ -171,9 +175,6 @@ pub(super) fn compile(
                     placed.push((InstancedTree::UnitSphere(radius), to_world, material, entity));
                 }
             },
-            Shape::Triangle { .. } | Shape::Plane { .. } => {
-                builder.mesh(&flat_mesh(shape), matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
-            }
             Shape::Mesh(id) if copied[id.0 as usize] => {
                 let first = builder.geometry.triangles.len() as u32;
                 builder
@@ -186,6 +187,10 @@ pub(super) fn compile(
                 let material = own.unwrap_or(MaterialId(NONE));
                 let replaced = if own.is_none() { &replaced[..] } else { &[] };
                 placed.push((InstancedTree::Mesh(*id, replaced), *matrix, material, entity));
+            }
+            // Parametric shapes have become meshes.
+            _ => {
+                builder.mesh(&flat_mesh(shape), matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
             }
         }
     }
@@ -387,7 +392,10 @@ impl GeometryBuilder {
         }
         let ends = |range: &Range<u32>| [range.start, range.end];
         self.geometry.subtrees = subtrees.iter().map(|[t, s]| [ends(t), ends(s)]).collect();
-        let ranges = instances.iter().map(|(number, _)| subtrees[*number][0].clone()).collect();
+        let ranges: Vec<Range<u32>> =
+            instances.iter().map(|(number, _)| subtrees[*number][0].clone()).collect();
+        self.geometry.placed_triangles =
+            u64::from(triangles) + ranges.iter().map(|range| range.len() as u64).sum::<u64>();
         let quality = inputs.quality;
         let is_same = |before: &&CompiledScene| {
             before.geometry.subtrees == self.geometry.subtrees

@@ -1,5 +1,6 @@
 //! Memoized results: a system whose inputs are unchanged does not run again.
 
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 /// A system's output, with the inputs that it was made from.
@@ -32,13 +33,21 @@ impl<T> PartialEq for ByPtr<T> {
     }
 }
 
+impl<T> Eq for ByPtr<T> {}
+
+impl<T> Hash for ByPtr<T> {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        Arc::as_ptr(&self.0).hash(state);
+    }
+}
+
 /// The values of a list, to be compared by their addresses.
 pub(super) fn all<T>(list: &[Arc<T>]) -> Vec<ByPtr<T>> {
     list.iter().map(|one| ByPtr(one.clone())).collect()
 }
 
 /// A value's debug text, exact to the last bit: the sign of a zero counts.
-#[derive(PartialEq)]
+#[derive(PartialEq, Eq, Hash)]
 pub(super) struct DebugText(String);
 
 /// The debug text of a value; any two floats have different ones.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use hecs::Entity;
 
 use super::memo::ByPtr;
+use super::shape_meshes::ShapeMeshes;
 use crate::error::Diagnostic;
 use crate::error::words;
 use crate::math::{DAffine3, Vec3};
@@ -70,11 +71,13 @@ pub(super) struct Sheet {
 
 impl OpenSurfaceInputs {
     /// The glass surfaces of a world.
-    pub fn new(world: &World, order: &[Entity], transforms: &WorldTransforms) -> OpenSurfaceInputs {
-        let glass = |id: MaterialId| match world.assets.materials.get(id.0 as usize)?.material {
-            Material::Principled(ref material) => Some(Some(material.volume?.thickness)),
-            Material::BlinnPhong(ref material) => material.ior.map(|_| None),
-        };
+    pub fn new(
+        world: &World,
+        order: &[Entity],
+        transforms: &WorldTransforms,
+        shapes: &ShapeMeshes,
+    ) -> OpenSurfaceInputs {
+        let glass = |id: MaterialId| glass(world, id);
         let of_glass: Vec<_> =
             (0..world.assets.materials.len() as u32).filter_map(|id| glass(MaterialId(id))).collect();
         let has_thickness = of_glass.iter().flatten().any(|thickness| *thickness > 0.0);
@@ -82,12 +85,10 @@ impl OpenSurfaceInputs {
             return OpenSurfaceInputs(Vec::new());
         }
         let surface = |entity: Entity| {
-            let shape = world.entities.get::<&Shape>(entity).ok()?;
+            let shape = shapes.shape(world, entity)?;
             let given = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
-            let corners = match &*shape {
-                Shape::Mesh(id) => {
-                    SurfaceCorners::Mesh(ByPtr(world.assets.meshes.get(id.0 as usize)?.clone()))
-                }
+            let corners = match &shape {
+                Shape::Mesh(id) => SurfaceCorners::Mesh(ByPtr(shapes.meshes.get(id.0 as usize)?.clone())),
                 _ => SurfaceCorners::Fan(shape.flat_corners()?.1),
             };
             let of_triangles = match (&corners, given) {
@@ -106,6 +107,14 @@ impl OpenSurfaceInputs {
         };
         let surfaces: Vec<GlassSurface> = order.iter().filter_map(|entity| surface(*entity)).collect();
         OpenSurfaceInputs(if has_thickness || surfaces.len() >= FEWEST { surfaces } else { Vec::new() })
+    }
+}
+
+/// The thickness of a material of glass, if it has a volume; none of other materials.
+fn glass(world: &World, id: MaterialId) -> Option<Option<f32>> {
+    match &world.assets.materials.get(id.0 as usize)?.material {
+        Material::Principled(material) => Some(Some(material.volume?.thickness)),
+        Material::BlinnPhong(material) => material.ior.map(|_| None),
     }
 }
 
@@ -264,7 +273,14 @@ fn normal_scale(surface: &GlassSurface, in_world: f64) -> f64 {
 
 /// The numbers of the entities whose surfaces are thin sheets or interfaces.
 pub(crate) fn thin_sheets(world: &World, order: &[Entity], transforms: &WorldTransforms) -> HashSet<u32> {
-    find(&OpenSurfaceInputs::new(world, order, transforms)).into_iter().map(|sheet| sheet.entity).collect()
+    // Without a view: whether a surface is open does not depend on its fineness.
+    let of_glass = |entity: &Entity| {
+        world.entities.get::<&MaterialId>(*entity).is_ok_and(|id| glass(world, *id).is_some())
+    };
+    let those: Vec<Entity> = order.iter().copied().filter(of_glass).collect();
+    let Ok(shapes) = ShapeMeshes::new(world, &those, transforms, None, None) else { return HashSet::new() };
+    let inputs = OpenSurfaceInputs::new(world, order, transforms, &shapes);
+    find(&inputs).into_iter().map(|sheet| sheet.entity).collect()
 }
 
 /// Warnings about surfaces that are rendered as sheets, and as interfaces.
@@ -356,7 +372,8 @@ mod tests {
         world.entities.spawn((Camera::Pinhole { vertical_fov: 1.0 },));
         let order = world.in_order();
         let transforms = crate::world::transforms::to_world(&world, &order).unwrap();
-        let found = find(&OpenSurfaceInputs::new(&world, &order, &transforms));
+        let shapes = ShapeMeshes::new(&world, &order, &transforms, None, None).unwrap();
+        let found = find(&OpenSurfaceInputs::new(&world, &order, &transforms, &shapes));
         let told = compile(&world, None).unwrap().warnings;
         let is_told = told.iter().any(|warning| warning.code == "thin-sheet");
         assert_eq!(is_told, !found.is_empty(), "{told:?}");

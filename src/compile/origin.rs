@@ -8,7 +8,7 @@ use hecs::Entity;
 use crate::math::{DAffine3, DVec3, Vec3};
 use crate::world::origin::{FARTHEST, rounded};
 use crate::world::transforms::WorldTransforms;
-use crate::world::{Mesh, Shape, World};
+use crate::world::{Assets, Shape, World};
 
 /// The distance of the origin from what it is to be near to, relative to the nearest shape's distance from the camera.
 /// A camera that moves by less does not move the origin.
@@ -35,7 +35,7 @@ pub(super) fn choose(
         .iter()
         .filter_map(|entity| {
             let shape = world.entities.get::<&Shape>(*entity).ok()?;
-            let (center, radius) = ball_around(&shape, &transforms[entity], &world.assets.meshes)?;
+            let (center, radius) = ball_around(&shape, &transforms[entity], &world.assets)?;
             let scale = (center - camera.translation).length().max(radius);
             Some(Extent { center, scale })
         })
@@ -57,7 +57,7 @@ pub(super) fn choose(
 }
 
 /// The centre and radius of a ball around a shape, roughly; none around nothing.
-fn ball_around(shape: &Shape, matrix: &DAffine3, meshes: &[std::sync::Arc<Mesh>]) -> Option<(DVec3, f64)> {
+pub(super) fn ball_around(shape: &Shape, matrix: &DAffine3, assets: &Assets) -> Option<(DVec3, f64)> {
     let around = |points: &mut dyn Iterator<Item = Vec3>, origin: DVec3| {
         let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for point in points {
@@ -68,12 +68,8 @@ fn ball_around(shape: &Shape, matrix: &DAffine3, meshes: &[std::sync::Arc<Mesh>]
         radius.is_finite().then(|| (matrix.transform_point3(center), radius))
     };
     match shape {
-        Shape::Sphere { radius_m } => {
-            let corner = Vec3::splat(*radius_m);
-            around(&mut [-corner, corner].into_iter(), DVec3::ZERO)
-        }
         Shape::Mesh(id) => {
-            let mesh = meshes.get(id.0 as usize)?;
+            let mesh = assets.meshes.get(id.0 as usize)?;
             let step = (mesh.positions.len() / MOST_VERTICES).max(1);
             around(&mut mesh.positions.iter().step_by(step).copied(), mesh.origin)
         }
@@ -81,6 +77,7 @@ fn ball_around(shape: &Shape, matrix: &DAffine3, meshes: &[std::sync::Arc<Mesh>]
             let (origin, corners) = shape.flat_corners()?;
             around(&mut corners.into_iter(), origin)
         }
+        _ => around(&mut shape.corners_around(assets)?.into_iter(), DVec3::ZERO),
     }
 }
 

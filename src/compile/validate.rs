@@ -6,10 +6,11 @@ use hecs::Entity;
 use crate::error::CompileError;
 use crate::world::bounds::{self, check as check_fields, within};
 use crate::world::fields::{self, Forms, Slot};
+use crate::world::shapes::check_font;
 use crate::world::transforms::entity_error;
 use crate::world::{
     Assets, Camera, Combination, Image, Light, MaterialId, Mesh, Overrides, Parent, Procedure, Settings,
-    Shape, TextureSource, World,
+    Shape, Strands, TextureSource, World,
 };
 
 /// Checks a world; the error describes the first fault.
@@ -44,6 +45,12 @@ fn check_assets(assets: &Assets) -> Result<(), CompileError> {
     }
     for (number, image) in assets.images.iter().enumerate() {
         check_image(image).map_err(in_place("image", number, ""))?;
+    }
+    for (number, strands) in assets.strands.iter().enumerate() {
+        check_strands(strands).map_err(in_place("strands", number, ""))?;
+    }
+    for (number, font) in assets.fonts.iter().enumerate() {
+        check_font(font).map_err(in_place("font", number, ""))?;
     }
     for (number, texture) in assets.textures.iter().enumerate() {
         let place = in_place("texture", number, "");
@@ -153,6 +160,25 @@ pub fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), String> {
     largest.map_or(Ok(()), |id| exists("material", id, materials))
 }
 
+fn check_strands(strands: &Strands) -> Result<(), String> {
+    let Strands { source: _, points, radii_m, ends } = strands;
+    if !points.iter().all(|point| point.is_finite()) {
+        return Err("its points must be finite".to_owned());
+    }
+    if !radii_m.is_empty() && radii_m.len() != points.len() {
+        return Err(format!(
+            "radii_m has {} elements: it must have {}, or none",
+            radii_m.len(),
+            points.len()
+        ));
+    }
+    if !radii_m.iter().all(|radius| *radius >= 0.0 && radius.is_finite()) {
+        return Err("its radii must be at least 0, and finite".to_owned());
+    }
+    let is_in_order = ends.is_sorted() && ends.last().is_none_or(|end| *end as usize <= points.len());
+    is_in_order.then_some(()).ok_or_else(|| "its ends must ascend up to the number of points".to_owned())
+}
+
 fn check_image(image: &Image) -> Result<(), String> {
     let Image { source: _, width, height, texels } = image;
     let count = texels.count();
@@ -180,6 +206,7 @@ fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
     }
     if let Ok(shape) = entities.get::<&Shape>(entity) {
         check_form(&mut Shape::clone(&shape), assets)?;
+        shape.check(assets).map_err(|fault| fault.reason)?;
     }
     if let Ok(light) = entities.get::<&Light>(entity) {
         if let Light::Spot { inner_angle, outer_angle, .. } = *light {
@@ -199,8 +226,11 @@ fn check_form(form: &mut dyn Forms, assets: &Assets) -> Result<(), String> {
     }
     found?;
     for field in form.fields() {
-        if let Slot::Mesh(id) = field.slot {
-            exists("mesh", id.0, assets.meshes.len())?;
+        match field.slot {
+            Slot::Mesh(id) => exists("mesh", id.0, assets.meshes.len())?,
+            Slot::Strands(id) => exists("strands", id.0, assets.strands.len())?,
+            Slot::Font(id) => exists("font", id.0, assets.fonts.len())?,
+            _ => {}
         }
     }
     for id in fields::images(form.fields()) {

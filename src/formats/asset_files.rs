@@ -6,12 +6,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{LoadOptions, MESHES, extension, gltf, obj, picture, ply, references, stl};
+use super::{LoadOptions, MESHES, extension, gltf, obj, picture, ply, references, stl, strands};
 use crate::error::{Diagnostic, LoadError, did_you_mean};
 use crate::files;
 use crate::world::asset_cache::MeshFile;
+use crate::world::shapes::check_font;
 use crate::world::{
-    Assets, BlinnPhong, ColorInput, DecodedImage, Material, MaterialId, Mesh, SourceFiles, Texture,
+    Assets, BlinnPhong, ColorInput, DecodedImage, Font, Material, MaterialId, Mesh, SourceFiles, Strands,
+    Texture,
 };
 
 /// Reads the files that a scene refers to, in any format.
@@ -35,6 +37,18 @@ pub trait AssetFiles {
     /// Reads and decodes an image.
     fn image(&mut self, path: &Path) -> Result<DecodedImage, LoadError>;
 
+    /// Reads curves of hair and the like. Oddities that are no errors are added to `warnings`.
+    fn strands(&mut self, path: &Path, warnings: &mut Vec<Diagnostic>) -> Result<Arc<Strands>, LoadError> {
+        let (strands, found) = strands::parse(&self.read(path)?, path)?;
+        warnings.extend(found);
+        Ok(Arc::new(strands))
+    }
+
+    /// Reads a font.
+    fn font(&mut self, path: &Path) -> Result<Arc<Font>, LoadError> {
+        font(path, self.read(path)?)
+    }
+
     /// Reads a scene's own text.
     fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {
         files::read(path).map_err(LoadError::io(path))
@@ -50,6 +64,13 @@ pub trait AssetFiles {
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<DecodedImage, LoadError>> {
         paths.iter().map(|path| self.image(path)).collect()
     }
+}
+
+/// The font of a file's content.
+fn font(path: &Path, data: Vec<u8>) -> Result<Arc<Font>, LoadError> {
+    let font = Font { source: Some(path.to_owned()), data };
+    check_font(&font).map_err(|reason| LoadError::invalid(path, reason))?;
+    Ok(Arc::new(font))
 }
 
 /// Files on disk.
@@ -235,6 +256,19 @@ impl AssetFiles for Files {
 
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<DecodedImage, LoadError>> {
         paths.par_iter().map(|path| picture::load(path, &self.sources)).collect()
+    }
+
+    fn strands(&mut self, path: &Path, warnings: &mut Vec<Diagnostic>) -> Result<Arc<Strands>, LoadError> {
+        let bytes = self.read(path)?;
+        let parse = || strands::parse(&bytes, path).map(|(strands, found)| (Arc::new(strands), found));
+        let (strands, found) = self.sources.kept.strands.decoded(&bytes, path, parse)?;
+        warnings.extend(found);
+        Ok(strands)
+    }
+
+    fn font(&mut self, path: &Path) -> Result<Arc<Font>, LoadError> {
+        let data = self.read(path)?;
+        self.sources.kept.fonts.decoded(&data, path, || font(path, data.clone()))
     }
 
     fn time_s(&self) -> Option<f32> {

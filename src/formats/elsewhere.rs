@@ -26,16 +26,23 @@ const LOOK: &str = "`transform: LookAt(from: (0, 1, 5), to: (0, 0, 0))`";
 const PLACED: &str = "`transform: (translate: (0, 1, 0))`";
 const FOV: &str = "`vertical_fov_degrees: 45`";
 
-const SCENE_WORDS: [SceneWord; 64] = [
+const SCENE_WORDS: [SceneWord; 70] = [
     // Shapes.
+    word(&["box", "Cube", "cube", "RoundedBox", "superellipsoid"], "Sphere", "`Box(size_m: (2, 1, 3))`"),
+    word(&["Disk", "disk", "Ring", "Circle"], "Sphere", "`Disc(radius_m: 1)`"),
+    word(&["sor", "surface_of_revolution", "Revolve"], "Sphere", "`Lathe(profile: [(0, 1), (1, 0)])`"),
     word(
-        &[
-            "Box", "box", "Cone", "cone", "Cube", "cube", "Cylinder", "cylinder", "Disc", "Disk", "disk",
-            "Torus", "torus",
-        ],
+        &["Extrude", "linear_extrude", "ExtrudeGeometry", "polygon", "Polygon"],
         "Sphere",
-        MESH,
+        "`Prism(outline: [(0, 0), (2, 0), (0, 1)])`",
     ),
+    word(
+        &["sphere_sweep", "curve", "Curve", "BezierCurve", "Spline", "TubeGeometry"],
+        "Sphere",
+        "`Tube(points: [(0, 0, 0), (1, 1, 0), (2, 0, 0)])`",
+    ),
+    word(&["Terrain", "Heightmap"], "Sphere", "`HeightField(image: \"file.png\")`"),
+    word(&["blob", "Metaball", "isosurface"], "Sphere", MESH),
     word(
         &[
             "PlyMesh", "plymesh", "ObjMesh", "trianglemesh", "TriangleMesh", "Ply", "ply", "Obj", "obj",

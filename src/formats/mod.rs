@@ -17,9 +17,9 @@ pub(crate) mod ron;
 mod saving;
 pub(crate) mod staging;
 pub(crate) mod stl;
+mod strands;
 pub(crate) mod study;
 mod track;
-pub(crate) mod triangulate;
 mod vertex_colors;
 
 use std::io::{self, Read};

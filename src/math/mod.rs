@@ -12,7 +12,7 @@ pub(crate) mod vector;
 
 pub use aabb::Aabb;
 #[doc(no_inline)]
-pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
+pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 pub(crate) use ray::Ray;
 pub use ray::{Hit, NONE};
 pub use rgb::Rgb;

@@ -19,6 +19,19 @@ pub struct CompiledCamera {
     pub projection: Projection,
 }
 
+impl CompiledCamera {
+    /// The height of a pixel, in metres, of an image of that many rows at a depth along the axis.
+    pub fn pixel_at(&self, depth: f64, rows: u32) -> f64 {
+        let half = match self.projection {
+            Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. } => {
+                depth * f64::from(tan_half_fov)
+            }
+            Projection::Orthographic { half_height } => f64::from(half_height),
+        };
+        2.0 * half / f64::from(rows)
+    }
+}
+
 /// A lens opening of arbitrary shape.
 #[derive(Clone, Debug)]
 pub struct Aperture {

@@ -40,6 +40,8 @@ pub struct Geometry {
     pub world_triangles: u32,
     /// The number of spheres in world space; these come first.
     pub world_spheres: u32,
+    /// The number of triangles of the world, those of instances included.
+    pub placed_triangles: u64,
     /// The ranges of triangles and of spheres of each instanced subtree.
     pub subtrees: Vec<[[u32; 2]; 2]>,
     /// The matrices of each instance, by rows: local to world, with the translation added after the rotation (12

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::assets::{Image, Mesh};
+use super::assets::{Font, Image, Mesh, Strands};
 use crate::error::Diagnostic;
 use crate::math::Vec4;
 
@@ -23,6 +23,10 @@ pub struct AssetCache {
     pub meshes: Store<Arc<Mesh>>,
     /// The contents of files of a single mesh, by their bytes and path.
     pub mesh_files: Store<Arc<MeshFile>>,
+    /// Strands with the warnings of reading them, by the content and path of their files.
+    pub strands: Store<(Arc<Strands>, Vec<Diagnostic>)>,
+    /// Fonts, likewise.
+    pub fonts: Store<Arc<Font>>,
     /// Tangents at the corners of meshes, by the inputs that they are computed from.
     pub tangents: Store<Vec<Option<Vec4>>>,
 }
@@ -85,6 +89,8 @@ impl AssetCache {
         self.computed.forget_unused();
         self.meshes.forget_unused();
         self.mesh_files.forget_unused();
+        self.strands.forget_unused();
+        self.fonts.forget_unused();
         self.tangents.forget_unused();
     }
 
@@ -95,6 +101,8 @@ impl AssetCache {
             computed: Store::keeping(),
             meshes: Store::keeping(),
             mesh_files: Store::keeping(),
+            strands: Store::keeping(),
+            fonts: Store::keeping(),
             tangents: Store::keeping(),
         }
     }

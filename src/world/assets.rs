@@ -28,6 +28,13 @@ pub struct TextureId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
+/// Index into [`Assets::strands`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StrandsId(pub u32);
+/// Index into [`Assets::fonts`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FontId(pub u32);
+
 /// Data that entities share. Meshes and images are behind pointers, which unchanged ones keep when a scene is read
 /// again.
 #[derive(Debug)]
@@ -40,6 +47,10 @@ pub struct Assets {
     pub textures: Vec<Texture>,
     /// Textures that are computed.
     pub procedures: Vec<Procedure>,
+    /// Curves of hair, cables and the like.
+    pub strands: Vec<Arc<Strands>>,
+    /// Fonts.
+    pub fonts: Vec<Arc<Font>>,
     /// Materials; the first one is always the default material.
     pub materials: Vec<NamedMaterial>,
     /// The files that the assets were read from.
@@ -53,6 +64,8 @@ impl Default for Assets {
             images: Vec::new(),
             textures: Vec::new(),
             procedures: Vec::new(),
+            strands: Vec::new(),
+            fonts: Vec::new(),
             materials: vec![NamedMaterial::default()],
             files: SourceFiles::default(),
         }
@@ -205,6 +218,28 @@ impl Mesh {
         column(bytemuck::cast_slice(&materials));
         hasher.digest128()
     }
+}
+
+/// Curves through points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Strands {
+    /// The file that they were read from, if any.
+    pub source: Option<PathBuf>,
+    /// The points of all strands, one strand after the other, in metres; finite.
+    pub points: Vec<Vec3>,
+    /// The radius at each point, in metres, finite and at least 0; or empty.
+    pub radii_m: Vec<f32>,
+    /// The number of points up to the end of each strand, in ascending order.
+    pub ends: Vec<u32>,
+}
+
+/// A TrueType or OpenType font.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Font {
+    /// The file that it was read from, if any.
+    pub source: Option<PathBuf>,
+    /// The content of its file.
+    pub data: Vec<u8>,
 }
 
 /// A decoded image, top row first.

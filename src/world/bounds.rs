@@ -82,12 +82,21 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
         }
         Slot::Vector(vector, _) => finite(name, vector.is_finite())?,
         Slot::Stops(stops) => check_stops(stops).map_err(|(_, reason)| format!("{name}: {reason}"))?,
+        Slot::Extents(size) => {
+            size.to_array().into_iter().try_for_each(|side| above(name, side, 0.0))?;
+        }
+        Slot::Pairs(points) => finite(name, points.iter().all(|point| point.is_finite()))?,
+        Slot::PairLists(lists) => finite(name, lists.iter().flatten().all(|point| point.is_finite()))?,
+        Slot::Path(points) => finite(name, points.iter().all(|point| point.is_finite()))?,
+        Slot::Numbers(values, range) => {
+            values.iter().try_for_each(|value| number(name, *value, range))?;
+        }
         Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _) => {
             check_color(name, *color)?;
         }
         Slot::NumberMap(input, _) => within(name, input.factor, 0.0, 1.0)?,
         Slot::Whole(value, least, most) => whole(name, *value, least, most)?,
-        Slot::OptionalWhole(Some(value), most) => whole(name, *value, 0, most)?,
+        Slot::OptionalWhole(Some(value), least, most) => whole(name, *value, least, most)?,
         Slot::Size(size) => {
             for (name, value) in ["width", "height"].into_iter().zip(size) {
                 whole(name, *value, 1, Settings::MOST_PIXELS_A_SIDE)?;

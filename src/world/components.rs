@@ -3,9 +3,8 @@
 
 use crate::math::{DAffine3, DMat3, DQuat, DVec3, Quat, Rgb, Vec2, Vec3};
 
-use super::assets::{ImageId, MaterialId, MeshId, TextureId};
+use super::assets::{ImageId, MaterialId, TextureId};
 use super::fields::{Range, forms, radians};
-use super::origin;
 use super::settings::Settings;
 
 /// The author's name for an entity. Names are unique in a file.
@@ -107,53 +106,6 @@ pub enum LookAtFault {
 impl Default for Transform {
     fn default() -> Self {
         Self::IDENTITY
-    }
-}
-
-forms! {
-    /// A surface that rays can hit, in local space.
-    #[derive(Clone, Debug, PartialEq)]
-    pub enum Shape, "shape" {
-        /// A sphere centred at the local origin. u runs around +Y once, from −X by +Z; v runs from 0 at the +Y pole to 1
-        /// at the −Y pole.
-        Sphere {
-            /// in metres, around the origin
-            radius_m: f32 = 1.0, Number(Range::Above0);
-        },
-        /// A triangle, counter-clockwise seen from the front.
-        Triangle {
-            /// the corners, counter-clockwise seen from the front
-            vertices: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y], Triangle, required;
-            /// shading normals at the corners; without them it is flat
-            normals: Option<[Vec3; 3]> = None, CornerVectors;
-            /// texture coordinates at the corners; without them (0, 0), (1, 0), (0, 1)
-            uvs: Option<[Vec2; 3]> = None, CornerUvs;
-        },
-        /// A planar convex quadrilateral. Its corners, in order around it, are the texture's top left, top right, bottom
-        /// right and bottom left. Its front, which is the outside of glass, is the side from which they appear
-        /// counter-clockwise, as for triangles; the texture appears unmirrored from the back.
-        Plane {
-            /// the corners of a planar, convex quadrilateral, in order around it
-            corners: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y], Quadrilateral, required;
-        },
-        /// A triangle mesh in [`Assets::meshes`](super::Assets::meshes).
-        Mesh(id: MeshId = MeshId(0), Mesh),
-    }
-}
-
-impl Shape {
-    /// The corners of a flat convex shape, in order around it, relative to a point that comes first.
-    pub(crate) fn flat_corners(&self) -> Option<(DVec3, Vec<Vec3>)> {
-        match self {
-            Shape::Triangle { vertices, .. } => Some(origin::split(vertices)),
-            Shape::Plane { corners } => Some(origin::split(corners)),
-            Shape::Sphere { .. } | Shape::Mesh(_) => None,
-        }
-    }
-
-    /// The triangles of a flat convex shape with that many corners: a fan around the first one.
-    pub(crate) fn fan(corners: usize) -> impl Iterator<Item = [u32; 3]> {
-        (2..corners as u32).map(|at| [0, at - 1, at])
     }
 }
 
@@ -325,41 +277,4 @@ forms! {
             height_m: f32 = 2.0, Number(Range::Above0);
         },
     }
-}
-
-/// The largest distance of a plane's corners from their mean plane, relative to the diameter.
-const PLANAR: f64 = 1e-4;
-/// The sine of the angle at a corner below which its edges count as collinear.
-const STRAIGHT: f64 = 1e-9;
-
-/// Checks that the corners form a flat convex quadrilateral; the error is the index of the wrong corner, if it is a
-/// single one, and the reason.
-pub(crate) fn check_plane([a, b, c, d]: [DVec3; 4]) -> Result<(), (Option<usize>, String)> {
-    // The normal, with twice the area as length: the cross product of the diagonals.
-    let normal = (c - a).cross(d - b);
-    let diameter =
-        [b - a, c - a, d - a, c - b, d - b, d - c].map(|v| v.length()).into_iter().fold(0.0, f64::max);
-    if normal.length() <= STRAIGHT * diameter * diameter {
-        return Err((None, "the plane has no area: give its corners in order around it".to_owned()));
-    }
-    let normal = normal / normal.length();
-    let centre = (a + b + c + d) / 4.0;
-    for (index, corner) in [a, b, c, d].into_iter().enumerate() {
-        let distance = (corner - centre).dot(normal).abs();
-        if distance > PLANAR * diameter {
-            let reason = format!(
-                "the corners are not in one plane (this one is {distance:.3e} m off): move it or use two triangles"
-            );
-            return Err((Some(index), reason));
-        }
-    }
-    for (index, [before, at, after]) in [[d, a, b], [a, b, c], [b, c, d], [c, d, a]].into_iter().enumerate() {
-        let (incoming, outgoing) = (at - before, after - at);
-        if incoming.cross(outgoing).dot(normal) <= STRAIGHT * incoming.length() * outgoing.length() {
-            let reason = "the plane is not convex at this corner: give the corners in order around it, \
-                          or use two triangles";
-            return Err((Some(index), reason.to_owned()));
-        }
-    }
-    Ok(())
 }

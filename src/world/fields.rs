@@ -5,7 +5,7 @@
 
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 
-use super::assets::{ImageId, MeshId, TextureId};
+use super::assets::{FontId, ImageId, MeshId, StrandsId, TextureId};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
 use super::settings::{Aov, Background, Caustics, Sharing, Transport};
 
@@ -70,8 +70,8 @@ pub(crate) enum Slot<'a> {
     OptionalNumber(&'a mut Option<f32>, Range),
     /// A whole number, from the first limit to the second.
     Whole(&'a mut u32, u32, u32),
-    /// A whole number from 0 to the limit, or `None`.
-    OptionalWhole(&'a mut Option<u32>, u32),
+    /// A whole number from the first limit to the second, or `None`.
+    OptionalWhole(&'a mut Option<u32>, u32, u32),
     /// Any whole number.
     Seed(&'a mut u64),
     /// Width and height of an image.
@@ -86,6 +86,8 @@ pub(crate) enum Slot<'a> {
     Stops(&'a mut Vec<(f32, Rgb)>),
     /// Width and height in metres, above 0, or one number for both.
     Sides(&'a mut Vec2),
+    /// Width, height and depth in metres, above 0, or one number for all.
+    Extents(&'a mut Vec3),
     /// An image.
     Image(&'a mut Option<ImageId>),
     /// A photometric profile.
@@ -136,6 +138,20 @@ pub(crate) enum Slot<'a> {
     CornerVectors(&'a mut Option<[Vec3; 3]>),
     /// Texture coordinates at the corners of a triangle.
     CornerUvs(&'a mut Option<[Vec2; 3]>),
+    /// A list of pairs.
+    Pairs(&'a mut Vec<Vec2>),
+    /// Lists of pairs.
+    PairLists(&'a mut Vec<Vec<Vec2>>),
+    /// A list of points.
+    Path(&'a mut Vec<Vec3>),
+    /// A number, or a list of some.
+    Numbers(&'a mut Vec<f32>, Range),
+    /// Curves.
+    Strands(&'a mut StrandsId),
+    /// A font.
+    Font(&'a mut FontId),
+    /// Words in quotes.
+    Text(&'a mut String),
     /// A mesh.
     Mesh(&'a mut MeshId),
 }

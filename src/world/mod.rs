@@ -21,8 +21,11 @@ pub(crate) mod orbit_camera;
 pub(crate) mod origin;
 pub(crate) mod procedure;
 pub(crate) mod settings;
+pub(crate) mod shape;
+pub(crate) mod shapes;
 pub(crate) mod source_files;
 pub(crate) mod transforms;
+pub(crate) mod triangulate;
 #[cfg(feature = "formats")]
 mod used_materials;
 
@@ -36,6 +39,7 @@ pub use material::*;
 pub(crate) use orbit_camera::{OrbitCamera, Pose};
 pub use procedure::*;
 pub use settings::*;
+pub use shape::*;
 pub(crate) use source_files::{FileDigest, SourceFiles};
 
 /// The content of a scene file.
@@ -197,7 +201,7 @@ impl World {
         self.entities.query_mut::<&mut Camera>().into_iter().for_each(change);
     }
 
-    /// The number of triangles of all shapes; those of a mesh count once for each placement.
+    /// The number of triangles of all meshes and flat shapes; those of a mesh count once for each placement.
     pub(crate) fn placed_triangles(&self) -> usize {
         let of = |shape: &Shape| match shape {
             Shape::Mesh(id) => self.assets.meshes[id.0 as usize].triangles.len(),

@@ -27,7 +27,7 @@ fields! {
         min_throughput: f32 = 1.0 / 1024.0, Number(Range::From(0.0));
         /// from this bounce on, the path transport ends at random paths that carry little, after a bounce off something
         /// matte (Russian roulette)
-        roulette_depth: Option<u32> = Some(4), OptionalWhole(Settings::MOST_DEPTH);
+        roulette_depth: Option<u32> = Some(4), OptionalWhole(0, Settings::MOST_DEPTH);
         /// the path transport cuts off at this radiance what a path brings from beyond its first hit: fewer fireflies,
         /// but some light is lost
         clamp: Option<f32> = None, OptionalNumber(Range::Above0);
@@ -156,11 +156,11 @@ fields! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
     pub struct DepthLimits, "depth limits" {
         /// the most bounces off matte surfaces (and through thin ones that scatter light), under the path transport
-        diffuse ["diffuse_depth"]: Option<u32> = None, OptionalWhole(DepthLimits::MOST);
+        diffuse ["diffuse_depth"]: Option<u32> = None, OptionalWhole(0, DepthLimits::MOST);
         /// the most bounces off sharp or blurred mirrors
-        glossy ["glossy_depth"]: Option<u32> = None, OptionalWhole(DepthLimits::MOST);
+        glossy ["glossy_depth"]: Option<u32> = None, OptionalWhole(0, DepthLimits::MOST);
         /// the most bounces through glass, smooth or rough
-        transmission ["transmission_depth"]: Option<u32> = None, OptionalWhole(DepthLimits::MOST);
+        transmission ["transmission_depth"]: Option<u32> = None, OptionalWhole(0, DepthLimits::MOST);
     }
 }
 
@@ -171,7 +171,7 @@ impl DepthLimits {
     /// The limits that are set, with their keys in scene files.
     pub(crate) fn given(mut self) -> impl Iterator<Item = (&'static str, u32)> {
         let limit = |field: Field<'_>| match field.slot {
-            Slot::OptionalWhole(Some(limit), _) => Some((field.name, *limit)),
+            Slot::OptionalWhole(Some(limit), ..) => Some((field.name, *limit)),
             _ => None,
         };
         self.fields().into_iter().filter_map(limit).collect::<Vec<_>>().into_iter()

@@ -34,6 +34,7 @@ mod printed;
 mod program;
 mod references;
 mod scenes;
+mod shapes;
 mod sharing;
 mod stopping;
 mod straight;

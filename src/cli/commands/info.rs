@@ -101,7 +101,7 @@ fn facts(world: &World, scene: &CompiledScene) -> Result<Value, Failure> {
     Ok(json!({
         "entities": world.entities.len(),
         "triangles": scene.geometry.triangles.len(),
-        "triangles_placed": world.placed_triangles(),
+        "triangles_placed": scene.geometry.placed_triangles,
         "spheres": scene.geometry.spheres.len(),
         "instances": scene.geometry.instances.len(),
         "meshes": meshes,

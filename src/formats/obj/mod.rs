@@ -21,10 +21,10 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::error::{Diagnostic, LoadError};
-use crate::formats::triangulate::Triangulator;
 use crate::formats::vertex_colors::{self, ColorRange};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::memory;
+use crate::world::triangulate::Triangulator;
 use crate::world::{Assets, DecodedImage, MaterialId, Mesh};
 
 use library::Library;

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::formats::triangulate::Triangulator;
 use crate::math::{Rgb, Vec2};
 use crate::world::Mesh;
+use crate::world::triangulate::Triangulator;
 
 use super::PlyMesh;
 use super::header::{Element, PropertyKind, Scalar};

@@ -84,6 +84,11 @@ impl<'a> SceneText<'a> {
         }
     }
 
+    /// The number of faults collected up to now.
+    pub(super) fn fault_count(&self) -> usize {
+        self.faults.borrow().len()
+    }
+
     /// True if faults were collected.
     pub(super) fn has_faults(&self) -> bool {
         !self.faults.borrow().is_empty()

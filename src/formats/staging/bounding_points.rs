@@ -1,8 +1,11 @@
 //! The extent of a scene's shapes in any direction.
 
+use std::collections::HashMap;
+
 use glam::BVec3;
 
 use crate::math::{Aabb, DAffine3, DVec3, Vec3};
+use crate::world::shapes::Fineness;
 use crate::world::transforms::{self, WorldTransforms, placement};
 use crate::world::{Mesh, Shape, World};
 
@@ -12,9 +15,17 @@ const MOST_VERTICES: usize = 4_000_000;
 
 /// All shapes of a scene, with their transforms.
 pub(in crate::formats) struct BoundingPoints {
-    shapes: Vec<(DAffine3, Shape)>,
-    /// For each mesh, the points that determine its extent: the vertices that triangles use.
+    shapes: Vec<(DAffine3, Hull)>,
+    /// Points that determine the extents of shapes; of meshes, the vertices that triangles use.
     points: Vec<Vec<Vec3>>,
+}
+
+/// The extent of a shape.
+enum Hull {
+    /// A sphere of that radius.
+    Sphere(f32),
+    /// Points, by their index.
+    Points(usize),
 }
 
 impl BoundingPoints {
@@ -25,19 +36,42 @@ impl BoundingPoints {
 
     fn up_to(world: &World, most_vertices: usize) -> Option<BoundingPoints> {
         let transforms: WorldTransforms = transforms::to_world(world, &world.in_order()).ok()?;
+        let mut points: Vec<Vec<Vec3>> = world.assets.meshes.iter().map(|mesh| used_vertices(mesh)).collect();
+        // Equal parametric shapes share their points.
+        let mut known: HashMap<String, usize> = HashMap::new();
+        let mut hull = |shape: &Shape| {
+            let mut add = |of: Vec<Vec3>| {
+                points.push(of);
+                points.len() - 1
+            };
+            Hull::Points(match shape {
+                Shape::Sphere { radius_m } => return Hull::Sphere(*radius_m),
+                Shape::Mesh(id) => id.0 as usize,
+                _ => match shape.flat_corners() {
+                    Some((_, corners)) => add(corners),
+                    // Those that may be large.
+                    None if matches!(shape, Shape::Strands { .. } | Shape::HeightField { .. }) => {
+                        add(shape.corners_around(&world.assets).map_or_else(Vec::new, |ends| corners(&ends)))
+                    }
+                    None => *known.entry(format!("{shape:?}")).or_insert_with(|| {
+                        let mesh = shape.to_mesh(&world.assets, Fineness::DEFAULT);
+                        add(mesh.and_then(Result::ok).map_or_else(Vec::new, |mesh| used_vertices(&mesh)))
+                    }),
+                },
+            })
+        };
         let mut query = world.entities.query::<(hecs::Entity, &Shape)>();
         let placed = query.iter().filter_map(|(entity, shape)| {
-            Some((placement(world, shape, transforms.get(&entity)?), shape.clone()))
+            Some((placement(world, shape, transforms.get(&entity)?), hull(shape)))
         });
-        let mut points: Vec<Vec<Vec3>> = world.assets.meshes.iter().map(|mesh| used_vertices(mesh)).collect();
-        let is_something = |(_, shape): &(_, Shape)| match shape {
-            Shape::Mesh(id) => points.get(id.0 as usize).is_some_and(|points| !points.is_empty()),
-            _ => true,
-        };
-        let shapes: Vec<_> = placed.filter(is_something).collect();
-        let vertices = |(_, shape): &(_, Shape)| match shape {
-            Shape::Mesh(id) => points[id.0 as usize].len(),
-            _ => 0,
+        let mut shapes: Vec<_> = placed.collect();
+        shapes.retain(|(_, hull)| match hull {
+            Hull::Sphere(_) => true,
+            Hull::Points(number) => points.get(*number).is_some_and(|points| !points.is_empty()),
+        });
+        let vertices = |(_, hull): &(_, Hull)| match hull {
+            Hull::Sphere(_) => 0,
+            Hull::Points(number) => points[*number].len(),
         };
         if shapes.iter().map(vertices).sum::<usize>() > most_vertices {
             points.iter_mut().filter(|points| points.len() > 8).for_each(|points| *points = corners(points));
@@ -49,7 +83,7 @@ impl BoundingPoints {
     pub fn along(&self, direction: DVec3) -> f64 {
         self.shapes
             .iter()
-            .map(|(matrix, shape)| self.of_shape(matrix, shape, direction))
+            .map(|(matrix, hull)| self.of_shape(matrix, hull, direction))
             .fold(f64::MIN, f64::max)
     }
 
@@ -59,20 +93,16 @@ impl BoundingPoints {
         [0, 1].map(|end| DVec3::new(most[0][end], most[1][end], most[2][end]))
     }
 
-    fn of_shape(&self, matrix: &DAffine3, shape: &Shape, direction: DVec3) -> f64 {
+    fn of_shape(&self, matrix: &DAffine3, hull: &Hull, direction: DVec3) -> f64 {
         // In local space: one product a vertex.
         let local = matrix.matrix3.transpose() * direction;
         let start = matrix.translation.dot(direction);
-        let most = |points: &[Vec3]| {
-            start + points.iter().map(|point| point.as_dvec3().dot(local)).fold(f64::MIN, f64::max)
-        };
-        match shape {
-            Shape::Sphere { radius_m } => start + f64::from(*radius_m) * local.length(),
-            Shape::Mesh(id) => most(&self.points[id.0 as usize]),
-            Shape::Triangle { .. } | Shape::Plane { .. } => {
-                shape.flat_corners().map_or(start, |(_, corners)| most(&corners))
+        let most = |points: &[Vec3]| points.iter().map(|p| p.as_dvec3().dot(local)).fold(f64::MIN, f64::max);
+        start
+            + match hull {
+                Hull::Sphere(radius_m) => f64::from(*radius_m) * local.length(),
+                Hull::Points(number) => most(&self.points[*number]),
             }
-        }
     }
 }
 

@@ -10,12 +10,12 @@ use std::sync::Arc;
 
 use crate::error::{Diagnostic, LoadError};
 use crate::formats::mended::precise_number;
-use crate::formats::triangulate::Triangulator;
 use crate::math::{DVec3, Vec3};
 use crate::memory;
 use crate::world::Mesh;
 use crate::world::asset_cache::MeshFile;
 use crate::world::origin;
+use crate::world::triangulate::Triangulator;
 
 /// The bytes before the triangles of a binary file: a comment, and their number.
 const HEADER: usize = 84;

@@ -227,6 +227,7 @@ class _Area(Variant):
 
 Area: _Area
 Auto: Variant
+Bezier: Variant
 Bilinear: Variant
 
 class _BlackmanHarris(Variant):
@@ -282,6 +283,29 @@ class _Bricks(Variant):
 
 Bricks: _Bricks
 Cells: Variant
+
+class _Box(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        size_m: ArrayLike = ...,
+        bevel_m: _Number = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Box: _Box
+
+class _Capsule(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius_m: _Number = ...,
+        height_m: _Number = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Capsule: _Capsule
+CatmullRom: Variant
 Center: Variant
 
 class _Checker(Variant):
@@ -300,6 +324,18 @@ class _Checker(Variant):
 
 Checker: _Checker
 Clamp: Variant
+
+class _Cone(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius_m: _Number = ...,
+        top_radius_m: _Number = ...,
+        height_m: _Number = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Cone: _Cone
 Constant: Variant
 Coverage: Variant
 
@@ -312,6 +348,16 @@ class _Curve(Variant):
     ) -> Variant: ...
 
 Curve: _Curve
+class _Cylinder(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius_m: _Number = ...,
+        height_m: _Number = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Cylinder: _Cylinder
 Default: Variant
 Depth: Variant
 
@@ -327,6 +373,17 @@ Directional: _Directional
 Disc: Variant
 Distance: Variant
 Edges: Variant
+
+class _Disc(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius_m: _Number = ...,
+        inner_radius_m: _Number = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Disc: _Disc
 Entity: Variant
 
 class _Environment(Variant):
@@ -341,6 +398,7 @@ Environment: _Environment
 Fast: Variant
 Fixed: Variant
 Fractal: Variant
+Flat: Variant
 
 class _Gaussian(Variant):
     def __call__(  # type: ignore[override]
@@ -352,12 +410,48 @@ class _Gaussian(Variant):
 Gaussian: _Gaussian
 Gradient: Variant
 Green: Variant
+
+class _Grid(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        size_m: ArrayLike = ...,
+        columns: int = ...,
+        rows: int = ...,
+    ) -> Variant: ...
+
+Grid: _Grid
+
+class _HeightField(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        image: _Path,
+        size_m: ArrayLike = ...,
+        height_m: _Number = ...,
+        smooth: bool = ...,
+    ) -> Variant: ...
+
+HeightField: _HeightField
 High: Variant
 Image: Variant
 Independent: Variant
 InverseSquare: Variant
 Jittered: Variant
 Keys: Variant
+
+class _Lathe(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        profile: ArrayLike,
+        curve: Variant = ...,
+        open: bool = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Lathe: _Lathe
+Left: Variant
 Linear: Variant
 LookAt: Variant
 
@@ -457,6 +551,7 @@ Object: Variant
 Off: Variant
 On: Variant
 Opaque: Variant
+Open: Variant
 
 class _Orthographic(Variant):
     def __call__(  # type: ignore[override]
@@ -542,12 +637,27 @@ class _Principled(Variant):
     ) -> Variant: ...
 
 Principled: _Principled
+
+class _Prism(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        outline: ArrayLike,
+        holes: ArrayLike = ...,
+        height_m: _Number = ...,
+        curve: Variant = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Prism: _Prism
 Rectangle: Variant
 Red: Variant
 Regular: Variant
 Reinhard: Variant
 Repeat: Variant
 Ridged: Variant
+Right: Variant
+Round: Variant
 Samples: Variant
 ScaleByMaximum: Variant
 
@@ -597,6 +707,18 @@ class _Subtract(Variant):
     ) -> Variant: ...
 
 Subtract: _Subtract
+class _Strands(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        file: _Path,
+        radius_m: _Number = ...,
+        curve: Variant = ...,
+        ends: Variant = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Strands: _Strands
 
 class _Tent(Variant):
     def __call__(  # type: ignore[override]
@@ -606,6 +728,21 @@ class _Tent(Variant):
     ) -> Variant: ...
 
 Tent: _Tent
+
+class _Text(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        text: str,
+        font: _Path,
+        size_m: _Number = ...,
+        depth_m: _Number = ...,
+        bevel_m: _Number = ...,
+        align: Variant = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Text: _Text
 Texture: Variant
 
 class _ThinLens(Variant):
@@ -621,6 +758,17 @@ class _ThinLens(Variant):
 
 ThinLens: _ThinLens
 
+class _Torus(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        radius_m: _Number = ...,
+        tube_radius_m: _Number = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Torus: _Torus
+
 class _Triangle(Variant):
     def __call__(  # type: ignore[override]
         self,
@@ -633,6 +781,19 @@ class _Triangle(Variant):
 Triangle: _Triangle
 Trilinear: Variant
 Turbulence: Variant
+
+class _Tube(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        points: ArrayLike,
+        radius_m: ArrayLike = ...,
+        curve: Variant = ...,
+        ends: Variant = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Tube: _Tube
 Unbiased: Variant
 Uniform: Variant
 Uv: Variant

@@ -28,12 +28,14 @@ use crate::support::MadeUp;
 pub type Target = fn(&[u8]);
 
 /// All kinds, by the names of their folders.
-pub const ALL: [(&str, Target); 13] = [
+pub const ALL: [(&str, Target); 15] = [
     ("ron", scene),
     ("gltf", model),
     ("ply", ply),
     ("obj", obj),
     ("stl", stl),
+    ("strands", strands),
+    ("font", font),
     ("picture", image),
     ("rays", ray_file),
     ("film", film),
@@ -148,6 +150,25 @@ fn obj(bytes: &[u8]) {
 
 fn stl(bytes: &[u8]) {
     loads(&file("a.stl", bytes), &LoadOptions::default());
+}
+
+fn strands(bytes: &[u8]) {
+    let Some((first, rest)) = bytes.split_first() else { return };
+    let name = if first % 2 == 0 { "a.txt" } else { "a.hair" };
+    let path = file(name, rest);
+    let shape = format!("Strands(file: \"{name}\", curve: Linear)");
+    shape_of_file(&path, &shape);
+}
+
+fn font(bytes: &[u8]) {
+    shape_of_file(&file("a.ttf", bytes), "Text(text: \"IO\", font: \"a.ttf\", bevel_m: 0.01)");
+}
+
+/// Loads and compiles a scene of one shape beside its file.
+fn shape_of_file(file: &Path, shape: &str) {
+    let scene = file.with_file_name("scene.ron");
+    std::fs::write(&scene, format!("(entities: [(shape: {shape}), (camera: Pinhole())])")).expect("a scene");
+    loads(&scene, &LoadOptions::default());
 }
 
 fn image(bytes: &[u8]) {

@@ -8,7 +8,9 @@ use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::formats::gltf::GltfModel;
 use crate::formats::ron::source::{Raw, SceneText};
-use crate::world::{Image, ImageId, MeshId, Texels, Texture, TextureId, TextureSource, World};
+use crate::world::{
+    FontId, Image, ImageId, MeshId, StrandsId, Texels, Texture, TextureId, TextureSource, World,
+};
 
 /// The assets read so far.
 pub(super) struct LoweredAssets<'s, 'a> {
@@ -18,6 +20,9 @@ pub(super) struct LoweredAssets<'s, 'a> {
     /// Meshes by the path as written in the scene and by the file's canonical path.
     meshes: HashMap<PathBuf, MeshId>,
     models: HashMap<PathBuf, Rc<GltfModel>>,
+    /// Strands and fonts by canonical paths.
+    strands: HashMap<PathBuf, StrandsId>,
+    fonts: HashMap<PathBuf, FontId>,
     images: HashMap<PathBuf, ImageId>,
     /// Images still to be read: their places in the text, ids and paths.
     named: Vec<Raw<'a>>,
@@ -38,6 +43,8 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
             files,
             folder,
             meshes: HashMap::new(),
+            strands: HashMap::new(),
+            fonts: HashMap::new(),
             models: HashMap::new(),
             images: HashMap::new(),
             named: Vec::new(),
@@ -79,6 +86,56 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         };
         self.meshes.insert(file, id);
         self.meshes.insert(written, id);
+        Ok(id)
+    }
+
+    /// The strands of the file that `raw` names.
+    pub(super) fn strands(
+        &mut self,
+        source: &SceneText<'a>,
+        raw: Raw<'a>,
+        world: &mut World,
+    ) -> Result<StrandsId, LoadError> {
+        let written = path_of(source, raw, "the path of a .txt or .hair file")?;
+        if let Some(number) = self.number(&written, world.assets.strands.len()) {
+            return Ok(StrandsId(number));
+        }
+        let path = self.folder.join(&written);
+        let known = self.strands.get(&identity(&path)).copied();
+        let id = match known {
+            Some(id) => id,
+            None => {
+                let read = self.files.strands(&path, &mut world.warnings);
+                world.assets.strands.push(read.map_err(|error| source.nested(raw, error))?);
+                StrandsId(world.assets.strands.len() as u32 - 1)
+            }
+        };
+        self.strands.insert(identity(&path), id);
+        Ok(id)
+    }
+
+    /// The font of the file that `raw` names.
+    pub(super) fn font(
+        &mut self,
+        source: &SceneText<'a>,
+        raw: Raw<'a>,
+        world: &mut World,
+    ) -> Result<FontId, LoadError> {
+        let written = path_of(source, raw, "the path of a .ttf or .otf file")?;
+        if let Some(number) = self.number(&written, world.assets.fonts.len()) {
+            return Ok(FontId(number));
+        }
+        let path = self.folder.join(&written);
+        let known = self.fonts.get(&identity(&path)).copied();
+        let id = match known {
+            Some(id) => id,
+            None => {
+                let read = self.files.font(&path);
+                world.assets.fonts.push(read.map_err(|error| source.nested(raw, error))?);
+                FontId(world.assets.fonts.len() as u32 - 1)
+            }
+        };
+        self.fonts.insert(identity(&path), id);
         Ok(id)
     }
 

@@ -5,13 +5,30 @@ use crate::error::LoadError;
 use crate::formats::ron::source::Raw;
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, Wrap};
+use crate::world::shapes::ShapeFault;
 use crate::world::{Camera, Falloff, Light, Shape, Texture, TextureId};
 
 impl<'a> Lowering<'_, 'a> {
     pub(super) fn shape(&mut self, raw: Raw<'a>) -> Result<Shape, LoadError> {
         let mut shape = Shape::Sphere { radius_m: 0.0 };
+        let faults = self.source.fault_count();
         self.form(raw, &mut shape)?;
+        if self.source.fault_count() > faults {
+            return Ok(shape);
+        }
+        shape.check(&self.world.assets).map_err(|ShapeFault { fields, item, reason }| {
+            let given = fields.iter().find_map(|name| self.given(raw, name)).unwrap_or(raw);
+            let item = item.and_then(|number| self.source.values(given.0).nth(number));
+            self.source.error(item.unwrap_or(given.0), reason)
+        })?;
         Ok(shape)
+    }
+
+    /// The value that a form's field is given.
+    fn given(&self, raw: Raw<'a>, name: &str) -> Option<Raw<'a>> {
+        let body = self.source.variant(raw)?.body?;
+        let members = self.source.members(body, "").ok()?;
+        members.iter().find(|(key, _)| *key == name).map(|(_, raw)| *raw)
     }
 
     pub(super) fn light(&mut self, raw: Raw<'a>) -> Result<Light, LoadError> {
@@ -20,10 +37,8 @@ impl<'a> Lowering<'_, 'a> {
         if let Light::Spot { inner_angle, outer_angle, .. } = light
             && outer_angle < inner_angle
         {
-            let members = self.source.variant(raw).and_then(|variant| variant.body);
-            let members = self.source.members(members.unwrap_or("()"), "Spot")?;
-            let given = |name: &str| members.iter().find(|(key, _)| *key == name).map(|(_, raw)| raw.0);
-            let place = given("outer_degrees").or(given("inner_degrees")).unwrap_or(raw.0);
+            let given = self.given(raw, "outer_degrees").or(self.given(raw, "inner_degrees"));
+            let place = given.unwrap_or(raw).0;
             // Rounded, so that the message has the digits of the file.
             let degrees = |angle: f32| (f64::from(angle).to_degrees() * 1e4).round() / 1e4;
             let [inner, outer] = [inner_angle, outer_angle].map(degrees);

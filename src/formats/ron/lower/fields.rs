@@ -63,7 +63,7 @@ impl<'a> Lowering<'_, 'a> {
                 *to = None;
                 Ok(())
             }
-            (None, Slot::OptionalWhole(to, _)) if given.is_some() => {
+            (None, Slot::OptionalWhole(to, ..)) if given.is_some() => {
                 *to = None;
                 Ok(())
             }
@@ -88,6 +88,7 @@ impl<'a> Lowering<'_, 'a> {
             Slot::Vector(to, z) => *to = source.vector(raw, z)?,
             Slot::Stops(to) => *to = source.stops(raw)?,
             Slot::Sides(to) => *to = source.sides(raw, name)?,
+            Slot::Extents(to) => *to = source.extents(raw, name)?,
             Slot::Image(to) => *to = Some(self.assets.image(source, raw, &mut self.world)?),
             Slot::Profile(to) => *to = self.profile(raw)?,
             Slot::Priority(to) => *to = source.priority(raw)?,
@@ -107,7 +108,9 @@ impl<'a> Lowering<'_, 'a> {
             Slot::Whole(to, least, most) => {
                 *to = source.whole(raw, name, least.into(), most.into())? as u32;
             }
-            Slot::OptionalWhole(to, most) => *to = Some(source.whole(raw, name, 0, most.into())? as u32),
+            Slot::OptionalWhole(to, least, most) => {
+                *to = Some(source.whole(raw, name, least.into(), most.into())? as u32);
+            }
             Slot::Seed(to) => *to = source.whole(raw, name, 0, u64::MAX)?,
             Slot::Size(to) => *to = source.size(raw, Settings::MOST_PIXELS_A_SIDE)?,
             Slot::Transport(to) => *to = source.transport(raw)?.unwrap_or_default(),
@@ -128,6 +131,22 @@ impl<'a> Lowering<'_, 'a> {
                 }
                 *to = Some(uvs);
             }
+            Slot::Pairs(to) => *to = source.items(raw, "pairs", |raw| source.vec2(raw))?,
+            Slot::PairLists(to) => {
+                *to = source
+                    .items(raw, "lists of pairs", |raw| source.items(raw, "pairs", |raw| source.vec2(raw)))?;
+            }
+            Slot::Path(to) => *to = source.items(raw, "points (x, y, z)", |raw| source.vec3(raw))?,
+            Slot::Numbers(to, range) => {
+                let single = |raw| source.number_in(raw, name, range);
+                *to = match raw.0.starts_with(['[', '(']) {
+                    true => source.items(raw, "numbers", single)?,
+                    false => vec![single(raw)?],
+                };
+            }
+            Slot::Strands(to) => *to = self.assets.strands(source, raw, &mut self.world)?,
+            Slot::Font(to) => *to = self.assets.font(source, raw, &mut self.world)?,
+            Slot::Text(to) => *to = source.string(raw, name)?,
             Slot::Mesh(to) => *to = self.assets.mesh(source, raw, &mut self.world)?,
             Slot::Part(to) | Slot::Inline(to) => self.structure(raw, to)?,
             Slot::OptionalPart(to) => self.structure(raw, to.insert())?,
@@ -208,6 +227,31 @@ impl<'a> SceneText<'a> {
             }
             let [width, height] = self.tuple(raw, "(width, height)")?;
             Ok(Vec2::new(side(width)?, side(height)?))
+        })
+    }
+
+    /// A list in square brackets or, as Python writes arrays, in parentheses.
+    fn items<T>(
+        &self,
+        raw: Raw<'a>,
+        what: &str,
+        read: impl Fn(Raw<'a>) -> Result<T, LoadError>,
+    ) -> Result<Vec<T>, LoadError> {
+        if !raw.0.starts_with(['[', '(']) {
+            return Err(self.expected(raw, &format!("a list of {what} in square brackets")));
+        }
+        self.values(raw.0).map(|item| read(Raw(item))).collect()
+    }
+
+    /// A number or `(x, y, z)`, each above 0.
+    fn extents(&self, raw: Raw<'a>, name: &str) -> Result<Vec3, LoadError> {
+        let side = |raw| self.number_in(raw, name, Range::Above0);
+        self.keyed(raw, |raw| {
+            if !raw.0.starts_with('(') {
+                return side(raw).map(Vec3::splat);
+            }
+            let [x, y, z] = self.tuple(raw, "(x, y, z)")?;
+            Ok(Vec3::new(side(x)?, side(y)?, side(z)?))
         })
     }
 

@@ -6,6 +6,8 @@ mod models;
 mod principled;
 mod reading;
 mod robust;
+mod shapes;
+mod solids;
 mod writing;
 
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
+use super::shapes::parametric_shape;
 use super::{EVERYTHING, Fake, grey, only, read};
 use crate::formats::ron::{load, parse, save, write};
 use crate::math::{DAffine3, DVec3, Quat, Rgb, Vec2, Vec3};
@@ -192,7 +193,7 @@ fn float() -> impl Strategy<Value = f32> {
     ]
 }
 
-fn positive() -> impl Strategy<Value = f32> {
+pub(super) fn positive() -> impl Strategy<Value = f32> {
     float().prop_map(f32::abs).prop_filter("above 0", |value| *value > 0.0)
 }
 
@@ -264,7 +265,8 @@ fn shape() -> impl Strategy<Value = Shape> {
             normals,
             uvs: uvs.map(|uvs| uvs.map(Vec2::from)),
         });
-    prop_oneof![positive().prop_map(|radius_m| Shape::Sphere { radius_m }), plane, triangle]
+    let sphere = positive().prop_map(|radius_m| Shape::Sphere { radius_m });
+    prop_oneof![sphere, plane, triangle, parametric_shape()]
 }
 
 fn light() -> impl Strategy<Value = Light> {

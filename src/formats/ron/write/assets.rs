@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::{Written, quote};
 use crate::formats::MESHES;
-use crate::world::{Assets, ImageId, MeshId, Texture, TextureId};
+use crate::world::{Assets, FontId, ImageId, MeshId, StrandsId, Texture, TextureId};
 
 /// Writes references to assets: paths relative to the scene's folder, or numbers.
 pub(super) struct AssetPaths<'a> {
@@ -72,14 +72,29 @@ impl<'a> AssetPaths<'a> {
 
     /// The image's file or number in quotes.
     pub(super) fn image(&self, id: ImageId) -> Written {
-        let number = id.0;
+        let source = self.assets.images.get(id.0 as usize).map(|image| image.source.as_deref());
+        self.file("image", id.0, source)
+    }
+
+    /// The file or number of strands in quotes.
+    pub(super) fn strands(&self, id: StrandsId) -> Written {
+        let source = self.assets.strands.get(id.0 as usize).map(|strands| strands.source.as_deref());
+        self.file("strands", id.0, source)
+    }
+
+    /// The file or number of a font in quotes.
+    pub(super) fn font(&self, id: FontId) -> Written {
+        let source = self.assets.fonts.get(id.0 as usize).map(|font| font.source.as_deref());
+        self.file("font", id.0, source)
+    }
+
+    /// The file of an asset that may exist and may have a file, or its number, in quotes.
+    fn file(&self, what: &str, number: u32, source: Option<Option<&Path>>) -> Written {
         if self.numbered {
             return quote(&format!("#{number}"));
         }
-        let image = self.assets.images.get(number as usize);
-        let image = image.ok_or_else(|| format!("there is no image of number {number}"))?;
-        let source = image.source.as_deref();
-        self.relative(source.ok_or_else(|| format!("image number {number} has no file to refer to"))?, None)
+        let source = source.ok_or_else(|| format!("there is no {what} of number {number}"))?;
+        self.relative(source.ok_or_else(|| format!("{what} number {number} has no file to refer to"))?, None)
     }
 
     /// The file or number of a texture's image in quotes.

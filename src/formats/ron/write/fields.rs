@@ -1,8 +1,9 @@
 //! Writes the fields of a component from their table ([`crate::world::fields`]).
 
-use super::Written;
-use super::number::{Keys, color, degrees, number, pairs, same, uniform_or_tuple, vectors};
+use super::number::{Keys, color, degrees, list, number, pairs, same, tuple, uniform_or_tuple, vectors};
 use super::texture::WrittenTextures;
+use super::{Written, quote};
+use crate::math::Vec2;
 use crate::world::fields::{Field, Fields, Forms, Slot, all_fields};
 use crate::world::{Aov, Background, BumpMap, Caustics, ColorInput, NormalMap, ScalarInput, Sharing};
 
@@ -34,6 +35,10 @@ impl WrittenTextures<'_> {
             (Slot::Number(a, _), Slot::Number(b, _))
             | (Slot::Degrees(a, _), Slot::Degrees(b, _))
             | (Slot::Azimuth(a), Slot::Azimuth(b)) => same(&[**a], &[**b]),
+            (Slot::PairLists(a), Slot::PairLists(b)) => a == b,
+            (Slot::Numbers(a, _), Slot::Numbers(b, _)) => same(a, b),
+            (Slot::Extents(a), Slot::Extents(b)) => same(&a.to_array(), &b.to_array()),
+            (Slot::Sides(a), Slot::Sides(b)) => same(&a.to_array(), &b.to_array()),
             (Slot::Priority(a), Slot::Priority(b)) => a == b,
             (Slot::Color(a, _), Slot::Color(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::ColorMap(ColorInput::Constant(a), _), Slot::ColorMap(ColorInput::Constant(b), _)) => {
@@ -45,7 +50,7 @@ impl WrittenTextures<'_> {
             (Slot::Vector(a, _), Slot::Vector(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::Size(a), Slot::Size(b)) => a == b,
             (Slot::Whole(a, ..), Slot::Whole(b, ..)) => a == b,
-            (Slot::OptionalWhole(a, _), Slot::OptionalWhole(b, _)) => a == b,
+            (Slot::OptionalWhole(a, ..), Slot::OptionalWhole(b, ..)) => a == b,
             (Slot::Seed(a), Slot::Seed(b)) => a == b,
             (Slot::Transport(a), Slot::Transport(b)) => a == b,
             (Slot::Sharing(a), Slot::Sharing(b)) => a == b,
@@ -76,6 +81,7 @@ impl WrittenTextures<'_> {
                     stops.iter().map(|(at, stop)| Ok(format!("({}, {})", number(*at)?, color(*stop)?)));
                 format!("[{}]", each.collect::<Written<Vec<String>>>()?.join(", "))
             }
+            Slot::Extents(size) => uniform_or_tuple(&size.to_array())?,
             Slot::Sides(size) => uniform_or_tuple(&size.to_array())?,
             Slot::Image(Some(image)) => self.paths.image(*image)?,
             Slot::Profile(texture) => self.paths.image_of(*texture)?,
@@ -108,8 +114,8 @@ impl WrittenTextures<'_> {
                 None => return Ok(None),
             },
             Slot::Form(form) => self.form(form)?,
-            Slot::Whole(value, ..) | Slot::OptionalWhole(Some(value), _) => value.to_string(),
-            Slot::OptionalWhole(None, _) => "None".to_owned(),
+            Slot::Whole(value, ..) | Slot::OptionalWhole(Some(value), ..) => value.to_string(),
+            Slot::OptionalWhole(None, ..) => "None".to_owned(),
             Slot::Seed(seed) => seed.to_string(),
             Slot::Size([width, height]) => format!("({width}, {height})"),
             Slot::Transport(transport) => format!("{transport:?}"),
@@ -132,6 +138,19 @@ impl WrittenTextures<'_> {
             Slot::Quadrilateral(corners) => vectors(corners.map(|it| it.to_array()))?,
             Slot::CornerVectors(Some(corners)) => vectors(corners.map(|it| it.to_array()))?,
             Slot::CornerUvs(Some(corners)) => pairs(corners)?,
+            Slot::Pairs(points) => list(points.iter().map(|point| tuple(&point.to_array())))?,
+            Slot::PairLists(lists) => {
+                let one = |points: &Vec<Vec2>| list(points.iter().map(|point| tuple(&point.to_array())));
+                list(lists.iter().map(one))?
+            }
+            Slot::Path(points) => list(points.iter().map(|point| tuple(&point.to_array())))?,
+            Slot::Numbers(values, _) => match &values[..] {
+                [single] => number(*single)?,
+                _ => list(values.iter().map(|value| number(*value)))?,
+            },
+            Slot::Strands(strands) => self.paths.strands(*strands)?,
+            Slot::Font(font) => self.paths.font(*font)?,
+            Slot::Text(text) => quote(text)?,
             Slot::Mesh(mesh) => self.paths.mesh(*mesh)?,
             Slot::Inline(_)
             | Slot::OptionalBackground(None)
@@ -159,7 +178,8 @@ impl WrittenTextures<'_> {
         let fields = form.fields();
         let has_fields = !fields.is_empty();
         for (Field { name, required, slot, .. }, default) in fields.into_iter().zip(defaults.fields()) {
-            let is_number = matches!(slot, Slot::Number(..) | Slot::Degrees(..) | Slot::Azimuth(_));
+            let is_number =
+                matches!(slot, Slot::Number(..) | Slot::Degrees(..) | Slot::Azimuth(_) | Slot::Extents(_));
             let text = match required || is_number {
                 true => self.value(slot)?,
                 false => self.unless_default(slot, default.slot)?,

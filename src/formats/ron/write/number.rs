@@ -52,6 +52,11 @@ pub(super) fn color(color: Rgb) -> Written {
     uniform_or_tuple(&color.to_array())
 }
 
+/// A list, `[…, …]`.
+pub(super) fn list(items: impl Iterator<Item = Written>) -> Written {
+    Ok(format!("[{}]", items.collect::<Written<Vec<String>>>()?.join(", ")))
+}
+
 /// A tuple of vectors, `((x, y, z), …)`.
 pub(super) fn vectors<F: Decimal>(vectors: impl IntoIterator<Item = [F; 3]>) -> Written {
     let written: Vec<String> = vectors.into_iter().map(|v| tuple(&v)).collect::<Written<_>>()?;

@@ -35,6 +35,7 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Vector(..) => "number or (x, y, z)".into(),
         Slot::Stops(_) => "`[(number, colour), …]`".into(),
         Slot::Sides(_) => "number or (width, height), m".into(),
+        Slot::Extents(_) => "number or (x, y, z), m".into(),
         Slot::Image(_) | Slot::Profile(_) => "path".into(),
         Slot::Priority(_) => "whole number, -1000 to 1000".into(),
         Slot::Color(_, range) => color("colour", range),
@@ -45,7 +46,9 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Normals(_) => "texture or `(texture: texture, scale: number)`".into(),
         Slot::Bumps(_) => "`(texture: texture, height_m: m)`".into(),
         Slot::Whole(_, least, most) => format!("{} to {}", grouped(*least), grouped(*most)),
-        Slot::OptionalWhole(_, most) => format!("0 to {} or `None`", grouped(*most)),
+        Slot::OptionalWhole(_, least, most) => {
+            format!("{} to {} or `None`", grouped(*least), grouped(*most))
+        }
         Slot::Seed(_) => "whole number".into(),
         Slot::Size(_) => {
             format!("(width, height), pixels, each 1 to {}", grouped(Settings::MOST_PIXELS_A_SIDE))
@@ -64,6 +67,12 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Quadrilateral(_) => "4 vectors, m".into(),
         Slot::CornerVectors(_) => "3 vectors".into(),
         Slot::CornerUvs(_) => "3 pairs (u, v)".into(),
+        Slot::Pairs(_) => "list of pairs, m".into(),
+        Slot::PairLists(_) => "list of lists of pairs, m".into(),
+        Slot::Path(_) => "list of vectors, m".into(),
+        Slot::Numbers(_, range) => format!("{}, or a list", bounded("number", range)),
+        Slot::Strands(_) | Slot::Font(_) => "path".into(),
+        Slot::Text(_) => "string".into(),
         Slot::Mesh(_) => "path of a `.ply`, `.obj` or `.stl` file, relative to the scene's folder; `car.obj#wheel` is one object of it".into(),
         Slot::Inline(_) => unreachable!("fields of the structure itself"),
         Slot::Part(part) => keys(part.fields()),
@@ -169,7 +178,8 @@ fn python_type(slot: &Slot) -> &'static str {
         Slot::NumberMap(..) => "_Number",
         Slot::Vector(..) => "float | ArrayLike",
         Slot::Stops(_) => "Sequence[tuple[float, _Color]]",
-        Slot::Image(_) | Slot::Profile(_) => "_Path",
+        Slot::Image(_) | Slot::Profile(_) | Slot::Strands(_) | Slot::Font(_) => "_Path",
+        Slot::Text(_) => "str",
         Slot::Form(_) | Slot::ChannelMap(..) | Slot::DataMap(_) => "Variant",
         Slot::Part(_) | Slot::OptionalPart(_) | Slot::Bumps(_) => "Mapping[str, Any]",
         Slot::Normals(_) => "Variant | Mapping[str, Any]",
