@@ -263,7 +263,17 @@ class _BlinnPhong(Variant):
 
 BlinnPhong: _BlinnPhong
 Blue: Variant
-Box: Variant
+
+class _Box(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        size_m: ArrayLike = ...,
+        bevel_m: _Number = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Box: _Box
 
 class _Bricks(Variant):
     def __call__(  # type: ignore[override]
@@ -282,18 +292,6 @@ class _Bricks(Variant):
     ) -> Variant: ...
 
 Bricks: _Bricks
-Cells: Variant
-
-class _Box(Variant):
-    def __call__(  # type: ignore[override]
-        self,
-        *,
-        size_m: ArrayLike = ...,
-        bevel_m: _Number = ...,
-        segments: int = ...,
-    ) -> Variant: ...
-
-Box: _Box
 
 class _Capsule(Variant):
     def __call__(  # type: ignore[override]
@@ -306,6 +304,7 @@ class _Capsule(Variant):
 
 Capsule: _Capsule
 CatmullRom: Variant
+Cells: Variant
 Center: Variant
 
 class _Checker(Variant):
@@ -348,6 +347,7 @@ class _Curve(Variant):
     ) -> Variant: ...
 
 Curve: _Curve
+
 class _Cylinder(Variant):
     def __call__(  # type: ignore[override]
         self,
@@ -370,9 +370,6 @@ class _Directional(Variant):
     ) -> Variant: ...
 
 Directional: _Directional
-Disc: Variant
-Distance: Variant
-Edges: Variant
 
 class _Disc(Variant):
     def __call__(  # type: ignore[override]
@@ -384,6 +381,8 @@ class _Disc(Variant):
     ) -> Variant: ...
 
 Disc: _Disc
+Distance: Variant
+Edges: Variant
 Entity: Variant
 
 class _Environment(Variant):
@@ -397,8 +396,8 @@ class _Environment(Variant):
 Environment: _Environment
 Fast: Variant
 Fixed: Variant
-Fractal: Variant
 Flat: Variant
+Fractal: Variant
 
 class _Gaussian(Variant):
     def __call__(  # type: ignore[override]
@@ -698,15 +697,6 @@ Spot: _Spot
 Srgb: Variant
 Step: Variant
 
-class _Subtract(Variant):
-    def __call__(  # type: ignore[override]
-        self,
-        *,
-        a: _Color,
-        b: _Color,
-    ) -> Variant: ...
-
-Subtract: _Subtract
 class _Strands(Variant):
     def __call__(  # type: ignore[override]
         self,
@@ -719,6 +709,16 @@ class _Strands(Variant):
     ) -> Variant: ...
 
 Strands: _Strands
+
+class _Subtract(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        a: _Color,
+        b: _Color,
+    ) -> Variant: ...
+
+Subtract: _Subtract
 
 class _Tent(Variant):
     def __call__(  # type: ignore[override]
@@ -780,7 +780,6 @@ class _Triangle(Variant):
 
 Triangle: _Triangle
 Trilinear: Variant
-Turbulence: Variant
 
 class _Tube(Variant):
     def __call__(  # type: ignore[override]
@@ -794,6 +793,7 @@ class _Tube(Variant):
     ) -> Variant: ...
 
 Tube: _Tube
+Turbulence: Variant
 Unbiased: Variant
 Uniform: Variant
 Uv: Variant
