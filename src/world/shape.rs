@@ -151,7 +151,7 @@ forms! {
         /// Words of solid letters in the XY plane that face +Z, half of their depth to either side of it. The baseline of
         /// the first line is the X axis. The image lies in the rectangle around all letters, upright on their fronts.
         Text {
-            /// the words; `\\n` begins another line
+            /// the words; `\n` begins another line
             text: String = String::new(), Text, required;
             /// a TrueType or OpenType file, `.ttf` or `.otf`
             font: FontId = FontId(0), Font, required;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::only;
+use super::{only, read};
 use crate::formats::ron::write;
 use crate::world::shapes::text::tests::font_file;
 use crate::world::{Shape, World};
@@ -65,4 +65,16 @@ fn mistakes_in_files_of_shapes_are_named_with_their_place() {
         let error = load(folder.path(), shape).map(|_| ()).unwrap_err();
         assert!(error.contains(message), "{error}");
     }
+}
+
+/// Python writes arrays in parentheses; any coordinate may have keys.
+#[test]
+fn lists_of_points_may_stand_in_parentheses_and_have_keys() {
+    let [list, tuple, keyed] = [
+        "Tube(points: [(0, 0, 0), (1, 1, 0)], radius_m: [0.1, 0.2])",
+        "Tube(points: ((0, 0, 0), (1, 1, 0)), radius_m: (0.1, 0.2))",
+        "Tube(points: [(0, 0, 0), (Keys([(0, 1), (1, 2)]), 1, 0)], radius_m: [0.1, Keys([(0, 0.2), (2, 1)])])",
+    ]
+    .map(|shape| only::<Shape>(&read(&format!("(entities: [(shape: {shape})])")).unwrap()));
+    assert_eq!((&list, &list), (&tuple, &keyed));
 }

@@ -138,16 +138,7 @@ impl WrittenTextures<'_> {
             Slot::Quadrilateral(corners) => vectors(corners.map(|it| it.to_array()))?,
             Slot::CornerVectors(Some(corners)) => vectors(corners.map(|it| it.to_array()))?,
             Slot::CornerUvs(Some(corners)) => pairs(corners)?,
-            Slot::Pairs(points) => list(points.iter().map(|point| tuple(&point.to_array())))?,
-            Slot::PairLists(lists) => {
-                let one = |points: &Vec<Vec2>| list(points.iter().map(|point| tuple(&point.to_array())));
-                list(lists.iter().map(one))?
-            }
-            Slot::Path(points) => list(points.iter().map(|point| tuple(&point.to_array())))?,
-            Slot::Numbers(values, _) => match &values[..] {
-                [single] => number(*single)?,
-                _ => list(values.iter().map(|value| number(*value)))?,
-            },
+            Slot::Pairs(_) | Slot::PairLists(_) | Slot::Path(_) | Slot::Numbers(..) => lists(&slot)?,
             Slot::Strands(strands) => self.paths.strands(*strands)?,
             Slot::Font(font) => self.paths.font(*font)?,
             Slot::Text(text) => quote(text)?,
@@ -189,5 +180,20 @@ impl WrittenTextures<'_> {
             }
         }
         Ok(if has_fields { keys.finish(name) } else { name.to_owned() })
+    }
+}
+
+/// The lists of numbers and points of a shape.
+fn lists(slot: &Slot) -> Written {
+    let pairs = |points: &[Vec2]| list(points.iter().map(|point| tuple(&point.to_array())));
+    match slot {
+        Slot::Pairs(points) => pairs(points),
+        Slot::PairLists(all) => list(all.iter().map(|points| pairs(points))),
+        Slot::Path(points) => list(points.iter().map(|point| tuple(&point.to_array()))),
+        Slot::Numbers(values, _) => match &values[..] {
+            [single] => number(*single),
+            _ => list(values.iter().map(|value| number(*value))),
+        },
+        _ => Ok(String::new()),
     }
 }
