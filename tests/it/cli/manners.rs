@@ -295,7 +295,7 @@ fn json_output_includes_findings() {
 fn invalid_values_of_options_exit_with_2() {
     let folder = folder(SCENE);
     for option in [
-        "--set '\"ball\".shape = Cone'", "--set '\"bal\".shape = Sphere'", "--only '\"bal\"'",
+        "--set '\"ball\".shape = Cube'", "--set '\"bal\".shape = Sphere'", "--only '\"bal\"'",
         "--hide Light[", "--background 'Srgb(2)'", "--env studo",
     ] {
         folder.fails(2, &format!("scene.ron {option} -o a.png"), &[]);
@@ -316,12 +316,12 @@ fn invalid_values_of_options_exit_with_2() {
 #[test]
 fn invalid_statements_are_marked_and_points_may_be_one_word() {
     let here = folder(SCENE);
-    let told = here.fails(2, "scene.ron --set '\"ball\".shape = Cone' -o a.png", &[]);
+    let told = here.fails(2, "scene.ron --set '\"ball\".shape = Cube' -o a.png", &[]);
     let lines: Vec<&str> = told.lines().collect();
     let [reason, statement, mark] = lines[..] else { panic!("{told}") };
     assert!(reason.starts_with("error: --set: "), "{told}");
     let at = mark.find('^').expect("a mark");
-    assert_eq!((&statement[at..], mark.trim()), ("Cone", "^^^^"), "{told}");
+    assert_eq!((&statement[at..], mark.trim()), ("Cube", "^^^^"), "{told}");
     let film = |words: &str| here.hash(&format!("scene.ron --spp 1 -o a.png {words}"));
     let two = film("--look-at 0,1,4 0,0,-0.5");
     assert_eq!(film("--look-at '0,1,4 0,0,-0.5'"), two, "both in one word");
