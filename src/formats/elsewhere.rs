@@ -3,6 +3,8 @@
 
 use std::borrow::Cow;
 
+use super::colors;
+
 /// Advice on a word of a scene file.
 struct SceneWord {
     /// The words that have it.
@@ -26,7 +28,7 @@ const LOOK: &str = "`transform: LookAt(from: (0, 1, 5), to: (0, 0, 0))`";
 const PLACED: &str = "`transform: (translate: (0, 1, 0))`";
 const FOV: &str = "`vertical_fov_degrees: 45`";
 
-const SCENE_WORDS: [SceneWord; 70] = [
+const SCENE_WORDS: [SceneWord; 99] = [
     // Shapes.
     word(&["box", "Cube", "cube", "RoundedBox", "superellipsoid"], "Sphere", "`Box(size_m: (2, 1, 3))`"),
     word(&["Disk", "disk", "Ring", "Circle"], "Sphere", "`Disc(radius_m: 1)`"),
@@ -76,7 +78,7 @@ const SCENE_WORDS: [SceneWord; 70] = [
     word(
         &["Metal", "metal", "Conductor", "conductor", "RoughConductor"],
         "Principled",
-        "`Principled(metallic: 1, base_color: (0.9, 0.6, 0.3), roughness: 0.2)`",
+        "`Principled(base_color: Metal(\"gold\"), roughness: 0.2)`",
     ),
     word(&["Mirror", "mirror"], "Principled", "`Principled(metallic: 1, roughness: 0)`"),
     word(
@@ -153,8 +155,15 @@ const SCENE_WORDS: [SceneWord; 70] = [
         "inner_degrees",
         "`inner_degrees: 25, outer_degrees: 30`: from the axis to the side",
     ),
-    word(&["candela"], "power_w", "power_w: 4π times as much"),
-    word(&["lumens"], "power_w", "power_w, in watts: for pictures only proportions count"),
+    word(&["candela", "cd"], "power_w", "`power_w: Candela(100)`"),
+    word(&["lumens", "lumen", "lm"], "power_w", "`power_w: Lumens(800)`"),
+    word(&["lux", "illuminance"], "irradiance", "`irradiance: Lux(100000)`"),
+    word(&["nits", "luminance"], "emission", "`emission: Nits(500)`"),
+    word(
+        &["temperature", "color_temperature", "kelvin", "blackbody"],
+        "power_w",
+        "`power_w: Kelvin(3000, 100)`",
+    ),
     word(&["radiance"], "size_m", "power_w: π times the area times the radiance"),
     word(&["strength", "energy"], "power_w", "`power_w: 100`, in watts"),
     word(&["visible"], "falloff", "only Area lights can be seen"),
@@ -333,30 +342,6 @@ const OPTIONS: [(&[&str], &str); 27] = [
     (&["gpu", "device", "cuda", "optix", "hip"], "all processors are used: `--threads 4` uses fewer"),
 ];
 
-/// Names of colours.
-const COLORS: [(&str, &str); 20] = [
-    ("black", "#000000"),
-    ("blue", "#0000ff"),
-    ("brown", "#a52a2a"),
-    ("cyan", "#00ffff"),
-    ("gold", "#ffd700"),
-    ("gray", "#808080"),
-    ("green", "#008000"),
-    ("grey", "#808080"),
-    ("lime", "#00ff00"),
-    ("magenta", "#ff00ff"),
-    ("maroon", "#800000"),
-    ("navy", "#000080"),
-    ("olive", "#808000"),
-    ("orange", "#ffa500"),
-    ("pink", "#ffc0cb"),
-    ("purple", "#800080"),
-    ("red", "#ff0000"),
-    ("silver", "#c0c0c0"),
-    ("white", "#ffffff"),
-    ("yellow", "#ffff00"),
-];
-
 /// The advice without the marks of what is typed.
 fn shown(advice: &str) -> Cow<'_, str> {
     advice.replace('`', "").into()
@@ -382,22 +367,16 @@ pub(crate) fn option_advice(option: &str) -> Option<Cow<'static, str>> {
     found.map(|(_, advice)| shown(advice))
 }
 
-/// Returns what to write for a text that is no colour: a name of one, its digits, or the file of a picture.
+/// Returns what to write for a text that is no colour: its name in quotes, or the file of a picture.
 pub(super) fn color_advice(text: &str) -> Option<String> {
     let text = text.trim_matches('"');
-    let is_digits = [3, 6].contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let digits = if is_digits { Some(format!("#{text}")) } else { None };
-    let named =
-        COLORS.iter().find(|(name, _)| text.eq_ignore_ascii_case(name)).map(|(_, it)| (*it).to_owned());
-    let endings = ["png", "jpg", "jpeg", "tga", "bmp", "webp", "hdr", "exr"];
-    let is_picture = || {
-        let ending = text.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase());
-        ending.is_some_and(|ending| endings.contains(&&ending[..]))
-    };
-    match named.or(digits) {
-        Some(color) => Some(format!("\"{color}\"")),
-        None => is_picture().then(|| format!("Image(\"{text}\"), where a picture can stand")),
+    if colors::named(text).is_some() {
+        return Some(format!("\"{}\"", text.to_ascii_lowercase()));
     }
+    let endings = ["png", "jpg", "jpeg", "tga", "bmp", "webp", "hdr", "exr"];
+    let ending = text.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase());
+    let is_picture = ending.is_some_and(|ending| endings.contains(&&ending[..]));
+    is_picture.then(|| format!("Image(\"{text}\"), where a picture can stand"))
 }
 
 /// The parts of all advice that are typed on command lines.
@@ -431,6 +410,7 @@ mod tests {
             }
             "power_w" => format!("light: Point({typed})"),
             "inner_degrees" => format!("light: Spot(power_w: 1, {typed})"),
+            "irradiance" => format!("light: Directional({typed})"),
             "Pinhole" | "Orthographic" => format!("camera: {typed}"),
             "vertical_fov_degrees" => format!("camera: Pinhole({typed})"),
             "transform" | "overrides" => typed.to_owned(),
@@ -463,12 +443,8 @@ mod tests {
     #[test]
     fn colours_get_what_to_write() {
         let advice = |text: &str| color_advice(text).unwrap_or_default();
-        assert_eq!(advice("\"c03020\""), "\"#c03020\"");
-        assert_eq!((advice("Red"), advice("\"red\"")), ("\"#ff0000\"".into(), "\"#ff0000\"".into()));
+        assert_eq!(advice("Red"), "\"red\"");
         assert_eq!(advice("\"a b.PNG\""), "Image(\"a b.PNG\"), where a picture can stand");
-        assert_eq!((advice("reddish"), advice("\"c0302\""), advice("tex.txt")), Default::default());
-        for (_, color) in COLORS {
-            assert!(read(&format!("(entities: [(material: (diffuse: \"{color}\"))])")).is_ok());
-        }
+        assert_eq!((advice("reddish"), advice("tex.txt")), Default::default());
     }
 }

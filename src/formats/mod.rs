@@ -2,6 +2,7 @@
 //! No other module depends on file formats.
 
 pub(crate) mod asset_files;
+mod colors;
 pub(crate) mod elsewhere;
 pub(crate) mod film_file;
 pub(crate) mod gltf;

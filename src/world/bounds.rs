@@ -146,6 +146,7 @@ fn number(name: &str, value: f32, range: Range) -> Result<(), String> {
         Range::Finite => within(name, value, -f32::MAX, f32::MAX),
         Range::Above0 | Range::Distance => above(name, value, 0.0),
         Range::From(least) => within(name, value, least, f32::MAX),
+        Range::Light(_) => within(name, value, 0.0, f32::MAX),
         Range::FromTo(least, most) => within(name, value, least, most),
         Range::UpTo(_) | Range::Between(..) if range.contains(value) => Ok(()),
         Range::UpTo(_) | Range::Between(..) => Err(format!("{name} is {value}: it must be {range}")),

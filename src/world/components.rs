@@ -4,7 +4,7 @@
 use crate::math::{DAffine3, DMat3, DQuat, DVec3, Quat, Rgb, Vec2, Vec3};
 
 use super::assets::{ImageId, MaterialId, TextureId};
-use super::fields::{Range, forms, radians};
+use super::fields::{Quantity, Range, forms, radians};
 use super::settings::Settings;
 
 /// The author's name for an entity. Names are unique in a file.
@@ -166,14 +166,14 @@ forms! {
         /// A point light at the local origin, with intensity Φ/4π in all directions.
         Point {
             /// Φ, the power
-            power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::ALL_AROUND)), required;
             /// whether the light weakens with distance, or is everywhere as at 1 m
             falloff: Falloff = Falloff::InverseSquare, Form;
         },
         /// A point light (of intensity Φ/4π) that emits only within a cone about −Z.
         Spot {
             /// Φ, the power of the point light without its cone
-            power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::ALL_AROUND)), required;
             /// half of the angle within which the light is at full strength; at most the outer one
             inner_angle ["inner_degrees"]: f32 = radians(30.0), Degrees(Range::FromTo(0.0, 90.0));
             /// half of the angle beyond which there is none; between the two it fades smoothly
@@ -184,7 +184,7 @@ forms! {
         /// A measured point light at the local origin: its intensity depends on the direction, and its axis is −Z.
         Photometric {
             /// Φ, the power over all directions
-            power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::Power(None))), required;
             /// the relative intensity: an `.ies` file, or an equirectangular image; in a program's world, columns go
             /// about the axis, from +X towards +Y, once around, and rows from straight ahead to straight back
             profile: TextureId = TextureId(0), Profile, required;
@@ -192,7 +192,7 @@ forms! {
         /// Parallel light along −Z.
         Directional {
             /// irradiance of a surface perpendicular to the light, W m⁻²
-            irradiance: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            irradiance: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::Irradiance)), required;
             /// the full angle that the source covers in the sky (the sun: 0.53); 0 for a point, as which the Whitted
             /// transport treats every source
             angle ["angle_degrees"]: f32 = 0.0, Degrees(Range::FromTo(0.0, 180.0));
@@ -201,7 +201,7 @@ forms! {
         /// to it. Only the first environment or [`Light::Sky`] counts.
         Environment {
             /// radiance, W m⁻² sr⁻¹; a factor on the image if there is one
-            radiance: Rgb = Rgb::WHITE, Color(Range::From(0.0));
+            radiance: Rgb = Rgb::WHITE, Color(Range::Light(Quantity::Radiance));
             /// an equirectangular image: its centre lies along −Z, its top along +Y
             image: Option<ImageId> = None, Image;
         },
@@ -222,7 +222,7 @@ forms! {
         /// towards −Z with the same radiance Φ/(πA) in all directions.
         Area {
             /// Φ, the power
-            power_w: Rgb = Rgb::BLACK, Color(Range::From(0.0)), required;
+            power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::FLAT)), required;
             /// width along X and height along Y; of a disc both diameters
             size_m: Vec2 = Vec2::ONE, Sides, required;
             /// the shape within that rectangle

@@ -9,6 +9,43 @@ use super::assets::{FontId, ImageId, MeshId, StrandsId, TextureId};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
 use super::settings::{Aov, Background, Caustics, Sharing, Transport};
 
+/// Lumens of a watt: those of light of 555 nm, a ratio that programs apply to all light. A watt is thus a measure of
+/// visible light, and a colour's lumens are 683 times its luminance.
+pub(crate) const LUMENS_PER_WATT: f32 = 683.0;
+
+/// A quantity of light, in radiometric units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Quantity {
+    /// The power of a light in W, which is this many times its intensity straight ahead in W/sr, if that is known.
+    Power(Option<f32>),
+    /// Irradiance in W m⁻².
+    Irradiance,
+    /// Radiance in W m⁻² sr⁻¹.
+    Radiance,
+}
+
+impl Quantity {
+    /// The power of a light of the same intensity in all directions, as that of a spotlight without its cone.
+    pub(crate) const ALL_AROUND: Quantity = Quantity::Power(Some(4.0 * std::f32::consts::PI));
+    /// The power of a flat light of the same radiance in all directions.
+    pub(crate) const FLAT: Quantity = Quantity::Power(Some(std::f32::consts::PI));
+    /// The names of all photometric units.
+    pub(crate) const UNITS: [&str; 4] = ["Lumens", "Candela", "Lux", "Nits"];
+
+    /// The photometric units in which the quantity can be given, each with its value in the quantity's own unit.
+    pub(crate) fn units(self) -> Vec<(&'static str, f32)> {
+        let watt = 1.0 / LUMENS_PER_WATT;
+        match self {
+            Quantity::Power(Some(per_intensity)) => {
+                vec![("Lumens", watt), ("Candela", per_intensity / LUMENS_PER_WATT)]
+            }
+            Quantity::Power(None) => vec![("Lumens", watt)],
+            Quantity::Irradiance => vec![("Lux", watt)],
+            Quantity::Radiance => vec![("Nits", watt)],
+        }
+    }
+}
+
 /// The range of a field's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Range {
@@ -20,6 +57,8 @@ pub(crate) enum Range {
     Distance,
     /// Finite, and at least the number.
     From(f32),
+    /// A colour of at least 0 that is a quantity of light.
+    Light(Quantity),
     /// Finite, and between the numbers, both included.
     FromTo(f32, f32),
     /// Above 0, and at most the number.
@@ -32,6 +71,15 @@ impl Range {
     /// From 0 to 1.
     pub(crate) const UNIT: Range = Range::FromTo(0.0, 1.0);
 
+    /// The quantity of light that a colour with this range is, if it is one.
+    #[cfg(feature = "formats")]
+    pub(crate) fn quantity(self) -> Option<Quantity> {
+        match self {
+            Range::Light(quantity) => Some(quantity),
+            _ => None,
+        }
+    }
+
     /// True if a number is in the range.
     pub(crate) fn contains(self, value: f32) -> bool {
         value.is_finite()
@@ -39,6 +87,7 @@ impl Range {
                 Range::Finite => true,
                 Range::Above0 | Range::Distance => value > 0.0,
                 Range::From(least) => value >= least,
+                Range::Light(_) => value >= 0.0,
                 Range::FromTo(least, most) => (least..=most).contains(&value),
                 Range::UpTo(most) => value > 0.0 && value <= most,
                 Range::Between(least, most) => least < value && value < most,
@@ -53,6 +102,7 @@ impl std::fmt::Display for Range {
             Range::Finite => f.write_str("finite"),
             Range::Above0 | Range::Distance => f.write_str("above 0"),
             Range::From(least) => write!(f, "at least {least}"),
+            Range::Light(_) => f.write_str("at least 0"),
             Range::FromTo(least, most) => write!(f, "from {least} to {most}"),
             Range::UpTo(most) => write!(f, "above 0 and at most {most}"),
             Range::Between(least, most) => write!(f, "above {least} and below {most}"),

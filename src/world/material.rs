@@ -3,7 +3,7 @@
 use crate::math::Rgb;
 
 use super::assets::{MaterialId, TextureId};
-use super::fields::{Fields, Range, fields, forms};
+use super::fields::{Fields, Quantity, Range, fields, forms};
 
 impl MaterialId {
     /// The white diffuse material with which every asset store begins.
@@ -117,7 +117,7 @@ fields! {
         /// the one that light has entered last; counts only with an `ior`
         priority: i32 = 0, Priority;
         /// radiance that the surface emits, W m⁻² sr⁻¹; under the Whitted transport it is seen, but lights nothing else
-        emission: ColorInput = ColorInput::Constant(Rgb::BLACK), ColorMap(Range::From(0.0));
+        emission: ColorInput = ColorInput::Constant(Rgb::BLACK), ColorMap(Range::Light(Quantity::Radiance));
         /// how much of the surface is there, as `alpha_mode` says
         alpha: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Alpha);
         /// all of the surface is there; it is there where alpha is at least the cutoff; alpha says which part of it is
@@ -169,7 +169,7 @@ fields! {
         /// above its 0
         bump: Option<BumpMap> = None, Bumps;
         /// radiance that the surface emits, W m⁻² sr⁻¹
-        emission: ColorInput = ColorInput::default(), ColorMap(Range::From(0.0));
+        emission: ColorInput = ColorInput::default(), ColorMap(Range::Light(Quantity::Radiance));
         /// whether it has a back: if not, rays pass through the back, and it emits no light there; planes and surfaces
         /// with a `volume` always have their backs
         double_sided: bool = false, Flag;

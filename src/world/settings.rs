@@ -7,7 +7,7 @@ use crate::math::Rgb;
 
 use super::bounds::check;
 use super::components::Pattern;
-use super::fields::{Field, Fields, Range, Slot, fields, forms, names};
+use super::fields::{Field, Fields, Quantity, Range, Slot, fields, forms, names};
 
 fields! {
     /// The render settings. The defaults are those of a file without settings.
@@ -64,7 +64,7 @@ fields! {
         backdrop: Option<Background> = None, OptionalBackground;
         /// light from nowhere, W m⁻² sr⁻¹: every surface reflects it, times its diffuse colour; under the Whitted
         /// transport
-        ambient: Rgb = Rgb::BLACK, Color(Range::From(0.0));
+        ambient: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::Radiance));
         /// how radiance becomes what a screen shows, for PNG files
         tonemap: Tonemap = Tonemap::default(), Form;
         /// exposure in stops: PNG files show radiance × 2 to this power

@@ -230,7 +230,7 @@ pub struct EditOptions {
     /// Put a grey floor under everything
     #[arg(long)]
     pub ground: bool,
-    /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, '#ff8000' or 0.1,0.2,0.4; if
+    /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, red, '#ff8000' or 0.1,0.2,0.4; if
     /// there is an environment, it still gives light and is seen in mirrors
     #[arg(long, aliases = ["background-color", "bg-color", "bg"], value_name = "COLOUR")]
     pub background: Option<String>,

@@ -16,10 +16,9 @@ use super::extensions::light::{self, LightOfNode};
 use crate::error::Diagnostic;
 use crate::formats::LightUnits;
 use crate::math::Rgb;
+use crate::world::fields::LUMENS_PER_WATT;
 use crate::world::{Camera, Falloff, Light};
 
-/// Lumens per watt at 555 nm, a ratio that exporters apply to all light.
-const LUMEN_TO_WATT: f32 = 683.0;
 /// The largest plausible values in watts for suns (lux) and other lights (candela): a sun in Blender seldom exceeds 10
 /// W/m², and 450 W/sr are a light of 5.7 kW, while 450 cd are one of 8 W.
 const BRIGHT: [f32; 2] = [100.0, 450.0];
@@ -35,7 +34,7 @@ pub(super) fn light_scale(
 ) -> f32 {
     match units {
         LightUnits::Candela => 1.0,
-        LightUnits::Watt => 1.0 / LUMEN_TO_WATT,
+        LightUnits::Watt => 1.0 / LUMENS_PER_WATT,
         LightUnits::Auto => {
             if !document.is_of_blender() || !are_lumen(lights) {
                 return 1.0;
@@ -45,7 +44,7 @@ pub(super) fn light_scale(
                  but not what its materials give off: lights are divided by 683 (`--light-units candela` \
                  takes them as they are)",
             ));
-            1.0 / LUMEN_TO_WATT
+            1.0 / LUMENS_PER_WATT
         }
     }
 }

@@ -5,6 +5,7 @@
 //! slices of the text until they are converted to components one by one (`value`, `lower`), so that every error has the
 //! line and column of its value.
 
+mod color;
 mod edit;
 mod keyframes;
 mod lower;

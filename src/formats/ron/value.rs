@@ -1,4 +1,4 @@
-//! Single values: numbers within their ranges, strings, vectors, colours, choices.
+//! Single values: numbers within their ranges, strings, vectors, choices.
 
 use std::str::FromStr;
 
@@ -6,11 +6,9 @@ use serde::de::Deserialize;
 
 use super::keyframes::Keyed;
 use super::scan;
-use super::source::{Raw, SceneText, VariantText, describe};
+use super::source::{Raw, SceneText, describe};
 use crate::error::LoadError;
-use crate::film::tonemap::srgb_decode;
-use crate::formats::elsewhere;
-use crate::math::{DVec3, Rgb, Vec2, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 
 /// The largest magnitude of a body's priority.
 const MOST_PRIORITY: f32 = 1000.0;
@@ -173,70 +171,6 @@ impl<'a> SceneText<'a> {
             let [x, y] = self.tuple(raw, "(u, v)")?;
             Ok(Vec2::new(self.number(x)?, self.number(y)?))
         })
-    }
-
-    /// A colour: `(r, g, b)` or a grey, at least zero, or a display colour, `Srgb(r, g, b)` or `"#rrggbb"`. Messages
-    /// call it `what`.
-    pub(super) fn color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
-        self.keyed(raw, |raw| self.single_color(raw, what))
-    }
-
-    fn single_color(&self, raw: Raw<'a>, what: &str) -> Result<Rgb, LoadError> {
-        if raw.0.starts_with("\"#") {
-            return self.hexadecimal(raw);
-        }
-        if let Some(VariantText { name: "Srgb", body: Some(body) }) = self.variant(raw) {
-            let encoded: [Raw; 3] = self.tuple(Raw(body), "Srgb(r, g, b), each from 0 to 1")?;
-            let mut linear = [0.0; 3];
-            for (linear, raw) in linear.iter_mut().zip(encoded) {
-                let encoded: f32 = self.number(raw)?;
-                if !(0.0..=1.0).contains(&encoded) {
-                    let reason = "a part of Srgb is from 0 to 1: with parts from 0 to 255 write \"#rrggbb\"";
-                    return Err(self.error(raw.0, reason));
-                }
-                *linear = srgb_decode(encoded);
-            }
-            return Ok(linear.into());
-        }
-        if !raw.0.starts_with('(') {
-            if self.try_read::<f64>(raw).is_none() {
-                let written = scan::split_identifier(raw.0).0;
-                let written =
-                    if written.is_empty() { self.string(raw, "").ok() } else { Some(written.into()) };
-                let advice = written.and_then(|text| elsewhere::color_advice(&text));
-                let advice = advice.map(|advice| format!(" (write {advice})")).unwrap_or_default();
-                let forms = "as (r, g, b), one number, Srgb(r, g, b) or \"#rrggbb\"";
-                let reason = format!("expected {what}, {forms}, found {}{advice}", describe(raw));
-                return Err(self.error(raw.0, reason));
-            }
-            return Ok(Rgb::splat(self.at_least_zero(raw, what)?));
-        }
-        let [r, g, b] = self.tuple(raw, "(r, g, b)")?;
-        let component = |raw| self.at_least_zero(raw, what);
-        Ok(Rgb::new(component(r)?, component(g)?, component(b)?))
-    }
-
-    /// A colour as `#` and one or two hexadecimal digits each for red, green and blue.
-    fn hexadecimal(&self, raw: Raw<'a>) -> Result<Rgb, LoadError> {
-        let text = self.string(raw, "a colour")?;
-        let digits: Option<Vec<u32>> = text
-            .strip_prefix('#')
-            .and_then(|digits| digits.chars().map(|digit| digit.to_digit(16)).collect());
-        let bytes = match digits.as_deref() {
-            Some(&[r, g, b]) => [r * 17, g * 17, b * 17],
-            Some(&[r, s, g, h, b, c]) => [16 * r + s, 16 * g + h, 16 * b + c],
-            _ => {
-                // A file name.
-                let picture = if text.contains('.') {
-                    "; a picture is Image(\"file.png\"), where it can stand"
-                } else {
-                    ""
-                };
-                let reason = format!("a colour in a string is \"#rrggbb\", such as \"#ff8000\"{picture}");
-                return Err(self.error(raw.0, reason));
-            }
-        };
-        Ok(bytes.map(|byte| srgb_decode(byte as f32 / 255.0)).into())
     }
 
     /// The content of `Some(…)`, or the value itself; none for `None`.

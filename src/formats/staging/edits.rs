@@ -78,6 +78,9 @@ fn as_in_files(color: &str) -> String {
     let color = color.trim();
     match color {
         hexadecimal if hexadecimal.starts_with('#') => format!("\"{hexadecimal}\""),
+        name if name != "None" && !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphabetic()) => {
+            format!("\"{name}\"")
+        }
         list if list.contains(',') && !list.contains('(') => format!("({list})"),
         other => other.to_owned(),
     }

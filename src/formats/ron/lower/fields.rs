@@ -93,13 +93,13 @@ impl<'a> Lowering<'_, 'a> {
             Slot::Profile(to) => *to = self.profile(raw)?,
             Slot::Priority(to) => *to = source.priority(raw)?,
             Slot::Color(to, range) => {
-                *to = source.color(raw, name)?;
+                *to = source.color(raw, name, range.quantity())?;
                 if !to.to_array().iter().all(|part| range.contains(*part)) {
                     return Err(source.out_of_range(raw, name, &range.to_string()));
                 }
             }
             Slot::ColorMap(to, Range::UNIT) => *to = self.reflectance(raw, name)?,
-            Slot::ColorMap(to, _) => *to = self.color_input(raw, name)?,
+            Slot::ColorMap(to, range) => *to = self.color_input(raw, name, range.quantity())?,
             Slot::NumberMap(to, usual) => *to = self.scalar_input(raw, name, usual)?,
             Slot::ChannelMap(to, usual) => *to = Some(self.channel_input(raw, usual)?),
             Slot::DataMap(to) => *to = Some(self.data_input(raw)?),

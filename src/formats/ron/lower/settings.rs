@@ -2,9 +2,10 @@
 
 use super::Lowering;
 use crate::error::LoadError;
+use crate::formats::ron::color::is_color_form;
 use crate::formats::ron::source::{Raw, SceneText};
 use crate::math::Rgb;
-use crate::world::fields::{Field, Forms, Range, Slot};
+use crate::world::fields::{Field, Forms, Quantity, Range, Slot};
 use crate::world::{Aov, Background, Caustics, Settings, Sharing, Transport};
 
 const TRANSPORTS: &[(&str, Option<Transport>)] =
@@ -54,16 +55,26 @@ impl<'a> Lowering<'_, 'a> {
         let source = self.source;
         let variant = match source.variant(raw) {
             Some(variant) if variant.name == "Gradient" => variant,
-            Some(variant) if variant.name != "Srgb" => {
-                return Err(source.unknown(variant.name, "background", &["Gradient", "Srgb"]));
+            Some(variant) if !is_color_form(variant.name) => {
+                return Err(source.unknown(
+                    variant.name,
+                    "background",
+                    &["Gradient", "Srgb", "Kelvin", "Nits"],
+                ));
             }
-            _ => return Ok(Background::Constant(source.color(raw, "a radiance")?)),
+            _ => {
+                return Ok(Background::Constant(source.color(
+                    raw,
+                    "a radiance",
+                    Some(Quantity::Radiance),
+                )?));
+            }
         };
         let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
         let [mut bottom, mut top] = [Rgb::BLACK; 2];
         self.fill(&members, (variant.name, variant.name), None, &mut |each| {
-            each(Field::plain("bottom", true, Slot::Color(&mut bottom, Range::From(0.0))));
-            each(Field::plain("top", true, Slot::Color(&mut top, Range::From(0.0))));
+            each(Field::plain("bottom", true, Slot::Color(&mut bottom, Range::Light(Quantity::Radiance))));
+            each(Field::plain("top", true, Slot::Color(&mut top, Range::Light(Quantity::Radiance))));
         })?;
         Ok(Background::Gradient { bottom, top })
     }

@@ -2,10 +2,11 @@
 
 use super::Lowering;
 use crate::error::LoadError;
+use crate::formats::ron::color::is_color_form;
 use crate::formats::ron::source::{Raw, VariantText};
 use crate::math::{Rgb, Vec2};
 use crate::world::assets::{ColorSpace, TextureFilter, Wrap};
-use crate::world::fields::{Field, Forms, Range, Slot, radians, visit_all};
+use crate::world::fields::{Field, Forms, Quantity, Range, Slot, radians, visit_all};
 use crate::world::{
     BumpMap, Channel, ColorInput, Combination, ImageId, NormalMap, PatternTexture, Procedure, ScalarInput,
     Texture, TextureId, TexturePattern,
@@ -46,27 +47,32 @@ enum ReadTexture {
 impl<'a> Lowering<'_, 'a> {
     /// The variant of a value that is a texture instead of a constant; animation keys count as a constant.
     fn picture(&self, raw: Raw<'a>) -> Option<VariantText<'a>> {
-        let variant = self.source.variant(raw).filter(|variant| variant.name != "Srgb");
+        let variant = self.source.variant(raw).filter(|variant| !is_color_form(variant.name));
         variant.filter(|_| !self.source.has_keys(raw))
     }
 
-    /// A colour or a texture.
-    pub(super) fn color_input(&mut self, raw: Raw<'a>, what: &str) -> Result<ColorInput, LoadError> {
+    /// A colour, which may be a quantity of light, or a texture.
+    pub(super) fn color_input(
+        &mut self,
+        raw: Raw<'a>,
+        what: &str,
+        quantity: Option<Quantity>,
+    ) -> Result<ColorInput, LoadError> {
         let Some(variant) = self.picture(raw) else {
-            return Ok(ColorInput::Constant(self.source.color(raw, what)?));
+            return Ok(ColorInput::Constant(self.source.color(raw, what, quantity)?));
         };
         let space = if self.reads_numbers { ColorSpace::Linear } else { ColorSpace::Srgb };
         let mut read = self.texture(variant, space)?;
         self.no_channel(&read)?;
         if let (Some(raw), ReadTexture::Lookup(texture)) = (read.factor, &mut read.texture) {
-            texture.factor = self.source.color(raw, "a factor")?;
+            texture.factor = self.source.color(raw, "a factor", quantity)?;
         }
         Ok(ColorInput::Texture(self.texture_id(read.texture)))
     }
 
     /// A colour with no component above 1, or a texture.
     pub(super) fn reflectance(&mut self, raw: Raw<'a>, what: &str) -> Result<ColorInput, LoadError> {
-        let input = self.color_input(raw, what)?;
+        let input = self.color_input(raw, what, None)?;
         match input {
             ColorInput::Constant(color) if color.max_component() > 1.0 => {
                 Err(self.source.out_of_range(raw, what, "from 0 to 1"))

@@ -154,6 +154,6 @@ fn mistakes_in_queries_are_marked_with_carets() {
     marked("Light.powr_w *= 2", "did you mean \"power_w\"", "powr_w");
     marked("Light.powr_w = 2", "did you mean \"power_w\"", "powr_w");
     marked("Light.power_w = -2", "power", "-2");
-    marked("Light.power_w *= \"x\"", "expected a number", "\"x\"");
+    marked("Light.power_w *= \"x\"", "unknown colour", "\"x\"");
     marked("Material[\"glas\"].ior = 2", "did you mean \"glass\"", "Material[\"glas\"]");
 }

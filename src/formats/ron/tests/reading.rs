@@ -292,7 +292,56 @@ fn display_colours_are_decoded_and_malformed_ones_refused() {
     assert_eq!(color("\"#ff8000\"").unwrap(), color("Srgb(1, 0.5019608, 0)").unwrap());
     let [half, ..] = color("Srgb(0.5, 0, 0)").unwrap();
     assert!((half - 0.21404114).abs() < 1e-6, "{half}");
-    for wrong in ["\"ff8000\"", "\"#ff80\"", "\"#gg0000\"", "Srgb(255, 0, 0)", "Srgb(1, 0)", "\"red\""] {
+    assert_eq!(color("\"ff8000\"").unwrap(), color("\"#ff8000\"").unwrap());
+    assert_eq!(color("\"DarkOrange\"").unwrap(), color("\"#ff8c00\"").unwrap());
+    for wrong in [
+        "\"#ff80\"", "\"#gg0000\"", "Srgb(255, 0, 0)", "Srgb(1, 0)", "\"reddish\"", "red",
+        "Metal(\"tin foil\")",
+    ] {
         assert!(color(wrong).is_err(), "{wrong}");
     }
+    // A black body keeps the brightness of a grey, whatever its temperature.
+    let luminance = |text: &str| Rgb::from(color(text).unwrap()).luminance();
+    assert!((luminance("Kelvin(2700)") - 1.0).abs() < 1e-5);
+    assert!((luminance("Kelvin(9000, 7)") - 7.0).abs() < 1e-4);
+    assert_eq!(color("Keys([(0, Kelvin(2700)), (1, 1)])").unwrap(), color("Kelvin(2700)").unwrap());
+    assert_eq!(color("Metal(\"silver\")").unwrap(), [0.989, 0.984, 0.978]);
+}
+
+/// A lumen is 1/683 W of light; a lamp's colour does not change its lumens.
+#[test]
+fn photometric_units_are_683_to_a_watt_at_the_luminance_of_the_colour() {
+    use std::f32::consts::PI;
+    let light = |text: &str| {
+        let world = read(&format!("(entities: [(light: {text})])")).unwrap();
+        match only::<Light>(&world) {
+            Light::Point { power_w: light, .. }
+            | Light::Spot { power_w: light, .. }
+            | Light::Area { power_w: light, .. }
+            | Light::Directional { irradiance: light, .. }
+            | Light::Environment { radiance: light, .. } => light,
+            other => panic!("{other:?}"),
+        }
+    };
+    let watts = [
+        ("Point(power_w: Lumens(683))", 1.0),
+        ("Point(power_w: Lumens(683, Kelvin(2700)))", 1.0),
+        ("Point(power_w: Lumens(683, \"red\"))", 1.0),
+        ("Point(power_w: Candela(683))", 4.0 * PI),
+        ("Spot(power_w: Candela(683, (1, 0.5, 0.2)))", 4.0 * PI),
+        ("Area(size_m: 2, power_w: Lumens(683))", 1.0),
+        ("Area(size_m: 2, power_w: Candela(683))", PI),
+        ("Directional(irradiance: Lux(683))", 1.0),
+        ("Environment(radiance: Nits(683))", 1.0),
+    ];
+    for (text, expected) in watts {
+        let found = light(text);
+        assert!((found.luminance() / expected - 1.0).abs() < 1e-5, "{text}: {found:?}");
+    }
+    let [warm, tint] =
+        ["Point(power_w: Lumens(800, Kelvin(2700)))", "Point(power_w: Kelvin(2700))"].map(light);
+    assert!((warm.r / warm.g - tint.r / tint.g).abs() < 1e-5, "{warm:?} {tint:?}");
+    let material = read("(entities: [(material: (emission: Nits(683)))])").unwrap();
+    let Material::BlinnPhong(paint) = &material.assets.materials[1].material else { panic!("a paint") };
+    assert_eq!(paint.emission, ColorInput::Constant(Rgb::WHITE));
 }

@@ -20,11 +20,16 @@ fn kind(slot: &mut Slot) -> String {
         Range::Above0 | Range::Distance => format!("{noun}, above 0"),
         Range::Between(least, most) => format!("{noun}, above {least} and below {most}"),
         Range::From(least) => format!("{noun}, at least {least}"),
+        Range::Light(_) => unreachable!("of colours only"),
         Range::FromTo(least, most) => format!("{noun}, {least} to {most}"),
         Range::UpTo(most) => format!("{noun}, above 0 and at most {most}"),
     };
     let color = |noun: &str, range: &Range| match range {
         Range::FromTo(_, most) => format!("{noun}, up to {most}"),
+        Range::Light(quantity) => {
+            let units: Vec<_> = quantity.units().iter().map(|(unit, _)| format!("`{unit}`")).collect();
+            format!("{noun}, also in {}", units.join(" or "))
+        }
         _ => noun.to_owned(),
     };
     match slot {
