@@ -31,12 +31,12 @@ pub struct Strip {
     pub zoom: u32,
 }
 
-/// Renders all strips into `fields/` in the folder of the scenes.
-pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
+/// Renders all strips, or the one of a name, into `fields/` in the folder of the scenes.
+pub fn make(scenes: &Path, only: Option<&str>) -> Result<(), Box<dyn Error>> {
     let folder = scenes.join("fields");
     std::fs::create_dir_all(&folder)?;
     pictures::save_all(&folder)?;
-    for strip in strips() {
+    for strip in strips().filter(|strip| only.is_none_or(|name| strip.name == name)) {
         let count = strip.values.len() as u32;
         let mut joined = RgbImage::from_pixel(count * (SIDE + GAP) - GAP, SIDE, Rgb([255; 3]));
         for (number, value) in (0..).zip(strip.values) {

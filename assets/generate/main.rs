@@ -1,6 +1,6 @@
 //! Makes everything in assets/ and the generated scene, the same bytes every time: `cargo run --release --example
 //! generate-assets [folder instead of the repository]`. With `gallery` in place of a folder, renders images of all
-//! scenes instead; with `fields`, images that show the effect of the fields of a scene.
+//! scenes instead; with `fields`, images that show the effect of the fields of a scene, or the one of a name that follows.
 //!
 //! All shapes and images are this project's own designs, made by calculation.
 
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scenes = || Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     match given.as_deref() {
         Some("gallery") => return gallery::make(&scenes()),
-        Some("fields") => return fields::make(&scenes()),
+        Some("fields") => return fields::make(&scenes(), std::env::args().nth(2).as_deref()),
         _ => {}
     }
     let root = Path::new(given.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")));

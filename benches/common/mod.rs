@@ -271,9 +271,10 @@ impl RayClasses {
 
 fn primary(scene: &CompiledScene, side: u32) -> RayBatch {
     let camera = &scene.camera;
-    let rayfront::internals::scene::Projection::Pinhole { tan_half_fov } = camera.projection else {
+    let rayfront::internals::scene::Projection::Pinhole(view) = camera.projection else {
         panic!("benchmarks look through a pinhole");
     };
+    let [tan_half_fov, _] = view.scale(1.0);
     let place = |i: u32| ((i as f32 + 0.5) / side as f32 * 2.0 - 1.0) * tan_half_fov;
     let mut rays = RayBatch::default();
     for row in 0..side {

@@ -3,9 +3,10 @@
 use super::probes::{ProbeTracer, directions};
 use super::{Checked, finding};
 use crate::error::{Diagnostic, words};
-use crate::math::Vec3;
-use crate::scene::Projection;
-use crate::shading::camera::pixel_width;
+use crate::math::{Vec3, Vector};
+use crate::scene::{HalfSize, Projection};
+use crate::shading::camera::CameraImage;
+use crate::world::StereoLayout;
 
 /// The number of rays around the camera.
 const ABOUT: u32 = 64;
@@ -17,11 +18,12 @@ const WIDE: f32 = 0.5;
 
 /// Finds values that were probably meant in other units.
 fn check_units(checked: &Checked, findings: &mut Vec<Diagnostic>) {
-    let (Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. }) =
-        checked.scene.camera.projection
+    let (Projection::Pinhole(view) | Projection::ThinLens { view, .. }) = checked.scene.camera.projection
     else {
         return;
     };
+    // Others have no angle and no radius that were typed.
+    let HalfSize::Height(tan_half_fov) = view.half else { return };
     let angle = 2.0 * libm::atan(f64::from(tan_half_fov)).to_degrees() as f32;
     if angle < NARROW_DEG {
         let what = format!("the camera's angle of view is {angle:.2} degrees: is it in radians?");
@@ -38,9 +40,33 @@ fn check_units(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// Finds a panorama whose image has another shape than its angles.
+fn stretched(checked: &Checked) -> Option<Diagnostic> {
+    let camera = &checked.scene.camera;
+    let Projection::Panorama { half_turns: [across, above] } = camera.projection else { return None };
+    let [width, height] = checked.world.settings.size;
+    let eyes = match camera.stereo.map(|pair| pair.layout) {
+        None => [1, 1],
+        Some(StereoLayout::SideBySide) => [2, 1],
+        Some(StereoLayout::OverUnder) => [1, 2],
+    };
+    let rows = f64::from(width) / f64::from(eyes[0]) * f64::from(above / across) * f64::from(eyes[1]);
+    let fitting = rows.round().max(1.0) as u32;
+    if fitting.abs_diff(height) <= height / 50 + 1 {
+        return None;
+    }
+    let degrees = [across, above].map(|half| (720.0 * half).round());
+    let what = format!(
+        "the panorama is stretched: {} x {} degrees are an image of {width} x {height} pixels",
+        degrees[0], degrees[1]
+    );
+    Some(finding("stretched-panorama", None, what, format!("size: ({width}, {fitting})")))
+}
+
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let Checked { scene, probes, .. } = checked;
     check_units(checked, findings);
+    findings.extend(stretched(checked));
     if is_a_dot(checked) {
         let size = scene.bounds.size().length();
         findings.push(finding(
@@ -86,23 +112,21 @@ fn farthest(met: &[Option<super::probes::Met>]) -> f32 {
 /// True if the scene lies in the image but covers at most two pixels.
 fn is_a_dot(checked: &Checked) -> bool {
     let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
-    let depth = (bounds.center() - camera.origin).dot(camera.forward);
-    let (wide, wider) = pixel_width(camera, checked.world.settings.size[1] as f32);
+    let to = bounds.center() - camera.origin;
+    let depth = if camera.is_flat() { to.dot(camera.forward) } else { to.length() };
+    let (wide, wider) = CameraImage::new(camera, checked.world.settings.size).pixel_width();
     depth > 0.0 && bounds.size().length() < 2.0 * (wide + wider * depth)
 }
 
 /// True if the scene's bounding box may lie in the image: if its centre or a corner does.
 fn is_in_the_image(checked: &Checked) -> bool {
     let (camera, bounds) = (&checked.scene.camera, checked.scene.bounds);
-    let [width, height] = checked.world.settings.size.map(|side| side as f32);
+    let size = checked.world.settings.size;
+    let [width, height] = size.map(|side| side as f32);
+    let image = CameraImage::new(camera, size);
     let is_seen = |place: Vec3| {
-        let to = place - camera.origin;
-        let depth = to.dot(camera.forward);
-        let (wide, wider) = pixel_width(camera, height);
-        let pixel = wide + wider * depth;
-        depth > 0.0
-            && to.dot(camera.right).abs() <= 0.5 * width * pixel
-            && to.dot(camera.up).abs() <= 0.5 * height * pixel
+        let point = image.project::<f32>(None, Vector::splat(place), (0.5, 0.5));
+        point.seen && (0.0..=width).contains(&point.column) && (0.0..=height).contains(&point.row)
     };
     let corner = |i: usize| {
         let side = |bit: usize| if i >> bit & 1 == 1 { bounds.max } else { bounds.min };

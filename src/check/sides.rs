@@ -8,7 +8,7 @@ use super::{Checked, finding};
 use crate::bvh::Sidedness;
 use crate::error::Diagnostic;
 use crate::scene::CompiledScene;
-use crate::shading::camera;
+use crate::shading::camera::CameraImage;
 
 /// The number of rays along the longer side of the image.
 const LONGER_SIDE: u32 = 48;
@@ -24,13 +24,16 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let [mut seen, mut whole] = [ProbeTracer::new(scene), ProbeTracer::new(&everywhere)];
     // By entity: rays that hit its hidden back first, and rays that hit it otherwise.
     let mut counts: BTreeMap<u32, [u32; 2]> = BTreeMap::new();
+    let image = CameraImage::new(&scene.camera, checked.world.settings.size);
     let [width, height] = checked.world.settings.size.map(|side| side as f32);
     let step = width.max(height) / LONGER_SIDE as f32;
     let (columns, rows) = ((width / step).ceil() as u32, (height / step).ceil() as u32);
     for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
         let [x, y] = [(column as f32 + 0.5) * step, (row as f32 + 0.5) * step];
-        let ray =
-            camera::ray(&scene.camera, (2.0 * x - width) / height, 1.0 - 2.0 * y / height, (0.0f32, 0.0f32));
+        let (ray, exists) = image.ray((x, y), (x, y), (0.0f32, 0.0f32));
+        if !exists {
+            continue;
+        }
         let (origin, way) = (ray.origin.into(), ray.direction.into());
         let Some(first) = whole.first(origin, way, f32::INFINITY) else { continue };
         let passes = seen.first(origin, way, f32::INFINITY).is_none_or(|met| met.distance > first.distance);

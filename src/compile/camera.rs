@@ -4,12 +4,12 @@ use hecs::Entity;
 
 use crate::error::CompileError;
 use crate::film::texels::linear_colors;
-use crate::math::{Rgb, Vec3};
+use crate::math::{Aabb, DAffine3, DVec3, Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
-use crate::scene::{Aperture, CompiledCamera, Projection};
+use crate::scene::{Aperture, CompiledCamera, HalfSize, Perspective, Projection, StereoPair};
 use crate::world::names::is_same_name;
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
-use crate::world::{self, Image, World};
+use crate::world::{self, FisheyeMapping, FocusOn, Image, Shape, Stereo, World};
 
 /// The names of all cameras, in the order of the world; a camera without a name is called `entity N`.
 pub fn camera_names(world: &World) -> Vec<String> {
@@ -42,48 +42,140 @@ pub(super) fn find(
 pub(super) fn compile(
     world: &World,
     transforms: &WorldTransforms,
-    found: (Entity, world::Camera),
+    (entity, mut camera): (Entity, world::Camera),
 ) -> Result<(CompiledCamera, Option<Aperture>), CompileError> {
-    let matrix = &transforms[&found.0];
+    let matrix = &transforms[&entity];
     // Only position and direction count; a scale would otherwise change the angle of view.
     let forward = direction(matrix, Vec3::NEG_Z);
     let up = direction(matrix, Vec3::Y).as_dvec3();
     let right = forward.as_dvec3().cross(up).normalize();
     let right = right * matrix.matrix3.determinant().signum();
     let up = right.cross(forward.as_dvec3()) * matrix.matrix3.determinant().signum();
-    let tangent = |fov: f32| libm::tan(fov as f64 * 0.5) as f32;
-    let aperture = match found.1 {
-        world::Camera::ThinLens { aperture: Some(image), .. } => {
+    let aperture = match camera {
+        world::Camera::ThinLens { aperture: Some(image), .. }
+        | world::Camera::Photographic { f_stop: Some(_), aperture: Some(image), .. } => {
             let opening = aperture(&world.assets.images[image.0 as usize]);
             let dark =
-                || entity_error(world, found.0, "the picture of its lens's aperture is dark everywhere");
+                || entity_error(world, entity, "the picture of its lens's aperture is dark everywhere");
             Some(opening.ok_or_else(dark)?)
         }
         _ => None,
     };
+    if let (Some(distance), Ok(focused)) = (camera.focus_distance_m(), world.entities.get::<&FocusOn>(entity))
+    {
+        let way = middle(world, focused.0, &transforms[&focused.0]) - matrix.translation;
+        *distance = way.dot(forward.as_dvec3()) as f32;
+        if !(*distance > 0.0 && distance.is_finite()) {
+            let name = world.name_of(focused.0);
+            let reason = format!("it cannot focus on \"{name}\", which is not in front of it");
+            return Err(entity_error(world, entity, reason));
+        }
+    }
+    let stereo = world.entities.get::<&Stereo>(entity).ok().map(|pair| StereoPair {
+        layout: pair.layout,
+        half_distance: 0.5 * pair.eye_distance_m,
+        convergence: 1.0 / pair.convergence_m,
+    });
     let camera = CompiledCamera {
         origin: point(matrix, Vec3::ZERO),
         right: right.as_vec3(),
         up: up.normalize().as_vec3(),
         forward,
-        projection: match found.1 {
-            world::Camera::Pinhole { vertical_fov } => {
-                Projection::Pinhole { tan_half_fov: tangent(vertical_fov) }
-            }
-            world::Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, pattern, .. } => {
-                Projection::ThinLens {
-                    tan_half_fov: tangent(vertical_fov),
-                    lens_radius: lens_radius_m,
-                    focus_distance: focus_distance_m,
-                    pattern,
-                }
-            }
-            world::Camera::Orthographic { height_m } => {
-                Projection::Orthographic { half_height: height_m * 0.5 }
-            }
-        },
+        projection: projection(&camera),
+        stereo,
     };
     Ok((camera, aperture))
+}
+
+/// The middle of an entity's shape in world space, or its origin if it has no shape.
+fn middle(world: &World, entity: Entity, matrix: &DAffine3) -> DVec3 {
+    let shape = world.entities.get::<&Shape>(entity);
+    let middle = match shape.as_deref() {
+        Ok(Shape::Mesh(id)) => {
+            let mesh = &world.assets.meshes[id.0 as usize];
+            let bounds = Aabb::around(mesh.positions.iter().copied());
+            if bounds.is_empty() { mesh.origin } else { mesh.origin + bounds.center().as_dvec3() }
+        }
+        Ok(shape) => match shape.flat_corners() {
+            Some(corners) => {
+                corners.iter().map(|corner| corner.as_dvec3()).sum::<DVec3>() / corners.len() as f64
+            }
+            None => DVec3::ZERO,
+        },
+        Err(_) => DVec3::ZERO,
+    };
+    matrix.transform_point3(middle)
+}
+
+fn projection(camera: &world::Camera) -> Projection {
+    let tangent = |fov: f32| libm::tan(fov as f64 * 0.5) as f32;
+    match *camera {
+        world::Camera::Pinhole { vertical_fov } => {
+            Projection::Pinhole(Perspective::upright(tangent(vertical_fov)))
+        }
+        world::Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, pattern, .. } => {
+            Projection::ThinLens {
+                view: Perspective::upright(tangent(vertical_fov)),
+                lens_radius: lens_radius_m,
+                focus_distance: focus_distance_m,
+                pattern,
+            }
+        }
+        world::Camera::Orthographic { height_m } => Projection::Orthographic { half_height: height_m * 0.5 },
+        world::Camera::Photographic {
+            focal_length_mm,
+            sensor_width_mm,
+            f_stop,
+            focus_distance_m,
+            shift,
+            pattern,
+            ..
+        } => {
+            let half = HalfSize::LongerSide(0.5 * sensor_width_mm / focal_length_mm);
+            let view = Perspective { half, shift: shift.to_array() };
+            match f_stop {
+                None => Projection::Pinhole(view),
+                Some(f_stop) => Projection::ThinLens {
+                    view,
+                    lens_radius: 0.5e-3 * focal_length_mm / f_stop,
+                    focus_distance: focus_distance_m,
+                    pattern,
+                },
+            }
+        }
+        world::Camera::Intrinsics { fx, fy, cx, cy, size } => {
+            let [width, height] = size.map(|side| side as f32);
+            Projection::Pinhole(Perspective {
+                half: HalfSize::Both([0.5 * width / fx, 0.5 * height / fy]),
+                shift: [0.5 - cx / width, cy / height - 0.5],
+            })
+        }
+        world::Camera::Panorama { horizontal, vertical } => {
+            Projection::Panorama { half_turns: [horizontal, vertical].map(half_turns) }
+        }
+        world::Camera::Fisheye { fov, mapping, circular } => Projection::Fisheye {
+            mapping,
+            half_turns: half_turns(fov),
+            rim: rim(mapping, 0.5 * f64::from(fov)),
+            is_circular: circular,
+        },
+    }
+}
+
+/// Half of an angle in radians, in turns.
+fn half_turns(angle: f32) -> f32 {
+    (0.5 * f64::from(angle) / std::f64::consts::TAU) as f32
+}
+
+/// The function of the angle to a fisheye's axis to which the radius is proportional, at the rim of the disc.
+fn rim(mapping: FisheyeMapping, half_angle: f64) -> f32 {
+    let rim = match mapping {
+        FisheyeMapping::Equidistant => half_angle,
+        FisheyeMapping::Equisolid => libm::sin(0.5 * half_angle),
+        FisheyeMapping::Stereographic => libm::tan(0.5 * half_angle),
+        FisheyeMapping::Orthographic => libm::sin(half_angle),
+    };
+    rim as f32
 }
 
 /// The most columns and rows of an aperture: larger images are reduced.

@@ -9,8 +9,8 @@ use crate::world::fields::{self, Forms, Slot};
 use crate::world::shapes::check_font;
 use crate::world::transforms::entity_error;
 use crate::world::{
-    Assets, Camera, Combination, Image, Light, MaterialId, Mesh, Overrides, Parent, Procedure, Settings,
-    Shape, Strands, TextureSource, World,
+    Assets, Camera, Combination, FocusOn, Image, Light, MaterialId, Mesh, Overrides, Parent, Procedure,
+    Settings, Shape, Stereo, Strands, TextureSource, World,
 };
 
 /// Checks a world; the error describes the first fault.
@@ -214,7 +214,17 @@ fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
         }
         check_form(&mut Light::clone(&light), assets)?;
     }
-    entities.get::<&Camera>(entity).map_or(Ok(()), |camera| check_form(&mut Camera::clone(&camera), assets))
+    if let Ok(stereo) = entities.get::<&Stereo>(entity) {
+        check_fields(&mut Stereo::clone(&stereo))?;
+    }
+    if let Ok(focused) = entities.get::<&FocusOn>(entity)
+        && !entities.contains(focused.0)
+    {
+        return Err("what it focuses on is not an entity of this world".into());
+    }
+    let Ok(camera) = entities.get::<&Camera>(entity) else { return Ok(()) };
+    check_form(&mut Camera::clone(&camera), assets)?;
+    camera.check_angle()
 }
 
 fn check_form(form: &mut dyn Forms, assets: &Assets) -> Result<(), String> {
@@ -248,8 +258,8 @@ mod tests {
     use crate::world::PixelFilter;
     use crate::world::Texels;
     use crate::world::{
-        ColorInput, Falloff, ImageId, Material, MeshId, Principled, ScalarInput, Texture, TextureId,
-        Transform,
+        ColorInput, Falloff, FisheyeMapping, ImageId, Material, MeshId, Pattern, Principled, ScalarInput,
+        Texture, TextureId, Transform,
     };
 
     fn world() -> World {
@@ -278,10 +288,23 @@ mod tests {
             let material = Principled { sheen_color, ..Principled::default() };
             world.assets.add_material(Some("velvet".into()), Material::Principled(Box::new(material)));
         }
+        fn photographic(shift: f32) -> Camera {
+            let (focal_length_mm, sensor_width_mm, f_stop, focus_distance_m) = (50.0, 36.0, None, 1.0);
+            let (shift, aperture, pattern) = (Vec2::splat(shift), None, Pattern::Jittered);
+            Camera::Photographic {
+                focal_length_mm,
+                sensor_width_mm,
+                f_stop,
+                focus_distance_m,
+                shift,
+                aperture,
+                pattern,
+            }
+        }
         fn spawn<T: hecs::Component>(world: &mut World, component: T) {
             world.entities.spawn((component, Transform::IDENTITY));
         }
-        let mistakes: [Mistake; 26] = [
+        let mistakes: [Mistake; 30] = [
             ("settings: width is 0", |w| w.settings.size[0] = 0),
             ("settings: samples is 0", |w| w.settings.samples = 0),
             ("materials: the default one", |w| w.assets.materials.clear()),
@@ -326,6 +349,22 @@ mod tests {
             ("entity 2: inner_degrees is 57.29578: it must be 0 to 28.64789", |w| {
                 let (power_w, falloff) = (Rgb::WHITE, Falloff::Constant);
                 spawn(w, Light::Spot { power_w, inner_angle: 1.0, outer_angle: 0.5, falloff })
+            }),
+            ("entity 2: shift is", |w| spawn(w, photographic(f32::NAN))),
+            (
+                "entity 2: fov_degrees must be above 0 and at most 180 with mapping: Orthographic, not 200",
+                |w| {
+                    let (fov, mapping) = (200f32.to_radians(), FisheyeMapping::Orthographic);
+                    spawn(w, Camera::Fisheye { fov, mapping, circular: true })
+                },
+            ),
+            ("entity 2: eye_distance_m is -1", |w| {
+                spawn(w, Stereo { eye_distance_m: -1.0, ..Stereo::default() })
+            }),
+            ("what it focuses on is not an entity", |w| {
+                let gone = w.entities.spawn(());
+                let _ = w.entities.despawn(gone);
+                spawn(w, FocusOn(gone));
             }),
             ("its parent is not an entity", |w| {
                 let gone = w.entities.spawn(());

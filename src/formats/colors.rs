@@ -201,7 +201,7 @@ mod tests {
             let xyz = [
                 0.4124564 * r + 0.3575761 * g + 0.1804375 * b,
                 0.2126729 * r + 0.7151522 * g + 0.0721750 * b,
-                0.0193339 * r + 0.1191920 * g + 0.9503041 * b,
+                0.0193339 * r + 0.119192 * g + 0.9503041 * b,
             ];
             let sum: f32 = xyz.iter().sum();
             assert!((xyz[0] / sum - x).abs() < 5e-4 && (xyz[1] / sum - y).abs() < 5e-4, "{kelvin}: {xyz:?}");
@@ -239,6 +239,7 @@ mod tests {
     /// (1972) for noble metals and 9, 5056 (1974) for transition metals; Rakić, Appl. Opt. 34, 4755 (1995) for aluminium;
     /// Querry, CRDC-CR-85034 (1985) for brass of 70 % copper; Karlsson and Ribbing, J. Appl. Phys. 53, 6340 (1982) for
     /// stainless steel.
+    #[expect(clippy::approx_constant, reason = "an index that is near π by chance")]
     const MEASURED: [Measured; 10] = [
         (
             "aluminium",

@@ -174,6 +174,38 @@ const SCENE_WORDS: [SceneWord; 99] = [
         "Pinhole",
         "`Pinhole(vertical_fov_degrees: 45)`",
     ),
+    word(
+        &[
+            "Spherical", "spherical", "Environment", "Equirectangular", "equirectangular", "Panoramic",
+            "panoramic", "Latlong",
+        ],
+        "Pinhole",
+        "`Panorama()`",
+    ),
+    word(&["FisheyeCamera", "fisheye", "Omnimax", "DomeMaster"], "Pinhole", "`Fisheye(fov_degrees: 180)`"),
+    word(
+        &["Realistic", "realistic", "Physical", "PhysicalCamera"],
+        "Pinhole",
+        "`Photographic(focal_length_mm: 50)`",
+    ),
+    word(
+        &["OpenCV", "opencv", "Calibrated", "PinholeK"],
+        "Pinhole",
+        "`Intrinsics(fx: 500, fy: 500, cx: 320, cy: 240, size: (640, 480))`",
+    ),
+    word(
+        &[
+            "focal_length", "focal_length_mm", "focallength", "lens", "fstop", "f_stop", "f_number",
+            "sensor_width",
+        ],
+        "vertical_fov_degrees",
+        "`camera: Photographic(focal_length_mm: 50, f_stop: 2.8, focus_distance_m: 3)`",
+    ),
+    word(
+        &["lens_shift", "shift_x", "shift_y"],
+        "vertical_fov_degrees",
+        "`camera: Photographic(shift: (0, 0.2))`",
+    ),
     word(&["Ortho", "ortho", "OrthographicCamera"], "Orthographic", "`Orthographic(height_m: 2)`"),
     word(&["fov", "angle", "fovy", "yfov", "fov_degrees"], "vertical_fov_degrees", FOV),
     word(
@@ -412,6 +444,7 @@ mod tests {
             "inner_degrees" => format!("light: Spot(power_w: 1, {typed})"),
             "irradiance" => format!("light: Directional({typed})"),
             "Pinhole" | "Orthographic" => format!("camera: {typed}"),
+            "vertical_fov_degrees" if typed.starts_with("camera") => typed.to_owned(),
             "vertical_fov_degrees" => format!("camera: Pinhole({typed})"),
             "transform" | "overrides" => typed.to_owned(),
             "entities" if typed.starts_with("entities") => return format!("({typed})"),

@@ -138,19 +138,19 @@ impl PyRendering {
         Ok(rows.collect::<Vec<f32>>().into_pyarray(py).reshape([4, 4])?.into_any())
     }
 
-    /// Focal lengths and the principal point in pixels, from the image's upper left corner: (3, 3). None for an
-    /// orthographic camera.
+    /// Focal lengths and the principal point in pixels, from the image's upper left corner: (3, 3). None for a
+    /// camera that is no pinhole or lens, and for stereo pairs.
     #[getter]
     fn intrinsics<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let (Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. }) =
-            self.camera.projection
-        else {
+        let CompiledCamera { projection, stereo: None, .. } = self.camera else { return Ok(None) };
+        let (Projection::Pinhole(view) | Projection::ThinLens { view, .. }) = projection else {
             return Ok(None);
         };
         let [width, height] = self.settings.size.map(|side| side as f32);
-        let (focal, region) = (0.5 * height / tan_half_fov, self.film.region());
-        let (x, y) = (0.5 * width - region.x0 as f32, 0.5 * height - region.y0 as f32);
-        let matrix = vec![focal, 0.0, x, 0.0, focal, y, 0.0, 0.0, 1.0];
+        let [fx, fy] = view.scale(width / height).map(|half| 0.5 * height / half);
+        let (region, [right, up]) = (self.film.region(), view.shift);
+        let (x, y) = (width * (0.5 - right) - region.x0 as f32, height * (0.5 + up) - region.y0 as f32);
+        let matrix = vec![fx, 0.0, x, 0.0, fy, y, 0.0, 0.0, 1.0];
         Ok(Some(matrix.into_pyarray(py).reshape([3, 3])?.into_any()))
     }
 

@@ -4,7 +4,8 @@ use crate::bvh::{AnyHitFilter, Stack, closest_ray};
 use crate::math::{Ray, Vec3, Vector};
 use crate::scene::CompiledScene;
 use crate::scene::bodies::NOWHERE;
-use crate::shading::{HitLanes, Surface, camera};
+use crate::shading::camera::CameraImage;
+use crate::shading::{HitLanes, Surface};
 use crate::simd::Isa;
 
 /// The directions of probe rays. A lens or a mesh with holes may let one of them out elsewhere.
@@ -29,11 +30,12 @@ pub fn find(scene: &CompiledScene, size: [u32; 2]) -> u32 {
         return NOWHERE;
     }
     let mut stack = Stack::new(&scene.bvh);
-    let aspect = size[0] as f32 / size[1] as f32;
-    let sides = [0.0, -1.0, 1.0];
+    let image = CameraImage::new(&scene.camera, size);
+    let sides = [0.5, 0.0, 1.0];
     let mut places: Vec<_> = sides
         .into_iter()
-        .flat_map(|x| sides.map(|y| camera::ray::<f32>(&scene.camera, x * aspect, y, CENTER).origin))
+        .flat_map(|x| sides.map(|y| (x * size[0] as f32, y * size[1] as f32)))
+        .map(|place| image.ray(place, place, CENTER).0.origin)
         .collect();
     places.dedup_by_key(|place| [place.x, place.y, place.z].map(f32::to_bits));
     let mut bodies = places.into_iter().map(|place| bodies_around(scene, place, &mut stack));

@@ -2,12 +2,12 @@
 
 use crate::math::Vec3;
 use crate::sampling::table::Distribution2d;
-use crate::world::Pattern;
+use crate::world::{FisheyeMapping, Pattern, StereoLayout};
 
 /// A position, three unit axes and a projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompiledCamera {
-    /// The pinhole, or the centre of the lens.
+    /// The pinhole, or the centre of the lens; of a stereo pair the point between both.
     pub origin: Vec3,
     /// Unit vector to the right of the image.
     pub right: Vec3,
@@ -17,6 +17,26 @@ pub struct CompiledCamera {
     pub forward: Vec3,
     /// The mapping from image points to rays.
     pub projection: Projection,
+    /// The division of the image between two eyes, if there is one.
+    pub stereo: Option<StereoPair>,
+}
+
+impl CompiledCamera {
+    /// True if depths are along the axis; otherwise they are distances.
+    pub fn is_flat(&self) -> bool {
+        !matches!(self.projection, Projection::Panorama { .. } | Projection::Fisheye { .. })
+    }
+}
+
+/// Two eyes that share an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StereoPair {
+    /// The arrangement of both images.
+    pub layout: StereoLayout,
+    /// Half of the distance between the eyes, in metres.
+    pub half_distance: f32,
+    /// 1 over the distance at which both see the same: 0 for parallel axes.
+    pub convergence: f32,
 }
 
 impl CompiledCamera {
@@ -41,18 +61,60 @@ pub struct Aperture {
     pub scale: [f32; 2],
 }
 
+/// The half size of a flat image at a distance of 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HalfSize {
+    /// Half of the height.
+    Height(f32),
+    /// Half of the longer side.
+    LongerSide(f32),
+    /// Half of the width and half of the height.
+    Both([f32; 2]),
+}
+
+/// A flat image, a perspective view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Perspective {
+    /// Its half size.
+    pub half: HalfSize,
+    /// The distance of its centre from the axis, to the right and up, in widths and heights of the image.
+    pub shift: [f32; 2],
+}
+
+impl Perspective {
+    /// A view with a tangent of half its vertical angle.
+    pub const fn upright(tan_half_fov: f32) -> Self {
+        Self { half: HalfSize::Height(tan_half_fov), shift: [0.0; 2] }
+    }
+
+    /// The distances on the image a metre ahead per half of the image's height, along its width and its height, for a
+    /// width over height of `aspect`.
+    #[inline(always)]
+    pub fn scale(&self, aspect: f32) -> [f32; 2] {
+        match self.half {
+            HalfSize::Height(half) => [half; 2],
+            HalfSize::LongerSide(half) => [half / aspect.max(1.0); 2],
+            HalfSize::Both([width, height]) => [width / aspect, height],
+        }
+    }
+
+    /// The shift in halves of the image's height.
+    #[inline(always)]
+    pub fn offset(&self, aspect: f32) -> [f32; 2] {
+        let [across, up] = self.shift;
+        [2.0 * aspect * across, 2.0 * up]
+    }
+}
+
 /// The mapping from image points to rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// All rays pass through one point.
-    Pinhole {
-        /// Tangent of half the vertical angle of view.
-        tan_half_fov: f32,
-    },
+    Pinhole(Perspective),
     /// Rays pass through a lens.
     ThinLens {
-        /// Tangent of half the vertical angle of view.
-        tan_half_fov: f32,
+        /// The view from its centre.
+        view: Perspective,
         /// Radius of the lens in metres.
         lens_radius: f32,
         /// Distance to the plane of focus along the axis, in metres.
@@ -64,5 +126,21 @@ pub enum Projection {
     Orthographic {
         /// Half the height of the image in metres.
         half_height: f32,
+    },
+    /// Columns are angles about the up axis, rows angles above the horizon.
+    Panorama {
+        /// Half of the image's width and height, in turns.
+        half_turns: [f32; 2],
+    },
+    /// Directions are mapped to a disc by their angle to the axis.
+    Fisheye {
+        /// The radius by that angle.
+        mapping: FisheyeMapping,
+        /// The angle at the rim of the disc, which touches the image's shorter sides, in turns.
+        half_turns: f32,
+        /// The function of that angle to which the mapping's radius is proportional.
+        rim: f32,
+        /// True if there is nothing outside the disc.
+        is_circular: bool,
     },
 }

@@ -8,9 +8,10 @@ use crate::integrator::Schedule;
 use crate::integrator::observe::Components;
 use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::path::bounces::LobeKind;
-use crate::math::Vec3;
+use crate::math::{Vec3, Vector};
 use crate::render::{Options, Session};
-use crate::scene::{CompiledCamera, Projection};
+use crate::scene::CompiledCamera;
+use crate::shading::camera::CameraImage;
 use crate::study::explain::{self, ExplainedLightRay, SampleTrace, Step};
 
 /// The number of samples of a pixel that are rendered with both schedules for comparison, at most.
@@ -96,19 +97,9 @@ impl Paper<'_> {
 
     /// The column and row of a point, which may be outside the image; none if the point is not in front of the camera.
     fn point(&self, place: Vec3) -> Option<[f64; 2]> {
-        let CompiledCamera { origin, right, up, forward, projection } = self.camera;
-        let to = place.as_dvec3() - origin.as_dvec3();
-        let along = |axis: &Vec3| to.dot(axis.as_dvec3());
-        let depth = along(forward);
-        let half = match projection {
-            Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. } => {
-                f64::from(*tan_half_fov) * depth
-            }
-            Projection::Orthographic { half_height } => f64::from(*half_height),
-        };
-        let [width, height] = self.size.map(f64::from);
-        let [x, y] = [along(right), along(up)].map(|part| part / half * 0.5 * height);
-        (depth > 1e-6 * f64::from(self.far)).then_some([0.5 * width + x, 0.5 * height - y])
+        let image = CameraImage::new(self.camera, self.size);
+        let point = image.project::<f32>(None, Vector::splat(place), (0.5, 0.5));
+        point.seen.then_some([f64::from(point.column), f64::from(point.row)])
     }
 }
 

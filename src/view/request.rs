@@ -100,6 +100,9 @@ impl ViewRequest {
                 let Some((depth, point)) = scene.depth(pixel) else {
                     return refuse("there is nothing at that pixel to focus on".into());
                 };
+                if let Some(name) = scene.focused() {
+                    return refuse(format!("the camera stays focused on \"{name}\", as its focus_on says"));
+                }
                 rig.focus(point);
                 scene.place(rig)?;
                 return done(&format!("in focus: what is {depth:.3} m away"), true);

@@ -19,8 +19,8 @@ use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, Recipe};
 use crate::world::names::is_same_name;
 use crate::world::{
-    AssetCache, Camera, DepthLimits, FromModel, LookAtFault, OrbitCamera, Parent, Pose, Sampler, Settings,
-    Sharing, SourceFiles, Transform, Transport, World,
+    AssetCache, Camera, DepthLimits, FocusOn, FromModel, LookAtFault, OrbitCamera, Parent, Pose, Sampler,
+    Settings, Sharing, SourceFiles, Transform, Transport, World,
 };
 
 /// The largest image that a page shows: no window has room for more, and memory may not either.
@@ -292,6 +292,13 @@ impl LiveScene {
         let features = Session::of(self.setup(), 1, options).features();
         let first = features.first().filter(|features| features.coverage > 0.0)?;
         Some((first.depth_m, self.compiled.scene.in_world(Vec3::from_array(first.position))))
+    }
+
+    /// The name of the entity on which the camera stays focused, if there is one.
+    pub fn focused(&self) -> Option<String> {
+        let camera = camera_entity(&self.world, self.camera.as_deref())?;
+        let focused = self.world.entities.get::<&FocusOn>(camera).ok()?.0;
+        Some(self.world.name_of(focused))
     }
 
     /// Moves the camera; it counts as moved by hand.

@@ -80,7 +80,10 @@ impl Described {
             Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, .. } => {
                 (Some(vertical_fov), Some((lens_radius_m, focus_distance_m)))
             }
-            Camera::Orthographic { .. } => (None, None),
+            Camera::Photographic { focal_length_mm, f_stop: Some(f_stop), focus_distance_m, .. } => {
+                (None, Some((0.5e-3 * focal_length_mm / f_stop, focus_distance_m)))
+            }
+            _ => (None, None),
         };
         let scene = json!({
             "name": scene.path().file_name().map(|name| name.to_string_lossy()),

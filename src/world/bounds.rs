@@ -8,7 +8,7 @@ use crate::math::Rgb;
 
 /// Checks that a number or an angle is within a range, up to rounding.
 pub(crate) fn within(what: &str, value: f32, least: f32, most: f32) -> Result<(), String> {
-    let slack = 1e-6 * most.abs().min(1e6);
+    let slack = if most == f32::MAX { 0.0 } else { 1e-6 * most.abs().min(1e6) };
     if least - slack <= value && value <= most + slack {
         return Ok(());
     }
@@ -90,6 +90,10 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
         Slot::Path(points) => finite(name, points.iter().all(|point| point.is_finite()))?,
         Slot::Numbers(values, range) => {
             values.iter().try_for_each(|value| number(name, *value, range))?;
+        }
+        Slot::Pair(pair, range) => {
+            number(name, pair.x, range)?;
+            number(name, pair.y, range)?;
         }
         Slot::Color(color, _) | Slot::ColorMap(ColorInput::Constant(color), _) => {
             check_color(name, *color)?;

@@ -247,34 +247,3 @@ impl Light {
         matches!(self, Light::Environment { .. } | Light::Sky { .. })
     }
 }
-
-forms! {
-    /// A camera, which generates rays for image points. The scale of its entity is ignored.
-    #[derive(Clone, Copy, Debug, PartialEq)]
-    pub enum Camera, "camera" {
-        /// All rays pass through the local origin.
-        Pinhole {
-            /// the full vertical angle of view
-            vertical_fov ["vertical_fov_degrees"]: f32 = radians(45.0), Degrees(Range::Between(0.0, 180.0));
-        },
-        /// Rays pass through a lens around the local origin; those of one image point meet in the focal plane.
-        ThinLens {
-            /// the full vertical angle of view
-            vertical_fov ["vertical_fov_degrees"]: f32 = radians(45.0), Degrees(Range::Between(0.0, 180.0));
-            /// the lens's radius
-            lens_radius_m: f32 = 0.0, Number(Range::From(0.0)), required;
-            /// from the lens to the plane in focus, along −Z
-            focus_distance_m: f32 = 1.0, Number(Range::Above0), required;
-            /// an image of the opening, over the square around the lens, top up: the brighter a texel, the more light
-            /// comes through; without one the opening is round
-            aperture: Option<ImageId> = None, Image;
-            /// how a pixel's samples are spread over the lens, under the Whitted transport
-            pattern: Pattern = Pattern::Jittered, Form;
-        },
-        /// Parallel rays along −Z.
-        Orthographic {
-            /// height of the image
-            height_m: f32 = 2.0, Number(Range::Above0);
-        },
-    }
-}

@@ -138,6 +138,8 @@ pub(crate) enum Slot<'a> {
     Sides(&'a mut Vec2),
     /// Width, height and depth in metres, above 0, or one number for all.
     Extents(&'a mut Vec3),
+    /// Two numbers, each in the range.
+    Pair(&'a mut Vec2, Range),
     /// An image.
     Image(&'a mut Option<ImageId>),
     /// A photometric profile.

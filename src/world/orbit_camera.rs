@@ -1,6 +1,7 @@
 //! An orbit camera, moved interactively.
 
-use super::components::{Camera, LookAtFault, Pattern, Transform};
+use super::camera::Camera;
+use super::components::{LookAtFault, Pattern, Transform};
 use crate::math::{DMat3, DQuat, DVec3, Vec3};
 
 /// A camera with a pose, a pivot that it orbits, and its optics.
@@ -51,11 +52,9 @@ impl OrbitCamera {
 
     /// The height of the image at the pivot's depth, in metres.
     fn height(&self) -> f64 {
-        match self.camera {
-            Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
-                2.0 * libm::tan(0.5 * f64::from(vertical_fov)) * self.depth()
-            }
-            Camera::Orthographic { height_m } => f64::from(height_m),
+        match (self.camera, self.camera.slope()) {
+            (Camera::Orthographic { height_m }, _) => f64::from(height_m),
+            (_, slope) => 2.0 * slope.unwrap_or(1.0) * self.depth(),
         }
     }
 
@@ -86,9 +85,7 @@ impl OrbitCamera {
         let factor = factor.clamp(1e-3, 1e3);
         match &mut self.camera {
             Camera::Orthographic { height_m } => *height_m = (f64::from(*height_m) / factor) as f32,
-            Camera::Pinhole { .. } | Camera::ThinLens { .. } => {
-                self.place = self.pivot + (self.place - self.pivot) / factor;
-            }
+            _ => self.place = self.pivot + (self.place - self.pivot) / factor,
         }
     }
 
@@ -103,18 +100,19 @@ impl OrbitCamera {
         let room = 1e-3 * (nearest - farthest).max(1e-3);
         // The object's extent to either side, larger for nearer points: planes through the image's borders touch it.
         let span = |axis: DVec3, slope: f64| [along(axis + slope * back), along(slope * back - axis)];
+        let half = self.camera.slope().unwrap_or(1.0);
         let (place, depth) = match &mut self.camera {
-            Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
-                let slope = PART * libm::tan(0.5 * f64::from(*vertical_fov));
-                let slopes = [slope * aspect, slope];
-                let [[a, b], [c, d]] = [span(right, slopes[0]), span(up, slopes[1])];
-                let far = ((a + b) / (2.0 * slopes[0])).max((c + d) / (2.0 * slopes[1])).max(nearest + room);
-                (0.5 * ((a - b) * right + (c - d) * up) + far * back, far - 0.5 * (nearest + farthest))
-            }
             Camera::Orthographic { height_m } => {
                 let [[a, b], [c, d]] = [span(right, 0.0), span(up, 0.0)];
                 *height_m = ((c + d).max((a + b) / aspect) / PART) as f32;
                 let far = nearest + f64::from(*height_m);
+                (0.5 * ((a - b) * right + (c - d) * up) + far * back, far - 0.5 * (nearest + farthest))
+            }
+            _ => {
+                let slope = PART * half;
+                let slopes = [slope * aspect, slope];
+                let [[a, b], [c, d]] = [span(right, slopes[0]), span(up, slopes[1])];
+                let far = ((a + b) / (2.0 * slopes[0])).max((c + d) / (2.0 * slopes[1])).max(nearest + room);
                 (0.5 * ((a - b) * right + (c - d) * up) + far * back, far - 0.5 * (nearest + farthest))
             }
         };
@@ -125,7 +123,7 @@ impl OrbitCamera {
     pub fn focus(&mut self, point: DVec3) {
         self.pivot = point;
         let depth = self.depth() as f32;
-        if let Camera::ThinLens { focus_distance_m, .. } = &mut self.camera {
+        if let Some(focus_distance_m) = self.camera.focus_distance_m() {
             *focus_distance_m = rounded(f64::from(depth), f64::from(depth)) as f32;
         }
     }
@@ -154,6 +152,23 @@ impl OrbitCamera {
             Camera::ThinLens { vertical_fov, focus_distance_m, aperture, pattern, .. } => {
                 Camera::ThinLens { vertical_fov, lens_radius_m: radius, focus_distance_m, aperture, pattern }
             }
+            Camera::Photographic {
+                focal_length_mm,
+                sensor_width_mm,
+                f_stop,
+                focus_distance_m,
+                shift,
+                aperture,
+                pattern,
+            } => Camera::Photographic {
+                focal_length_mm,
+                sensor_width_mm,
+                f_stop: (radius > 0.0).then(|| (0.5e-3 * focal_length_mm / radius).clamp(0.01, 1000.0)),
+                focus_distance_m: if f_stop.is_none() { depth } else { focus_distance_m },
+                shift,
+                aperture,
+                pattern,
+            },
             other => other,
         };
     }

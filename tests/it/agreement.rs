@@ -392,6 +392,33 @@ fn lens_renders_identically_in_all_ways() {
     check(LENS);
 }
 
+/// Every other camera, before glass that sends photons: two eyes, points of the image that see nothing, both ends of a
+/// panorama.
+#[test]
+fn cameras_of_all_kinds_render_identically_in_all_ways() {
+    let cameras = [
+        "camera: Panorama(), stereo: (layout: OverUnder)",
+        "camera: Fisheye(fov_degrees: 200, mapping: Equisolid)",
+        "camera: Photographic(focal_length_mm: 24, f_stop: 0.3, shift: (0.1, 0.2)), focus_on: \"ball\", stereo: (convergence_m: 4)",
+    ];
+    for camera in cameras {
+        let text = format!(
+            r#"(
+    settings: (size: (24, 18), samples: 4, transport: Path, caustics: (photons: 1), background: Gradient(bottom: 0.1, top: (0.3, 0.5, 0.9))),
+    entities: [
+        ({camera}, transform: LookAt(from: (0.3, 2, 4), to: (0, 0.3, 0))),
+        (name: "ball", shape: Sphere(radius_m: 0.7), material: (ior: 1.5), transform: (translate: (-0.5, 0.8, 0.5))),
+        (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))), material: (diffuse: Image("noise.png"))),
+        (shape: Plane(corners: ((-9, 0, 6), (9, 0, 6), (9, 9, 6), (-9, 9, 6))), material: (diffuse: (0.7, 0.4, 0.2))),
+        (shape: Mesh("tetrahedron.ply"), transform: (translate: (1.5, 0.6, 1))),
+        (light: Area(power_w: 100, size_m: 0.5, visible: true), transform: LookAt(from: (-1, 4, 2), to: (0, 0, 0))),
+    ],
+)"#
+        );
+        check_world(&|| support::world(&text));
+    }
+}
+
 /// All rays of the glass scene down to a tiny throughput: forks outgrow the wave and are deferred.
 #[test]
 fn forks_that_outgrow_the_wave_give_the_same_film() {

@@ -4,6 +4,7 @@ mod agreement;
 mod aov;
 mod browser;
 mod camera;
+mod cameras;
 mod caustics;
 mod cli;
 mod compare;

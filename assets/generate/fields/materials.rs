@@ -100,6 +100,15 @@ pub const STRIPS: &[Strip] = &[
         zoom: 1,
     },
     Strip {
+        name: "metals",
+        scene: &[STUDIO, ON_SQUARES, "Principled(base_color: Metal(\"VALUE\"), roughness: 0.15)", END],
+        values: &[
+            "aluminium", "brass", "chromium", "copper", "gold", "iron", "nickel", "silver", "steel",
+            "titanium",
+        ],
+        zoom: 1,
+    },
+    Strip {
         name: "transmission",
         scene: &[STUDIO, ON_SQUARES, "Principled(metallic: 0, VALUE)", END],
         values: &[

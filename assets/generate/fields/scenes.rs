@@ -182,6 +182,21 @@ pub const STRIPS: &[Strip] = &[
         zoom: 1,
     },
     Strip {
+        name: "more_cameras",
+        scene: &[ROWS, "(VALUE, transform: LookAt(from: (0, 0.7, 1.9), to: (0, 0.5, 0))),", END],
+        values: &[
+            "camera: Photographic(focal_length_mm: 24, shift: (0, 0.3))",
+            "camera: Panorama(horizontal_degrees: 180)",
+            "camera: Fisheye()",
+            "camera: Fisheye(mapping: Equisolid)",
+            "camera: Fisheye(mapping: Stereographic)",
+            "camera: Fisheye(mapping: Orthographic)",
+            "camera: Fisheye(circular: false)",
+            "camera: Pinhole(vertical_fov_degrees: 60), stereo: ()",
+        ],
+        zoom: 1,
+    },
+    Strip {
         name: "samples",
         scene: &["(settings: (transport: Path, sharing: Off, filter: Box, VALUE", BOX],
         values: &["samples: 1", "samples: 4", "samples: 16", "samples: 64", "samples: 256", "samples: 1024"],

@@ -251,13 +251,14 @@ impl<'w> LitModel<'w> {
             let place = |at: u32, of: u32| 2.0 * (f64::from(at) + 0.5) / f64::from(of) - 1.0;
             let (x, y) = (place(column, columns) * aspect, -place(row, rows));
             let (from, towards) = match camera {
-                Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
-                    let half = libm::tan(0.5 * f64::from(*vertical_fov));
-                    (to_world.translation, forward + (right * x + up * y) * half)
-                }
                 Camera::Orthographic { height_m } => {
                     let half = 0.5 * f64::from(*height_m);
                     (to_world.translation + (right * x + up * y) * half, forward)
+                }
+                // Models have no panoramas.
+                _ => {
+                    let half = camera.slope().unwrap_or(1.0);
+                    (to_world.translation, forward + (right * x + up * y) * half)
                 }
             };
             let towards = towards.normalize().as_vec3();

@@ -2,13 +2,14 @@
 
 use super::{Path, pixel_place};
 use crate::integrator::RenderSetup;
-use crate::math::{Color, NONE};
+use crate::math::{Color, NONE, Vec3, Vector};
 use crate::sampling::draw::draw_2d;
 use crate::sampling::pattern::point;
 use crate::sampling::{Dimension, SampleKey};
 use crate::scene::Projection;
+use crate::scene::bodies::NOWHERE;
 use crate::shading::camera;
-use crate::simd::{Float, Int};
+use crate::simd::{Float, Int, Mask};
 use crate::world::Transport;
 
 /// Generates the camera's path for a sample of a pixel.
@@ -24,10 +25,6 @@ pub fn generate<F: Float>(setup: &RenderSetup, pixel: F::Int, sample: F::Int) ->
     let half = F::splat(0.5);
     let across = column + half + setup.filter.sample(u);
     let down = row + half + setup.filter.sample(v);
-    let [width, height] = setup.size.map(|s| s as f32);
-    let scale = F::splat(2.0 / height);
-    let x = across * scale - F::splat(width / height);
-    let y = F::one() - down * scale;
     let lens = match (setup.scene.camera.projection, setup.transport) {
         (Projection::ThinLens { pattern, .. }, Transport::Whitted) => {
             point::<F>(pattern, setup.samples, key, Dimension::Lens.at(F::Int::splat(0)))
@@ -41,13 +38,26 @@ pub fn generate<F: Float>(setup: &RenderSetup, pixel: F::Int, sample: F::Int) ->
         Projection::ThinLens { .. } => camera::on_lens(setup.scene.aperture.as_ref(), lens),
         _ => lens,
     };
-    let ray = camera::ray(&setup.scene.camera, x, y, lens);
-    let (at_lens, per_metre) = camera::pixel_width(&setup.scene.camera, height);
+    let image = setup.image();
+    let (ray, seen) = image.ray((across, down), (column, row), lens);
+    let (at_lens, per_metre) = image.pixel_width();
     let footprint = footprint::<F>(sample);
+    let (mut origin, mut direction) = (ray.origin, ray.direction);
+    let mut throughput = Color::grey(F::splat(setup.around_square));
+    let mut bodies = F::Int::splat(setup.around);
+    if (!seen).any() {
+        // A point of the image that sees nothing: its path carries no light away from everything.
+        let bounds = &setup.scene.bounds;
+        let beyond = Vector::splat(bounds.max + bounds.size() + Vec3::ONE);
+        origin = Vector::select(seen, origin, beyond);
+        direction = Vector::select(seen, direction, Vector::splat(Vec3::ONE).normalize());
+        throughput = Color::select(seen, throughput, Color::black());
+        bodies = F::Int::select(seen, bodies, F::Int::splat(NOWHERE));
+    }
     Path {
-        origin: ray.origin,
-        direction: ray.direction,
-        throughput: Color::grey(F::splat(setup.around_square)),
+        origin,
+        direction,
+        throughput,
         radiance: Color::black(),
         pixel,
         sample,
@@ -56,7 +66,7 @@ pub fn generate<F: Float>(setup: &RenderSetup, pixel: F::Int, sample: F::Int) ->
         pdf: F::zero(),
         width: F::splat(at_lens) * footprint,
         spread: F::splat(per_metre) * footprint,
-        bodies: F::Int::splat(setup.around),
+        bodies,
         packed_normal: F::Int::splat(NONE),
         scatterings: F::Int::splat(0),
         travelled: F::zero(),

@@ -1,100 +1,18 @@
-//! Projection of points into the image: the inverse of `shading::camera::ray`.
+//! Projection of photons into the image.
 
 use crate::film::Film;
 use crate::integrator::RenderSetup;
 use crate::integrator::observe::{self, Observer};
 use crate::math::{Color, Rgb, Vector};
-use crate::scene::Projection;
-use crate::shading::camera;
+use crate::shading::camera::ImagePoint;
 use crate::simd::Float;
 
-/// A point as the camera sees it unless something lies between.
-pub struct ImagePoint<F: Float> {
-    /// Unit vector from the point to the camera.
-    pub to_camera: Vector<F>,
-    /// The distance to the lens.
-    pub distance: F,
-    /// Columns from the left of the image, in pixels.
-    pub column: F,
-    /// Rows from the top of the image.
-    pub row: F,
-    /// The value of a pixel for a unit of light that leaves the point towards the camera, per unit of |cos| there: m⁻².
-    pub importance: F,
-    /// Lanes whose point lies in front of the camera.
-    pub seen: F::Mask,
-}
-
-/// Projects a point into the image through a point of the lens (camera importance: PBRT 3rd ed., 16.1.1).
+/// Projects a point into the image through a point of the lens: see [`CameraImage::project`].
+///
+/// [`CameraImage::project`]: crate::shading::camera::CameraImage::project
 #[inline(always)]
 pub fn view<F: Float>(setup: &RenderSetup, point: Vector<F>, lens: (F, F)) -> ImagePoint<F> {
-    let camera = &setup.scene.camera;
-    let [width, height] = setup.size.map(|side| side as f32);
-    let (origin, forward) = (Vector::splat(camera.origin), Vector::splat(camera.forward));
-    let (right, up) = (Vector::splat(camera.right), Vector::splat(camera.up));
-    let (one, least) = (F::one(), F::splat(1e-20));
-    let way = point - origin;
-    let (x, y, to_camera, distance, importance, ahead);
-    match camera.projection {
-        Projection::Orthographic { half_height } => {
-            let pixel = 2.0 * half_height / height;
-            (x, y) = (way.dot(right), way.dot(up));
-            (to_camera, distance, ahead) = (-forward, way.dot(forward), way.dot(forward));
-            importance = F::splat(1.0 / (pixel * pixel));
-            let scale = F::splat(1.0 / half_height);
-            return placed(x * scale, y * scale, to_camera, distance, importance, ahead, [width, height]);
-        }
-        Projection::Pinhole { tan_half_fov } => {
-            ahead = way.dot(forward);
-            let scale = one / (ahead * F::splat(tan_half_fov)).max(least);
-            (x, y) = (way.dot(right) * scale, way.dot(up) * scale);
-            distance = way.dot(way).sqrt().max(least);
-            to_camera = way * (-one / distance);
-            importance = per_square_metre(tan_half_fov, height, ahead, distance);
-        }
-        Projection::ThinLens { tan_half_fov, lens_radius, focus_distance, .. } => {
-            let lens = camera::on_lens(setup.scene.aperture.as_ref(), lens);
-            let radius = F::splat(lens_radius);
-            let offset = right * (lens.0 * radius) + up * (lens.1 * radius);
-            let way = way - offset;
-            ahead = way.dot(forward);
-            let focus = offset + way * (F::splat(focus_distance) / ahead.max(least));
-            let scale = F::splat(1.0 / (tan_half_fov * focus_distance));
-            (x, y) = (focus.dot(right) * scale, focus.dot(up) * scale);
-            distance = way.dot(way).sqrt().max(least);
-            to_camera = way * (-one / distance);
-            importance = per_square_metre(tan_half_fov, height, ahead, distance);
-        }
-    }
-    placed(x, y, to_camera, distance, importance, ahead, [width, height])
-}
-
-/// 1 / (d² A cos³ θ), with the area A of a pixel a metre in front of the camera.
-#[inline(always)]
-fn per_square_metre<F: Float>(tan_half_fov: f32, height: f32, ahead: F, distance: F) -> F {
-    let pixel = 2.0 * tan_half_fov / height;
-    let cosine = (ahead / distance).max(F::splat(1e-6));
-    F::one() / (distance * distance * cosine * cosine * cosine * F::splat(pixel * pixel))
-}
-
-#[inline(always)]
-fn placed<F: Float>(
-    x: F,
-    y: F,
-    to_camera: Vector<F>,
-    distance: F,
-    importance: F,
-    ahead: F,
-    [width, height]: [f32; 2],
-) -> ImagePoint<F> {
-    let half = F::splat(0.5 * height);
-    ImagePoint {
-        to_camera,
-        distance,
-        column: (x + F::splat(width / height)) * half,
-        row: (F::one() - y) * half,
-        importance,
-        seen: ahead.gt(F::splat(1e-6)),
-    }
+    setup.image().project(setup.scene.aperture.as_ref(), point, lens)
 }
 
 /// A photon that one or more pixels see.
@@ -139,9 +57,21 @@ impl Splats {
             let [x, y] = place.map(|(at, most)| (at.max(0.0) as u32 / BLOCK).min(most - 1));
             (y * columns + x) as usize
         };
+        // What lies at one end of a panorama that goes around counts for the filter at the other end, too.
+        let (around, reach) = (setup.image().circumference(), setup.filter.radius());
+        let with_copy = move |splat: &Splat| {
+            let away = match around {
+                Some(width) if splat.column < reach => Some(width),
+                Some(width) if splat.column > width - reach => Some(-width),
+                _ => None,
+            };
+            let copy = away.map(|away| Splat { column: splat.column + away, ..*splat });
+            std::iter::once(*splat).chain(copy)
+        };
+        let splats = splats.flat_map(with_copy);
         let mut starts = vec![0u32; (columns * rows) as usize + 1];
         for splat in splats.clone() {
-            starts[block(splat) + 1] += 1;
+            starts[block(&splat) + 1] += 1;
         }
         for at in 1..starts.len() {
             starts[at] += starts[at - 1];
@@ -150,8 +80,8 @@ impl Splats {
         let nothing = Splat { column: 0.0, row: 0.0, light: Color::black() };
         let mut sorted = vec![nothing; starts.last().copied().unwrap_or(0) as usize];
         for splat in splats {
-            let at = &mut next[block(splat)];
-            sorted[*at as usize] = *splat;
+            let at = &mut next[block(&splat)];
+            sorted[*at as usize] = splat;
             *at += 1;
         }
         Self { columns, starts, splats: sorted }

@@ -10,6 +10,7 @@ use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
 use crate::scene::bodies::Body;
 use crate::scene::{CompiledScene, MaterialRecord, Projection};
+use crate::shading::camera::CameraImage;
 use crate::shading::principled::tables::LobeTables;
 use crate::world::{Adaptive, Caustics, Pattern, Sampler, Settings, Transport};
 use reuse_groups::ReuseGroups;
@@ -127,6 +128,12 @@ impl RenderSetup {
         }
     }
 
+    /// The camera with the size of the image.
+    #[inline(always)]
+    pub fn image(&self) -> CameraImage<'_> {
+        CameraImage::new(&self.scene.camera, self.size)
+    }
+
     /// n² of the body that fills the camera's position.
     pub fn index_square_around(&self) -> f32 {
         index_square(&self.scene, self.around)
@@ -155,7 +162,7 @@ impl RenderSetup {
         }
         let lens = match self.scene.camera.projection {
             Projection::ThinLens { pattern, .. } => Some(pattern),
-            Projection::Pinhole { .. } | Projection::Orthographic { .. } => None,
+            _ => None,
         };
         let is_grid = |pattern: Pattern| matches!(pattern, Pattern::Jittered | Pattern::Regular);
         let lights = self.scene.lights.iter().any(|light| light.pattern == Pattern::Jittered);

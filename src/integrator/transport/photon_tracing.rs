@@ -16,17 +16,18 @@ use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::photons::PhotonPlan;
 use crate::integrator::photons::emission::EmittedPhoton;
 use crate::integrator::photons::gather::{first_radius, footprint_area};
-use crate::integrator::photons::splat::{ImagePoint, is_in_image, view};
+use crate::integrator::photons::splat::{is_in_image, view};
 use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::Dimension;
 use crate::sampling::draw::{draw_1d, draw_2d};
 use crate::scene::CompiledScene;
 use crate::shading::boundary::Boundary;
+use crate::shading::camera::ImagePoint;
 use crate::shading::emitter::SHADOW_END;
 use crate::shading::principled::sample::BsdfSample;
 use crate::shading::surface::offset_origin;
 use crate::shading::whitted_params::Shaded;
-use crate::shading::{HitLanes, ShadingPoint, Surface, camera};
+use crate::shading::{HitLanes, ShadingPoint, Surface};
 use crate::simd::{Float, Int, Mask};
 
 /// The outcome of photons that have hit a material: they go on, or end, or both.
@@ -280,7 +281,7 @@ impl<F: Float> Eye<F> {
         let ray = Ray { origin, direction, t_min: F::zero(), t_max: F::splat(f32::INFINITY) };
         let hit = HitLanes { t: view.distance, ..*hit };
         let surface = Surface::new(&scene.geometry, &ray, &hit, mask);
-        let (at_lens, per_metre) = camera::pixel_width(&scene.camera, setup.size[1] as f32);
+        let (at_lens, per_metre) = setup.image().pixel_width();
         let width = F::splat(at_lens) + F::splat(per_metre) * view.distance;
         let cosine = path.direction.dot(surface.geometric_normal).abs().max(F::splat(1e-3));
         Some(Self { view, direction, hit, surface, width, cosine, mask })

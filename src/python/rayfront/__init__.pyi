@@ -394,7 +394,20 @@ class _Environment(Variant):
     ) -> Variant: ...
 
 Environment: _Environment
+Equidistant: Variant
+Equisolid: Variant
 Fast: Variant
+
+class _Fisheye(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        fov_degrees: _Number = ...,
+        mapping: Variant = ...,
+        circular: bool = ...,
+    ) -> Variant: ...
+
+Fisheye: _Fisheye
 Fixed: Variant
 Flat: Variant
 Fractal: Variant
@@ -435,6 +448,19 @@ HeightField: _HeightField
 High: Variant
 Image: Variant
 Independent: Variant
+
+class _Intrinsics(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        fx: _Number,
+        fy: _Number,
+        cx: _Number,
+        cy: _Number,
+        size: ArrayLike,
+    ) -> Variant: ...
+
+Intrinsics: _Intrinsics
 InverseSquare: Variant
 Jittered: Variant
 Keys: Variant
@@ -551,6 +577,7 @@ Off: Variant
 On: Variant
 Opaque: Variant
 Open: Variant
+OpenCv: Variant
 
 class _Orthographic(Variant):
     def __call__(  # type: ignore[override]
@@ -560,9 +587,35 @@ class _Orthographic(Variant):
     ) -> Variant: ...
 
 Orthographic: _Orthographic
+OverUnder: Variant
+
+class _Panorama(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        horizontal_degrees: _Number = ...,
+        vertical_degrees: _Number = ...,
+    ) -> Variant: ...
+
+Panorama: _Panorama
 Path: Variant
 PbrNeutral: Variant
 Phong: Variant
+
+class _Photographic(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        focal_length_mm: _Number = ...,
+        sensor_width_mm: _Number = ...,
+        f_stop: _Number = ...,
+        focus_distance_m: _Number = ...,
+        shift: ArrayLike = ...,
+        aperture: _Path = ...,
+        pattern: Variant = ...,
+    ) -> Variant: ...
+
+Photographic: _Photographic
 
 class _Photometric(Variant):
     def __call__(  # type: ignore[override]
@@ -659,6 +712,7 @@ Right: Variant
 Round: Variant
 Samples: Variant
 ScaleByMaximum: Variant
+SideBySide: Variant
 
 class _Sky(Variant):
     def __call__(  # type: ignore[override]
@@ -696,6 +750,7 @@ class _Spot(Variant):
 Spot: _Spot
 Srgb: Variant
 Step: Variant
+Stereographic: Variant
 
 class _Strands(Variant):
     def __call__(  # type: ignore[override]
@@ -751,7 +806,7 @@ class _ThinLens(Variant):
         *,
         vertical_fov_degrees: _Number = ...,
         lens_radius_m: _Number,
-        focus_distance_m: _Number,
+        focus_distance_m: _Number = ...,
         aperture: _Path = ...,
         pattern: Variant = ...,
     ) -> Variant: ...

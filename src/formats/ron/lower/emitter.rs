@@ -2,7 +2,7 @@
 
 use super::Lowering;
 use crate::error::LoadError;
-use crate::formats::ron::source::Raw;
+use crate::formats::ron::source::{Raw, VariantText};
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, Wrap};
 use crate::world::shapes::ShapeFault;
@@ -48,9 +48,20 @@ impl<'a> Lowering<'_, 'a> {
         Ok(light)
     }
 
-    pub(super) fn camera(&mut self, raw: Raw<'a>) -> Result<Camera, LoadError> {
+    /// Reads a camera, whose lens needs a distance to focus on unless it `follows` an entity.
+    pub(super) fn camera(&mut self, raw: Raw<'a>, follows: bool) -> Result<Camera, LoadError> {
         let mut camera = Camera::Orthographic { height_m: 0.0 };
         self.form(raw, &mut camera)?;
+        let Some(VariantText { name, body }) = self.source.variant(raw) else { return Ok(camera) };
+        let members = self.source.members(body.unwrap_or("()"), name)?;
+        let given = |name: &str| members.iter().find(|(key, _)| *key == name).map(|(_, raw)| raw.0);
+        if let Err(reason) = camera.check_angle() {
+            return Err(self.source.error(given("fov_degrees").unwrap_or(name), reason));
+        }
+        if camera.focus_distance_m().is_some() && given("focus_distance_m").is_none() && !follows {
+            let reason = format!("{name} needs the field \"focus_distance_m\", or the entity a focus_on");
+            return Err(self.source.error(name, reason));
+        }
         Ok(camera)
     }
 

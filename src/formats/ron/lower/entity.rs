@@ -10,7 +10,7 @@ use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, shorten, suggest};
 use crate::world::components::WrittenAt;
 use crate::world::names::is_same_name;
-use crate::world::{Model, Name, Parent, Transform, WithoutCaustics};
+use crate::world::{FocusOn, Model, Name, Parent, Stereo, Transform, WithoutCaustics};
 
 /// The entities before their parents are resolved. Indices are places in `entities`.
 #[derive(Default)]
@@ -23,13 +23,17 @@ struct Family<'a> {
     /// Entities whose parent is a node of a glTF file: the place in the text, and the names of the entity that places
     /// the file and of the node.
     nodes: Vec<(usize, Raw<'a>, String, String)>,
+    /// Cameras that focus on an entity, and the place of its name in the text.
+    focused: Vec<(usize, Raw<'a>)>,
     /// Entities that place a glTF file: the file and the material overrides.
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
 }
 
 /// The keys of an entity.
-const ENTITY: [&str; 10] =
-    ["name", "parent", "transform", "shape", "gltf", "overrides", "material", "light", "camera", "caustics"];
+const ENTITY: [&str; 12] = [
+    "name", "parent", "transform", "shape", "gltf", "overrides", "material", "light", "camera", "caustics",
+    "stereo", "focus_on",
+];
 
 impl<'a> Lowering<'_, 'a> {
     pub(super) fn entities(&mut self, raw: Raw<'a>) -> Result<(), LoadError> {
@@ -51,6 +55,16 @@ impl<'a> Lowering<'_, 'a> {
             let Some(parent) = parents[*child] else { continue };
             // Both were spawned above.
             let _ = self.world.entities.insert_one(family.entities[*child], Parent(family.entities[parent]));
+        }
+        for (camera, raw) in &family.focused {
+            let name = self.source.string(*raw, "an entity's name")?;
+            let Some((_, focused)) = family.names.get(&name) else {
+                let suggestion = suggest(&name, family.names.keys().map(String::as_str));
+                let reason = format!("unknown entity \"{}\"{suggestion}", shorten(&name));
+                return Err(self.source.error(raw.0, reason));
+            };
+            let focus = FocusOn(family.entities[*focused]);
+            let _ = self.world.entities.insert_one(family.entities[*camera], focus);
         }
         // Last, so that the scene's own entities keep their names and come first.
         for (index, raw, overrides) in &family.models {
@@ -93,7 +107,7 @@ impl<'a> Lowering<'_, 'a> {
     fn entity(
         &mut self,
         (raw, file): (Raw<'a>, &Arc<Path>),
-        given: [Option<Raw<'a>>; 10],
+        given: [Option<Raw<'a>>; 12],
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
         let source = self.source;
@@ -101,7 +115,20 @@ impl<'a> Lowering<'_, 'a> {
             let keys = ENTITY.join(", ");
             return Err(source.error(raw.0, format!("an entity needs at least one key; keys: {keys}")));
         }
-        let [name, parent, transform, shape, gltf, overrides, material, light, camera, caustics] = given;
+        let [
+            name,
+            parent,
+            transform,
+            shape,
+            gltf,
+            overrides,
+            material,
+            light,
+            camera,
+            caustics,
+            stereo,
+            focus_on,
+        ] = given;
         if let (Some(_), Some(material), None) = (gltf, material, shape) {
             let reason = "a glTF file has materials of its own: overrides: {\"its name\": …} replaces one";
             return Err(source.error(material.0, reason));
@@ -142,9 +169,8 @@ impl<'a> Lowering<'_, 'a> {
                 builder.add(WithoutCaustics);
             }
         }
-        if let Some(camera) = self.recovered(camera, Self::camera)? {
-            builder.add(camera);
-        }
+        self.camera_of_entity(camera, [stereo, focus_on], &mut builder)?;
+        family.focused.extend(focus_on.map(|raw| (index, raw)));
         let overrides = match (overrides, gltf) {
             (None, _) => Vec::new(),
             (Some(raw), None) => {
@@ -155,6 +181,32 @@ impl<'a> Lowering<'_, 'a> {
         family.models.extend(gltf.map(|raw| (index, raw, overrides)));
         family.parents.extend(parent.map(|raw| (index, raw)));
         family.entities.push(self.world.entities.spawn(builder.build()));
+        Ok(())
+    }
+
+    /// Reads an entity's camera with its `stereo`; whether it can `focus_on` something is checked.
+    fn camera_of_entity(
+        &mut self,
+        camera: Option<Raw<'a>>,
+        [stereo, focus_on]: [Option<Raw<'a>>; 2],
+        builder: &mut hecs::EntityBuilder,
+    ) -> Result<(), LoadError> {
+        let source = self.source;
+        if let (Some(raw), None) = (stereo.or(focus_on), camera) {
+            return Err(source.error(raw.0, "this is for cameras, and the entity has none"));
+        }
+        if let Some(mut camera) = self.recovered(camera, |this, raw| this.camera(raw, focus_on.is_some()))? {
+            if let (Some(raw), None) = (focus_on, camera.focus_distance_m()) {
+                let reason = "everything is sharp: a ThinLens or a Photographic with an f_stop can focus";
+                return Err(source.error(raw.0, reason));
+            }
+            builder.add(camera);
+        }
+        if let Some(raw) = stereo {
+            let mut pair = Stereo::default();
+            self.structure(raw, &mut pair)?;
+            builder.add(pair);
+        }
         Ok(())
     }
 

@@ -89,6 +89,12 @@ impl<'a> Lowering<'_, 'a> {
             Slot::Stops(to) => *to = source.stops(raw)?,
             Slot::Sides(to) => *to = source.sides(raw, name)?,
             Slot::Extents(to) => *to = source.extents(raw, name)?,
+            Slot::Pair(to, range) => {
+                *to = source.vec2(raw)?;
+                if ![to.x, to.y].into_iter().all(|part| range.contains(part)) {
+                    return Err(source.out_of_range(raw, name, &range.to_string()));
+                }
+            }
             Slot::Image(to) => *to = Some(self.assets.image(source, raw, &mut self.world)?),
             Slot::Profile(to) => *to = self.profile(raw)?,
             Slot::Priority(to) => *to = source.priority(raw)?,

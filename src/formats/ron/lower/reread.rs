@@ -10,7 +10,7 @@ use crate::error::LoadError;
 use crate::formats::AssetFiles;
 use crate::formats::ron::query::Kind;
 use crate::formats::ron::source::{Raw, SceneText};
-use crate::world::{Camera, MaterialId, Shape, World};
+use crate::world::{Camera, FocusOn, MaterialId, Shape, World};
 
 /// A component of an entity that scene files can express.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,7 +144,7 @@ impl<'a> Lowering<'_, 'a> {
                 self.world.entities.insert_one(entity, read)
             }
             Component::Camera => {
-                let read = self.camera(raw)?;
+                let read = self.camera(raw, self.world.entities.satisfies::<&FocusOn>(entity))?;
                 self.world.entities.insert_one(entity, read)
             }
             Component::Material => {

@@ -18,12 +18,13 @@ pub(super) fn transform<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Tran
     match source.variant(raw) {
         Some(variant) if variant.name == "LookAt" => look_at(source, variant),
         Some(variant) if variant.name == "Matrix" => matrix(source, variant),
+        Some(variant) if variant.name == "OpenCv" => open_cv(source, variant),
         Some(VariantText { name: "Keys", .. }) => {
             let reason = "keys are for single values, as (translate: Keys([(0, (0, 0, 0)), (2, (1, 0, 0))]))";
             Err(source.error(raw.0, reason))
         }
         Some(VariantText { name, body: Some(_) }) => {
-            Err(source.unknown(name, "transform", &["LookAt", "Matrix", "(translate: …)"]))
+            Err(source.unknown(name, "transform", &["LookAt", "Matrix", "OpenCv", "(translate: …)"]))
         }
         _ if raw.0.starts_with('(') => translate_rotate_scale(source, raw),
         _ => Err(source.expected(raw, "a transform, as (translate: …), LookAt(…) or Matrix(…)")),
@@ -125,8 +126,28 @@ fn matrix<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transf
     const FORM: &str = "Matrix(((a, b, c, d), (e, f, g, h), (i, j, k, l))), three rows of four";
     let body = Raw(variant.body.unwrap_or(variant.name));
     let [inner] = source.tuple(body, FORM)?;
+    affine(source, inner, FORM).map(Transform::Matrix)
+}
+
+/// The pose of a camera as computer vision gives it: +X to the right, +Y down and +Z into the scene.
+fn open_cv<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transform, LoadError> {
+    const FORM: &str = "((a, b, c, d), (e, f, g, h), (i, j, k, l)), three rows of four";
+    let pose = match source.variant_keys(variant, 0, ["camera_to_world", "world_to_camera"])? {
+        [Some(raw), None] => affine(source, raw, FORM)?,
+        [None, Some(raw)] => affine(source, raw, FORM)?.inverse(),
+        _ => {
+            let reason = "OpenCv needs the field \"camera_to_world\" or \"world_to_camera\", one of both";
+            return Err(source.error(variant.name, reason));
+        }
+    };
+    let ours = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+    Ok(Transform::Matrix(DAffine3::from_mat3_translation(pose.matrix3 * ours, pose.translation)))
+}
+
+/// Three rows of an affine matrix that has an inverse.
+fn affine<'a>(source: &SceneText<'a>, inner: Raw<'a>, form: &str) -> Result<DAffine3, LoadError> {
     let mut rows = [[0.0_f64; 4]; 3];
-    let raw_rows: [Raw; 3] = source.tuple(inner, FORM)?;
+    let raw_rows: [Raw; 3] = source.tuple(inner, form)?;
     for (row, raw) in rows.iter_mut().zip(raw_rows) {
         let numbers: [Raw; 4] = source.tuple(raw, "a row (a, b, c, d)")?;
         for (number, raw) in row.iter_mut().zip(numbers) {
@@ -138,7 +159,7 @@ fn matrix<'a>(source: &SceneText<'a>, variant: VariantText<'a>) -> Result<Transf
     if !is_invertible(axes) {
         return Err(source.error(inner.0, "the matrix has no inverse: it makes things flat"));
     }
-    Ok(Transform::Matrix(DAffine3::from_mat3_translation(axes, column(3))))
+    Ok(DAffine3::from_mat3_translation(axes, column(3)))
 }
 
 /// Tests if a matrix is invertible, and the inverse within the range of f32.

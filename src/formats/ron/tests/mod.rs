@@ -141,6 +141,11 @@ const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
         (light: Environment(radiance: 2, image: "../assets/checker.png")),
         (light: Directional(irradiance: 1, angle_degrees: 0.53)),
         (camera: Orthographic(height_m: 3)), (camera: Pinhole(vertical_fov_degrees: Some(60.5))),
+        (camera: Photographic(focal_length_mm: 85, f_stop: 1.8, shift: (0, 0.25)), focus_on: "ball"),
+        (camera: Intrinsics(fx: 525.5, fy: 520, cx: 319.5, cy: 239.5, size: (640, 480)),
+         transform: OpenCv(world_to_camera: ((1, 0, 0, 0.5), (0, 1, 0, -1), (0, 0, 1, 2)))),
+        (camera: Panorama(vertical_degrees: 90), stereo: (layout: OverUnder, eye_distance_m: 0.06, convergence_m: 3)),
+        (camera: Fisheye(fov_degrees: 220, mapping: Equisolid, circular: false), stereo: ()),
     ],
 )
 "##;

@@ -158,7 +158,7 @@ fn shapes_lights_and_cameras_have_defaults() {
 fn entities_keep_the_order_of_the_file_and_parents_may_follow() {
     let world = read(EVERYTHING).unwrap();
     let order = world.in_order();
-    assert_eq!(order.len(), 15);
+    assert_eq!(order.len(), 19);
     let child = order[1];
     assert_eq!(world.name_of(child), "child");
     assert_eq!(world.entities.get::<&Parent>(child).unwrap().0, order[2]);
@@ -258,7 +258,7 @@ fn numbers_are_rounded_once() {
 #[test]
 fn byte_order_mark_and_windows_line_ends_are_accepted() {
     let world = read(&format!("\u{feff}{}", EVERYTHING.replace('\n', "\r\n"))).unwrap();
-    assert_eq!(world.in_order().len(), 15);
+    assert_eq!(world.in_order().len(), 19);
 }
 
 #[test]

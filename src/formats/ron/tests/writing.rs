@@ -46,13 +46,15 @@ fn portrait(world: &World, entity: hecs::Entity) -> String {
         format!("{named:?} {textures:?}")
     });
     format!(
-        "{:?} {parent:?} {:?} {:?} {material:?} {:?} {:?} {}",
+        "{:?} {parent:?} {:?} {:?} {material:?} {:?} {:?} {} {:?} {:?}",
         entities.get::<&Name>(entity).ok().map(|name| name.0.clone()),
         entities.get::<&Transform>(entity).ok().map(|transform| *transform),
         entities.get::<&Shape>(entity).ok().map(|shape| (*shape).clone()),
         entities.get::<&Light>(entity).ok().map(|light| (*light).clone()),
         entities.get::<&Camera>(entity).ok().map(|camera| *camera),
         entities.satisfies::<&WithoutCaustics>(entity),
+        entities.get::<&Stereo>(entity).ok().map(|stereo| *stereo),
+        entities.get::<&FocusOn>(entity).ok().map(|focused| world.name_of(focused.0)),
     )
 }
 

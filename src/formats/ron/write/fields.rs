@@ -39,6 +39,7 @@ impl WrittenTextures<'_> {
             (Slot::Numbers(a, _), Slot::Numbers(b, _)) => same(a, b),
             (Slot::Extents(a), Slot::Extents(b)) => same(&a.to_array(), &b.to_array()),
             (Slot::Sides(a), Slot::Sides(b)) => same(&a.to_array(), &b.to_array()),
+            (Slot::Pair(a, _), Slot::Pair(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::Priority(a), Slot::Priority(b)) => a == b,
             (Slot::Color(a, _), Slot::Color(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::ColorMap(ColorInput::Constant(a), _), Slot::ColorMap(ColorInput::Constant(b), _)) => {
@@ -83,6 +84,7 @@ impl WrittenTextures<'_> {
             }
             Slot::Extents(size) => uniform_or_tuple(&size.to_array())?,
             Slot::Sides(size) => uniform_or_tuple(&size.to_array())?,
+            Slot::Pair(pair, _) => tuple(&pair.to_array())?,
             Slot::Image(Some(image)) => self.paths.image(*image)?,
             Slot::Profile(texture) => self.paths.image_of(*texture)?,
             Slot::Priority(priority) => priority.to_string(),

@@ -26,8 +26,8 @@ use crate::files;
 use crate::math::{DVec3, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Camera, FromModel, Light, MaterialId, Model, Name, Overrides, Parent, Shape, Transform, WithoutCaustics,
-    World,
+    Camera, FocusOn, FromModel, Light, MaterialId, Model, Name, Overrides, Parent, Shape, Stereo, Transform,
+    WithoutCaustics, World,
 };
 
 /// The longest entity on one line, in characters; longer entities take a line for each key.
@@ -132,6 +132,11 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
         keys.extend(
             get.get::<&Camera>(entity).ok().map(|it| ("camera", best(&|p| components::form(&*it, p)))),
         );
+        keys.extend(
+            get.get::<&Stereo>(entity).ok().map(|it| ("stereo", best(&|paths| stereo_pair(&it, paths)))),
+        );
+        let focused = get.get::<&FocusOn>(entity).ok().map(|it| format!("{:?}", world.name_of(it.0)));
+        keys.extend(focused.map(|name| ("focus_on", name)));
         (world.name_of(entity), keys)
     });
     Portrait {
@@ -145,6 +150,11 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
 pub fn camera(world: &World, camera: &Camera, scene_path: &Path) -> Result<String, SaveError> {
     let paths = AssetPaths::new(&world.assets, scene_path);
     components::form(camera, &paths).map_err(|reason| SaveError::new(scene_path, reason))
+}
+
+/// A stereo pair as in a scene file.
+fn stereo_pair(stereo: &Stereo, paths: &AssetPaths) -> Written {
+    Ok(texture::WrittenTextures { paths }.structure(&mut stereo.clone())?.finish(""))
 }
 
 /// The transform `LookAt(from: …, to: …, up: …)`, as in a scene file.
@@ -246,6 +256,15 @@ fn one_entity(
     if let Ok(camera) = world.entities.get::<&Camera>(entity) {
         keys.push(format!("camera: {}", components::form(&*camera, paths).map_err(within)?));
     }
+    if let Ok(stereo) = world.entities.get::<&Stereo>(entity) {
+        keys.push(format!("stereo: {}", stereo_pair(&stereo, paths).map_err(within)?));
+    }
+    if let Ok(focused) = world.entities.get::<&FocusOn>(entity) {
+        let name = names.get(&focused.0).ok_or_else(|| {
+            within("what it focuses on is inside a glTF file, where a scene cannot refer to".to_owned())
+        })?;
+        keys.push(format!("focus_on: {}", quote(name)?));
+    }
     if keys.is_empty() {
         // An entity needs at least one key, and this is the default.
         keys.push("transform: ()".to_owned());
@@ -258,7 +277,7 @@ fn one_entity(
     })
 }
 
-/// The names of entities; unnamed parents get a new name.
+/// The names of entities; unnamed parents and targets of cameras get a new name.
 fn entity_names(world: &World, order: &[hecs::Entity]) -> Written<HashMap<hecs::Entity, String>> {
     let mut names = HashMap::new();
     let mut taken = HashSet::new();
@@ -270,11 +289,14 @@ fn entity_names(world: &World, order: &[hecs::Entity]) -> Written<HashMap<hecs::
         names.insert(*entity, name.0.clone());
     }
     for entity in order {
-        let Ok(parent) = world.entities.get::<&Parent>(*entity) else { continue };
-        if world.entities.contains(parent.0) && !names.contains_key(&parent.0) {
-            let name = free_name(&world.name_of(parent.0), &taken);
-            taken.insert(name.clone());
-            names.insert(parent.0, name);
+        let parent = world.entities.get::<&Parent>(*entity).ok().map(|parent| parent.0);
+        let focused = world.entities.get::<&FocusOn>(*entity).ok().map(|focused| focused.0);
+        for other in parent.into_iter().chain(focused.filter(|other| order.contains(other))) {
+            if world.entities.contains(other) && !names.contains_key(&other) {
+                let name = free_name(&world.name_of(other), &taken);
+                taken.insert(name.clone());
+                names.insert(other, name);
+            }
         }
     }
     Ok(names)

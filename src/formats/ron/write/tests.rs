@@ -10,7 +10,7 @@ use crate::math::Rgb;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 use crate::world::{
     AlphaMode, Anisotropy, Aov, Assets, BlinnPhong, Camera, ColorInput, Combination, Falloff, Iridescence,
-    Light, PatternPlacement, PixelFilter, Principled, Settings, Shape, TexturePattern, Volume,
+    Light, PatternPlacement, PixelFilter, Principled, Settings, Shape, Stereo, TexturePattern, Volume,
 };
 
 /// The human-readable type of a field.
@@ -41,6 +41,7 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Stops(_) => "`[(number, colour), …]`".into(),
         Slot::Sides(_) => "number or (width, height), m".into(),
         Slot::Extents(_) => "number or (x, y, z), m".into(),
+        Slot::Pair(_, range) => bounded("(x, y)", range),
         Slot::Image(_) | Slot::Profile(_) => "path".into(),
         Slot::Priority(_) => "whole number, -1000 to 1000".into(),
         Slot::Color(_, range) => color("colour", range),
@@ -280,8 +281,9 @@ fn tables_of_the_guide_are_as_the_code() {
         ("lights", &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() }),
         ("cameras", &mut Camera::Orthographic { height_m: 1.0 }),
     ];
-    let parts: [(&str, &mut dyn Fields); 7] = [
+    let parts: [(&str, &mut dyn Fields); 8] = [
         ("placement", &mut PatternPlacement::default()),
+        ("stereo pairs", &mut Stereo::default()),
         ("settings", &mut Settings::default()),
         ("BlinnPhong", &mut BlinnPhong::default()),
         ("Principled", &mut Principled::default()),

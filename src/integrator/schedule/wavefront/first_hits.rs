@@ -122,7 +122,7 @@ fn look_up(setup: &RenderSetup, path: &Path<f32>, hit: &HitLanes<f32>) -> FirstH
     let camera = &scene.camera;
     let from_camera = surface.position - Vector::splat(camera.origin);
     FirstHit {
-        depth_m: from_camera.dot(Vector::splat(camera.forward)),
+        depth_m: if camera.is_flat() { from_camera.dot(Vector::splat(camera.forward)) } else { hit.t },
         normal: [normal.x, normal.y, normal.z],
         albedo: albedo.into(),
         position: [surface.position.x, surface.position.y, surface.position.z],
