@@ -274,6 +274,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
         // Light inside a body hits its back, which is not hidden.
         hides_back: !m.double_sided && volume.is_none(),
         metallic: scalar(m.metallic),
+        edge_tint: m.edge_tint.to_array(),
         roughness: scalar(m.roughness),
         normal: normal(m.normal),
         bump: m.bump.map(bump),
@@ -397,6 +398,7 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> MaterialRecord {
         coverage: coverage(m.alpha_mode),
         hides_back: false,
         metallic: none,
+        edge_tint: [1.0; 3],
         roughness: ScalarParam::constant(roughness),
         normal: None,
         bump: None,

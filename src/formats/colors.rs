@@ -141,20 +141,21 @@ pub(super) fn black_body(kelvin: f32) -> Rgb {
     color.map(|part| (part / luminance) as f32).into()
 }
 
-/// Metals and the light that a smooth surface of each reflects straight on, as linear colours under daylight (D65),
-/// from measured indices of refraction n + i k: ((n − 1)² + k²) / ((n + 1)² + k²), averaged with the
-/// [`OBSERVER`]'s weights. What is beyond 1, as red is of gold, is cut off. A test computes them from the indices.
-const METALS: [(&str, [f32; 3]); 10] = [
-    ("aluminium", [0.907, 0.916, 0.922]),
-    ("brass", [0.910, 0.778, 0.424]),
-    ("chromium", [0.550, 0.556, 0.554]),
-    ("copper", [0.932, 0.622, 0.522]),
-    ("gold", [1.0, 0.729, 0.364]),
-    ("iron", [0.530, 0.513, 0.494]),
-    ("nickel", [0.697, 0.641, 0.563]),
-    ("silver", [0.989, 0.984, 0.978]),
-    ("steel", [0.604, 0.587, 0.568]),
-    ("titanium", [0.619, 0.579, 0.543]),
+/// Metals: the light that a smooth surface of each reflects straight on, and the factor on Schlick's approximation at the
+/// angle of cosine 1/7 (82°); linear colours under daylight (D65), from measured indices of refraction n + i k and
+/// Fresnel's equations, averaged with the [`OBSERVER`]'s weights. What is beyond 1, as red is of gold, is cut off. A test
+/// computes them from the indices.
+const METALS: [(&str, [f32; 3], [f32; 3]); 10] = [
+    ("aluminium", [0.907, 0.916, 0.922], [0.874, 0.903, 0.933]),
+    ("brass", [0.910, 0.778, 0.424], [0.952, 0.979, 1.0]),
+    ("chromium", [0.550, 0.556, 0.554], [0.741, 0.749, 0.814]),
+    ("copper", [0.932, 0.622, 0.522], [0.982, 0.947, 0.945]),
+    ("gold", [1.0, 0.729, 0.364], [0.991, 1.0, 0.981]),
+    ("iron", [0.530, 0.513, 0.494], [0.765, 0.767, 0.801]),
+    ("nickel", [0.697, 0.641, 0.563], [0.815, 0.834, 0.871]),
+    ("silver", [0.989, 0.984, 0.978], [0.993, 0.995, 0.999]),
+    ("steel", [0.604, 0.587, 0.568], [0.814, 0.847, 0.903]),
+    ("titanium", [0.619, 0.579, 0.543], [0.769, 0.790, 0.821]),
 ];
 
 /// The names of the metals.
@@ -168,9 +169,12 @@ pub(super) const METAL_NAMES: [&str; METALS.len()] = {
     names
 };
 
-/// The reflectance of a metal straight on.
-pub(super) fn metal(name: &str) -> Option<Rgb> {
-    METALS.iter().find(|(known, _)| *known == name).map(|(_, color)| (*color).into())
+/// The reflectance of a metal straight on, and the tint of its edge.
+pub(super) fn metal(name: &str) -> Option<[Rgb; 2]> {
+    METALS
+        .iter()
+        .find(|(known, ..)| *known == name)
+        .map(|(_, straight, edge)| [*straight, *edge].map(Rgb::from))
 }
 
 #[cfg(test)]
@@ -332,19 +336,37 @@ mod tests {
         values[next - 1] + (values[next] - values[next - 1]) * part
     }
 
+    /// The part of unpolarised light that a conductor reflects (Born and Wolf, Principles of Optics, 14.2).
+    fn conductor(n: f64, k: f64, cos: f64) -> f64 {
+        let sin_square = 1.0 - cos * cos;
+        let real = n * n - k * k - sin_square;
+        let sum = (real * real + 4.0 * n * n * k * k).sqrt();
+        let a = (0.5 * (sum + real)).max(0.0).sqrt();
+        let across = (sum - 2.0 * a * cos + cos * cos) / (sum + 2.0 * a * cos + cos * cos);
+        let [low, high] = [-1.0, 1.0]
+            .map(|sign| sum * cos * cos + sign * 2.0 * a * cos * sin_square + sin_square * sin_square);
+        0.5 * across * (1.0 + low / high)
+    }
+
     #[test]
     fn metals_reflect_what_their_indices_say() {
         let white = of_spectrum(|row| D65[row]);
         for (name, wavelengths, n, k) in MEASURED {
-            let reflected = of_spectrum(|row| {
-                let nm = wavelength_m(row) * 1e9;
-                let (n, k) = (at(wavelengths, n, nm), at(wavelengths, k, nm));
-                D65[row] * ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)
-            });
-            let known = metal(name).unwrap().to_array();
-            for ((reflected, white), known) in reflected.iter().zip(white).zip(known) {
-                let expected = (reflected / white).min(1.0);
-                assert!((expected - f64::from(known)).abs() < 1e-3, "{name}: {expected} is not {known}");
+            let reflected = |cos: f64| {
+                let light = of_spectrum(|row| {
+                    let nm = wavelength_m(row) * 1e9;
+                    D65[row] * conductor(at(wavelengths, n, nm), at(wavelengths, k, nm), cos)
+                });
+                [0, 1, 2].map(|part| (light[part] / white[part]).min(1.0))
+            };
+            let [straight, edge] = [1.0, 1.0 / 7.0].map(reflected);
+            let [known, tint] = metal(name).unwrap().map(Rgb::to_array);
+            for part in 0..3 {
+                let schlick = straight[part] + (1.0 - straight[part]) * (6.0f64 / 7.0).powi(5);
+                let expected = [straight[part], (edge[part] / schlick).min(1.0)];
+                let found = [known[part], tint[part]].map(f64::from);
+                let near = (expected[0] - found[0]).abs() < 1e-3 && (expected[1] - found[1]).abs() < 1e-3;
+                assert!(near, "{name}: {expected:?} is not {found:?}");
             }
         }
         assert_eq!(MEASURED.map(|(name, ..)| name), METAL_NAMES);

@@ -76,9 +76,9 @@ const SCENE_WORDS: [SceneWord; 99] = [
         "`(diffuse: (0.5, 0.5, 0.5))`, or `Principled(metallic: 0, base_color: 0.5)`",
     ),
     word(
-        &["Metal", "metal", "Conductor", "conductor", "RoughConductor"],
+        &["metal", "Conductor", "conductor", "RoughConductor"],
         "Principled",
-        "`Principled(base_color: Metal(\"gold\"), roughness: 0.2)`",
+        "`Metal(\"gold\")`, or `Metal(name: \"gold\", roughness: 0.2)`",
     ),
     word(&["Mirror", "mirror"], "Principled", "`Principled(metallic: 1, roughness: 0)`"),
     word(

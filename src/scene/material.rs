@@ -164,6 +164,8 @@ pub struct MaterialRecord {
     pub hides_back: bool,
     /// Metalness, 0 to 1.
     pub metallic: ScalarParam,
+    /// A factor on the reflectance of metals at the angle of cosine 1/7, beside Schlick's approximation.
+    pub edge_tint: [f32; 3],
     /// Perceptual roughness.
     pub roughness: ScalarParam,
     /// Normal map of the base layer.

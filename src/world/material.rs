@@ -161,6 +161,9 @@ fields! {
         alpha_mode: AlphaMode = AlphaMode::Opaque, Form;
         /// from 0, a dielectric, to 1, a metal
         metallic: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Blue);
+        /// a factor on what a metal reflects at 82° to its normal, where measured metals reflect less than Schlick's
+        /// approximation says; `Metal(…)` has those of real ones
+        edge_tint: Rgb = Rgb::WHITE, Color(Range::UNIT);
         /// from 0, a mirror, to 1; the width of the microfacets' slopes is its square
         roughness: ScalarInput = ScalarInput::constant(1.0), NumberMap(Channel::Green);
         /// a normal map, with a factor on its slopes

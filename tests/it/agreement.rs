@@ -410,7 +410,7 @@ fn cameras_of_all_kinds_render_identically_in_all_ways() {
         (name: "ball", shape: Sphere(radius_m: 0.7), material: (ior: 1.5), transform: (translate: (-0.5, 0.8, 0.5))),
         (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))), material: (diffuse: Image("noise.png"))),
         (shape: Plane(corners: ((-9, 0, 6), (9, 0, 6), (9, 9, 6), (-9, 9, 6))), material: (diffuse: (0.7, 0.4, 0.2))),
-        (shape: Mesh("tetrahedron.ply"), transform: (translate: (1.5, 0.6, 1))),
+        (shape: Mesh("tetrahedron.ply"), transform: (translate: (1.5, 0.6, 1)), material: Metal(name: "iron", roughness: 0.4)),
         (light: Area(power_w: 100, size_m: 0.5, visible: true), transform: LookAt(from: (-1, 4, 2), to: (0, 0, 0))),
     ],
 )"#

@@ -101,7 +101,7 @@ pub const STRIPS: &[Strip] = &[
     },
     Strip {
         name: "metals",
-        scene: &[STUDIO, ON_SQUARES, "Principled(base_color: Metal(\"VALUE\"), roughness: 0.15)", END],
+        scene: &[STUDIO, ON_SQUARES, "Metal(name: \"VALUE\", roughness: 0.15)", END],
         values: &[
             "aluminium", "brass", "chromium", "copper", "gold", "iron", "nickel", "silver", "steel",
             "titanium",

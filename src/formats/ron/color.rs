@@ -124,6 +124,11 @@ impl<'a> SceneText<'a> {
     /// `Metal("name")`.
     fn metal(&self, body: &'a str) -> Result<Rgb, LoadError> {
         let [raw] = self.tuple(Raw(body), "Metal(\"name\")")?;
+        self.metal_called(raw).map(|[straight, _]| straight)
+    }
+
+    /// The colours of a metal: see [`colors::metal`].
+    pub(super) fn metal_called(&self, raw: Raw<'a>) -> Result<[Rgb; 2], LoadError> {
         let name = self.string(raw, "the name of a metal")?;
         colors::metal(&name).ok_or_else(|| {
             let suggestion = suggest(&name, colors::METAL_NAMES);

@@ -7,9 +7,7 @@ use crate::math::{Color, Rgb, Vector};
 use crate::shading::camera::ImagePoint;
 use crate::simd::Float;
 
-/// Projects a point into the image through a point of the lens: see [`CameraImage::project`].
-///
-/// [`CameraImage::project`]: crate::shading::camera::CameraImage::project
+/// Projects a point into the image through a point of the lens.
 #[inline(always)]
 pub fn view<F: Float>(setup: &RenderSetup, point: Vector<F>, lens: (F, F)) -> ImagePoint<F> {
     setup.image().project(setup.scene.aperture.as_ref(), point, lens)

@@ -664,6 +664,7 @@ class _Principled(Variant):
         alpha: _Number = ...,
         alpha_mode: Variant = ...,
         metallic: _Number = ...,
+        edge_tint: _Color = ...,
         roughness: _Number = ...,
         normal: Variant | Mapping[str, Any] = ...,
         bump: Mapping[str, Any] = ...,

@@ -116,7 +116,7 @@ impl<F: Float> Bsdf<F> {
     /// The directional albedo of the mirror lobe for a direction on either side.
     #[inline(always)]
     fn seen(&self, w: Vector<F>, mask: F::Mask) -> DirectionalAlbedo<F> {
-        let cosines = if self.has.film {
+        let cosines = if self.has.film || self.has.edge {
             albedo::cosines(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
         } else {
             [F::zero(); 2]

@@ -54,6 +54,7 @@ impl<F: Float> ShadingPoint<'_, F> {
             f0: Color::black(),
             f90: Color::black(),
             metal: base,
+            edge: Color::black(),
             metallic: zero,
             ggx: Ggx { x: one, y: one },
             roughness: one,
@@ -73,6 +74,9 @@ impl<F: Float> ShadingPoint<'_, F> {
         };
         if has.specular || has.transmission {
             self.mirror(&mut p, base, outside);
+        }
+        if has.edge {
+            p.edge = reflectance::edge(base, Color::splat(m.edge_tint.into()));
         }
         // The fraction of light that neither falls on metal nor is transmitted by microfacets.
         let mut scattered = one - p.metallic;
@@ -123,6 +127,7 @@ impl<F: Float> ShadingPoint<'_, F> {
             specular: m.has_mirror(),
             anisotropic: m.is_anisotropic(),
             metallic: !m.metallic.is_zero(),
+            edge: !m.metallic.is_zero() && m.edge_tint != [1.0; 3],
             constant_fresnel: m.constant_fresnel,
             transmission,
             solid: m.refracts(),

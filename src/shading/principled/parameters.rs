@@ -20,6 +20,8 @@ pub struct LobeFlags {
     pub anisotropic: bool,
     /// Partly or fully metallic.
     pub metallic: bool,
+    /// A metal that reflects less at the edge than by Schlick's approximation.
+    pub edge: bool,
     /// Reflectance independent of the angle.
     pub constant_fresnel: bool,
     /// Transmission by microfacets.
@@ -45,6 +47,7 @@ impl LobeFlags {
         specular: false,
         anisotropic: false,
         metallic: false,
+        edge: false,
         constant_fresnel: false,
         transmission: false,
         solid: false,
@@ -157,6 +160,8 @@ pub struct Parameters<F: Float> {
     pub f90: Color<F>,
     /// Reflectance of the metal at normal incidence.
     pub metal: Color<F>,
+    /// The factor on the shape of what the reflectance of a metal with an edge tint lacks.
+    pub edge: Color<F>,
     /// The fraction of the surface that is metal.
     pub metallic: F,
     /// Widths of the microfacet distribution along the frame's x and y.

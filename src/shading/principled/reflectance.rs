@@ -54,7 +54,7 @@ impl<F: Float> Reflectance<F> {
 pub(super) struct DirectionalAlbedo<F: Float> {
     /// Albedo of single reflections, if microfacets reflect all light.
     pub albedo: Albedo<F>,
-    /// Cosines that represent the angles of incidence at microfacets; meaningless without a film.
+    /// Cosines that represent the angles of incidence at microfacets; meaningless without a film or an edge tint.
     pub cosines: [F; 2],
 }
 
@@ -144,8 +144,11 @@ impl<F: Float> Bsdf<F> {
         } else {
             schlick(p.f0, p.f90, cos)
         };
-        let metal =
+        let mut metal =
             if self.has.metallic { schlick(p.metal, Color::grey(F::one()), cos) } else { Color::black() };
+        if self.has.edge {
+            metal = (metal + p.edge * -edge_dip(cos)).clamp(0.0, 1.0);
+        }
         Reflectance { dielectric, metal }
     }
 
@@ -213,11 +216,19 @@ impl<F: Float> Bsdf<F> {
         if self.has.constant_fresnel {
             return Reflectance { dielectric: p.f0 * own.whole(), metal: Color::black() };
         }
-        let metal = if self.has.metallic {
+        let mut metal = if self.has.metallic {
             p.metal * own.at_normal + Color::grey(own.at_grazing)
         } else {
             Color::black()
         };
+        if self.has.edge {
+            let mut dip = F::zero();
+            for &cos in cosines {
+                dip = dip + edge_dip(cos);
+            }
+            let mean = dip * F::splat(1.0 / cosines.len().max(1) as f32);
+            metal = (metal + p.edge * (-mean * own.whole())).clamp(0.0, 1.0);
+        }
         let bare = Reflectance { dielectric: p.f0 * own.at_normal + p.f90 * own.at_grazing, metal };
         if !self.has.film {
             return bare;
@@ -256,7 +267,12 @@ impl<F: Float> Bsdf<F> {
         if !self.has.film {
             let part = F::splat(if self.has.constant_fresnel { 0.0 } else { 1.0 / 21.0 });
             let white = Color::grey(F::one());
-            return Reflectance { dielectric: p.f0.mix(p.f90, part), metal: p.metal.mix(white, part) };
+            let mut metal = p.metal.mix(white, part);
+            if self.has.edge {
+                // The mean of the dip over the hemisphere is 2 B(3, 7).
+                metal = (metal + p.edge * F::splat(-1.0 / 126.0)).clamp(0.0, 1.0);
+            }
+            return Reflectance { dielectric: p.f0.mix(p.f90, part), metal };
         }
         let mut sum = Reflectance { dielectric: Color::black(), metal: Color::black() };
         let mut weights = F::zero();
@@ -326,6 +342,27 @@ impl<F: Float> Outlined for Covered<F> {
         }
         Reflectance { dielectric: covered, metal: metal.mix(seen.over(metal), film.weight) }
     }
+}
+
+/// The cosine at which a metal's edge tint is given: 82° to the normal, where metals reflect less than by Schlick's
+/// approximation (Kutz, Hašan and Edmondson, "Novel aspects of the Adobe Standard Material", 2021).
+const EDGE: f32 = 1.0 / 7.0;
+
+/// The shape of the reflectance that Schlick's approximation has too much: μ (1 − μ)⁶, largest at μ = 1/7 (Lazányi and
+/// Szirmay-Kalos, "Fresnel term approximations for metals", 2005).
+#[inline(always)]
+pub(super) fn edge_dip<F: Float>(cos: F) -> F {
+    let cos = cos.min(F::one());
+    let c = F::one() - cos;
+    let c2 = c * c;
+    cos * (c2 * c2 * c2)
+}
+
+/// The factor on [`edge_dip`] by which a metal reflects a fraction `tint` of Schlick's approximation at [`EDGE`].
+#[inline(always)]
+pub(super) fn edge<F: Float>(metal: Color<F>, tint: Color<F>) -> Color<F> {
+    let cos = F::splat(EDGE);
+    schlick(metal, Color::grey(F::one()), cos) * tint.complement() * (F::one() / edge_dip(cos))
 }
 
 /// Schlick's approximation of Fresnel's equations (1994).

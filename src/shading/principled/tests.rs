@@ -39,6 +39,7 @@ pub(super) fn opaque(base: f32, metallic: f32, roughness: f32) -> (LobeFlags, Pa
         f0: grey(0.04),
         f90: grey(1.0),
         metal: grey(base),
+        edge: grey(0.0),
         metallic,
         ggx: Ggx { x: alpha, y: alpha },
         roughness,
@@ -116,6 +117,43 @@ fn opaque_white_surfaces_pass_the_furnace_test() {
                 assert!(
                     (found - 1.0).abs() < 0.005,
                     "metallic {metallic} roughness {roughness} cos {cos}: {found}"
+                );
+            }
+        }
+    }
+}
+
+/// A metal with a tint of its edge reflects that part of Schlick's approximation at a cosine of 1/7, nearly all of it
+/// elsewhere, and its lobe of all bounces about what the albedos say by which lobes are chosen.
+#[test]
+fn metals_reflect_their_edge_tint_at_the_edge() {
+    let tinted = |base: f32, tint: f32, roughness: f32| {
+        let (mut has, mut p) = opaque(base, 1.0, roughness);
+        has.edge = true;
+        p.edge = super::reflectance::edge(p.metal, grey(tint));
+        (has, p)
+    };
+    for (base, tint) in [(0.53, 0.77), (0.9, 0.9), (0.04, 0.5), (1.0, 0.0)] {
+        let schlick = |cos: f32| base + (1.0 - base) * (1.0 - cos).powi(5);
+        for (cos, part) in [(1.0 / 7.0, tint), (1.0, 1.0)] {
+            let (has, p) = tinted(base, tint, 0.0);
+            let found = albedo(has, p, cos);
+            assert!(
+                (found / (part * schlick(cos)).max(1e-3) - 1.0).abs() < 2e-3 || found < 1e-3,
+                "{base} {cos}: {found}"
+            );
+        }
+        for roughness in [0.1, 0.3, 0.6, 1.0] {
+            for cos in [0.1, 0.3, 0.6, 1.0] {
+                let (has, p) = tinted(base, tint, roughness);
+                let found = albedo(has, p, cos);
+                let (plain_has, plain) = opaque(base, 1.0, roughness);
+                assert!(found <= albedo(plain_has, plain, cos) + 1e-3, "{base} {roughness} {cos}: {found}");
+                let bsdf = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true);
+                let expected = bsdf.once.metal.r + bsdf.multiple.r * (1.0 - bsdf.own.albedo.whole());
+                assert!(
+                    tint < 0.7 || (found - expected).abs() < 0.06,
+                    "{base} {tint} {roughness} {cos}: {found} {expected}"
                 );
             }
         }

@@ -4,9 +4,9 @@ use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, VariantText, shorten, suggest};
 use crate::world::fields::Fields;
-use crate::world::{BlinnPhong, Material, MaterialId, Principled};
+use crate::world::{BlinnPhong, ColorInput, Material, MaterialId, Principled, ScalarInput};
 
-const MODELS: &[&str] = &["BlinnPhong", "Principled"];
+const MODELS: &[&str] = &["BlinnPhong", "Principled", "Metal"];
 
 impl<'a> Lowering<'_, 'a> {
     /// Reads the scene's map of materials by name.
@@ -53,6 +53,7 @@ impl<'a> Lowering<'_, 'a> {
                 self.structure(Raw(body.unwrap_or("()")), &mut *material)?;
                 return Ok(Material::Principled(material));
             }
+            Some(VariantText { name: "Metal", body: Some(body) }) => return self.metal(body),
             Some(VariantText { name, body: Some(_) }) => {
                 return Err(self.source.unknown(name, "material model", MODELS));
             }
@@ -71,5 +72,30 @@ impl<'a> Lowering<'_, 'a> {
             material.visit(&mut |field| each(field))
         })?;
         Ok(Material::BlinnPhong(material))
+    }
+
+    /// `Metal("gold")`, or `Metal(name: "gold", …)` with fields of `Principled`: a polished metal.
+    fn metal(&mut self, body: &'a str) -> Result<Material, LoadError> {
+        let source = self.source;
+        let (name, members) = match source.tuple(Raw(body), "") {
+            Ok([name]) => (Some(name), Vec::new()),
+            Err(_) => {
+                let mut members = source.members(body, "Metal")?;
+                let place = members.iter().position(|(key, _)| *key == "name");
+                (place.map(|place| members.remove(place).1), members)
+            }
+        };
+        let Some(name) = name else {
+            return Err(source.error(body, "Metal needs the field \"name\", as Metal(name: \"gold\")"));
+        };
+        let [base_color, edge_tint] = source.metal_called(name)?;
+        let mut material = Box::new(Principled {
+            base_color: ColorInput::Constant(base_color),
+            edge_tint,
+            roughness: ScalarInput::constant(0.0),
+            ..Principled::default()
+        });
+        self.fill(&members, ("Metal", body), None, &mut |each| material.visit(&mut |field| each(field)))?;
+        Ok(Material::Principled(material))
     }
 }

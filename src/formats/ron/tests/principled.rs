@@ -113,3 +113,22 @@ fn trilinear_textures_and_environments_survive_saving() {
     assert!(text.contains("light: Environment(image: \"studio.exr\")"), "{text}");
     assert!(read(&text).is_ok());
 }
+
+#[test]
+fn metals_are_polished_unless_their_fields_say_otherwise() {
+    let metal =
+        |text: &str| match &read(&format!("(entities: [(material: {text})])")).unwrap().assets.materials[1]
+            .material
+        {
+            Material::Principled(material) => (**material).clone(),
+            Material::BlinnPhong(_) => panic!("a metal"),
+        };
+    let gold = metal("Metal(\"gold\")");
+    assert_eq!(gold.base_color, ColorInput::Constant(Rgb::new(1.0, 0.729, 0.364)));
+    assert_eq!((gold.edge_tint.r, gold.metallic.factor, gold.roughness.factor), (0.991, 1.0, 0.0));
+    let brushed = metal("Metal(name: \"gold\", roughness: 0.3, edge_tint: 1)");
+    assert_eq!(
+        (brushed.base_color, brushed.edge_tint, brushed.roughness.factor),
+        (gold.base_color, Rgb::WHITE, 0.3)
+    );
+}
