@@ -97,8 +97,9 @@ fn middle(world: &World, entity: Entity, matrix: &DAffine3) -> DVec3 {
             if bounds.is_empty() { mesh.origin } else { mesh.origin + bounds.center().as_dvec3() }
         }
         Ok(shape) => match shape.flat_corners() {
-            Some(corners) => {
-                corners.iter().map(|corner| corner.as_dvec3()).sum::<DVec3>() / corners.len() as f64
+            Some((origin, corners)) => {
+                let sum: DVec3 = corners.iter().map(|corner| corner.as_dvec3()).sum();
+                origin + sum / corners.len() as f64
             }
             None => DVec3::ZERO,
         },

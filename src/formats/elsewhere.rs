@@ -195,8 +195,8 @@ const SCENE_WORDS: [SceneWord; 99] = [
     ),
     word(
         &[
-            "focal_length", "focal_length_mm", "focallength", "lens", "fstop", "f_stop", "f_number",
-            "sensor_width",
+            "focal_length", "focal_length_mm", "focallength", "focalLength", "lens", "fstop", "f_stop",
+            "f_number", "sensor_width",
         ],
         "vertical_fov_degrees",
         "`camera: Photographic(focal_length_mm: 50, f_stop: 2.8, focus_distance_m: 3)`",
@@ -208,11 +208,6 @@ const SCENE_WORDS: [SceneWord; 99] = [
     ),
     word(&["Ortho", "ortho", "OrthographicCamera"], "Orthographic", "`Orthographic(height_m: 2)`"),
     word(&["fov", "angle", "fovy", "yfov", "fov_degrees"], "vertical_fov_degrees", FOV),
-    word(
-        &["lens", "focal_length", "focalLength"],
-        "vertical_fov_degrees",
-        "`vertical_fov_degrees: 27` is a lens of 50 mm on film of 36 × 24 mm",
-    ),
     // Entities.
     word(&["position", "location", "origin", "translate", "translation"], "transform", PLACED),
     word(&["rotation", "rotate", "rotation_euler", "rotate_degrees", "quaternion"], "transform", TURNED),

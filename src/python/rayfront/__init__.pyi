@@ -304,6 +304,7 @@ class _Capsule(Variant):
 
 Capsule: _Capsule
 CatmullRom: Variant
+Candela: Variant
 Cells: Variant
 Center: Variant
 
@@ -463,6 +464,7 @@ class _Intrinsics(Variant):
 Intrinsics: _Intrinsics
 InverseSquare: Variant
 Jittered: Variant
+Kelvin: Variant
 Keys: Variant
 
 class _Lathe(Variant):
@@ -479,6 +481,8 @@ Lathe: _Lathe
 Left: Variant
 Linear: Variant
 LookAt: Variant
+Lumens: Variant
+Lux: Variant
 
 class _Marble(Variant):
     def __call__(  # type: ignore[override]
@@ -518,6 +522,7 @@ class _Max(Variant):
     ) -> Variant: ...
 
 Max: _Max
+Metal: Variant
 
 class _Min(Variant):
     def __call__(  # type: ignore[override]
@@ -551,6 +556,7 @@ class _Multiply(Variant):
 
 Multiply: _Multiply
 Nearest: Variant
+Nits: Variant
 
 class _Noise(Variant):
     def __call__(  # type: ignore[override]

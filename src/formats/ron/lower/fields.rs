@@ -215,7 +215,7 @@ impl<'a> SceneText<'a> {
         let mut stops = Vec::with_capacity(items.len());
         for item in &items {
             let [at, color] = self.tuple(*item, "(number, colour)")?;
-            stops.push((self.number(at)?, self.color(color, "the colour of a stop")?));
+            stops.push((self.number(at)?, self.color(color, "the colour of a stop", None)?));
         }
         check_stops(&stops).map_err(|(number, reason)| self.error(items[number].0, reason))?;
         if stops.is_empty() {

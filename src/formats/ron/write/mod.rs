@@ -154,7 +154,7 @@ pub fn camera(world: &World, camera: &Camera, scene_path: &Path) -> Result<Strin
 
 /// A stereo pair as in a scene file.
 fn stereo_pair(stereo: &Stereo, paths: &AssetPaths) -> Written {
-    Ok(texture::WrittenTextures { paths }.structure(&mut stereo.clone())?.finish(""))
+    Ok(texture::WrittenTextures::new(paths).structure(&mut stereo.clone())?.finish(""))
 }
 
 /// The transform `LookAt(from: …, to: …, up: …)`, as in a scene file.
