@@ -21,6 +21,7 @@ pub(crate) mod normals;
 pub(crate) mod orbit_camera;
 pub(crate) mod origin;
 pub(crate) mod procedure;
+pub(crate) mod quantity;
 pub(crate) mod settings;
 pub(crate) mod shape;
 pub(crate) mod shapes;

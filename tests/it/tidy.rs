@@ -400,7 +400,7 @@ fn the_python_module_knows_the_forms_of_scene_files() {
         }
     }
     // Colours and the units of light.
-    for (file, list) in [("formats/ron/color.rs", "const FORMS:"), ("world/fields.rs", "const UNITS:")] {
+    for (file, list) in [("formats/ron/color.rs", "const FORMS:"), ("world/quantity.rs", "const UNITS:")] {
         let text = std::fs::read_to_string(root().join("src").join(file)).expect("text");
         let list = text.lines().find(|line| line.contains(list)).expect("a list");
         forms.extend(list.split('"').skip(1).step_by(2).map(str::to_owned));

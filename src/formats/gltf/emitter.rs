@@ -16,7 +16,7 @@ use super::extensions::light::{self, LightOfNode};
 use crate::error::Diagnostic;
 use crate::formats::LightUnits;
 use crate::math::Rgb;
-use crate::world::fields::LUMENS_PER_WATT;
+use crate::world::quantity::LUMENS_PER_WATT;
 use crate::world::{Camera, Falloff, Light};
 
 /// The largest plausible values in watts for suns (lux) and other lights (candela): a sun in Blender seldom exceeds 10
