@@ -57,7 +57,8 @@ impl View<'_> {
         };
         let from = center - self.camera.origin.as_dvec3();
         // Behind the camera is what mirrors show.
-        let depth = from.dot(self.camera.forward.as_dvec3()).abs() - radius;
+        let along = from.dot(self.camera.forward.as_dvec3()).abs();
+        let depth = if self.camera.is_flat() { along } else { from.length() } - radius;
         let pixel = self.camera.pixel_at(depth.max(NEAREST * radius), self.rows);
         let axes = matrix.matrix3;
         let scale = [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.length()).into_iter();

@@ -28,7 +28,7 @@ const LOOK: &str = "`transform: LookAt(from: (0, 1, 5), to: (0, 0, 0))`";
 const PLACED: &str = "`transform: (translate: (0, 1, 0))`";
 const FOV: &str = "`vertical_fov_degrees: 45`";
 
-const SCENE_WORDS: [SceneWord; 99] = [
+const SCENE_WORDS: [SceneWord; 78] = [
     // Shapes.
     word(&["box", "Cube", "cube", "RoundedBox", "superellipsoid"], "Sphere", "`Box(size_m: (2, 1, 3))`"),
     word(&["Disk", "disk", "Ring", "Circle"], "Sphere", "`Disc(radius_m: 1)`"),

@@ -40,13 +40,20 @@ pub struct StereoPair {
 }
 
 impl CompiledCamera {
-    /// The height of a pixel, in metres, of an image of that many rows at a depth along the axis.
+    /// The height of a pixel, in metres, of an image of that many rows at a depth along the axis, or a distance if the
+    /// image is not flat; at most that of pixels in the middle of the image.
     pub fn pixel_at(&self, depth: f64, rows: u32) -> f64 {
         let half = match self.projection {
-            Projection::Pinhole { tan_half_fov } | Projection::ThinLens { tan_half_fov, .. } => {
-                depth * f64::from(tan_half_fov)
+            Projection::Pinhole(view) | Projection::ThinLens { view, .. } => {
+                // An image twice as wide as high has the smallest pixels of usual ones.
+                let [_, half] = view.scale(2.0);
+                depth * f64::from(half)
             }
             Projection::Orthographic { half_height } => f64::from(half_height),
+            Projection::Panorama { half_turns: [_, above] } => {
+                depth * f64::from(above) * std::f64::consts::TAU
+            }
+            Projection::Fisheye { rim, .. } => depth * f64::from(rim),
         };
         2.0 * half / f64::from(rows)
     }
