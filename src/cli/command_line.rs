@@ -152,6 +152,7 @@ impl CommandLine {
     /// Adds the options for reading a scene. Each field is named, so that a new one cannot be forgotten.
     fn loading(&mut self, options: &LoadOptions) {
         let LoadOptions {
+            var,
             time_s,
             variant,
             scene,
@@ -176,6 +177,7 @@ impl CommandLine {
             env_strength,
             ground,
         } = edits;
+        var.iter().for_each(|(name, value)| self.option("var", Some(format!("{name}={value}"))));
         self.option("time", time_s.as_ref());
         self.option("variant", variant.as_ref());
         self.option("scene", scene.as_ref());
@@ -482,7 +484,7 @@ mod tests {
     fn words_parse_back_to_the_same_options() {
         let options = [
             "--time=-1.25 --variant=-1 --scene 2 --animation walk --light-units watt --solid-glass --double-sided",
-            "--light-units candela --time 0.1",
+            "--light-units candela --time 0.1 --var height=-1.2 --var paint=(0.8,0.1,0.1)",
             "--env none --set a --set b=c --only d --hide e --hide f --ground --background #fff",
             "--env sky:-3.5,90 --orbit=-30,10.1 --zoom 0.3 --size 7x9",
             "--env sky:45,220 --look-at -1,2,3 4,5,-6 --background 1,0.5,0",

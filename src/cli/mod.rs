@@ -324,7 +324,7 @@ mod tests {
             let text = tip(line);
             assert!(text.contains(typed) && text.matches("tip:").count() == 1, "{text}");
         }
-        for line in ["rayfront a.ron --wibble", "rayfront a.ron --hair 3", "rayfront info a.ron --grain"] {
+        for line in ["rayfront a.ron --wibble", "rayfront a.ron --strands 3", "rayfront info a.ron --grain"] {
             assert!(!tip(line).contains("tip:"), "{}", tip(line));
         }
         for line in [

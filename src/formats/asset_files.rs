@@ -1,6 +1,6 @@
 //! The files that a scene refers to.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -60,6 +60,11 @@ pub trait AssetFiles {
         None
     }
 
+    /// The values of variables, as text of scene files, by their names.
+    fn variables(&self) -> BTreeMap<String, String> {
+        BTreeMap::new()
+    }
+
     /// Reads and decodes several images.
     fn images(&mut self, paths: &[PathBuf]) -> Vec<Result<DecodedImage, LoadError>> {
         paths.iter().map(|path| self.image(path)).collect()
@@ -71,6 +76,11 @@ fn font(path: &Path, data: Vec<u8>) -> Result<Arc<Font>, LoadError> {
     let font = Font { source: Some(path.to_owned()), data };
     check_font(&font).map_err(|reason| LoadError::invalid(path, reason))?;
     Ok(Arc::new(font))
+}
+
+/// The canonical path of a file; the path itself if the file cannot be found.
+pub(super) fn identity(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.components().collect())
 }
 
 /// Files on disk.
@@ -273,6 +283,10 @@ impl AssetFiles for Files {
 
     fn time_s(&self) -> Option<f32> {
         self.options.time_s
+    }
+
+    fn variables(&self) -> BTreeMap<String, String> {
+        self.options.var.clone()
     }
 
     fn read(&mut self, path: &Path) -> Result<Vec<u8>, LoadError> {

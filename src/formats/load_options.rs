@@ -1,5 +1,6 @@
 //! Options for reading a scene: the moment, the surroundings and changes of values.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -13,6 +14,10 @@ use crate::world::{Light, Transform};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LoadOptions {
+    /// Values of variables by their names, as text of scene files (`1.2`, `(0.8, 0.1, 0.1)`, `"oak.png"`), in place of
+    /// those that the file gives. Paths in them are relative to the working folder. For `.ron` files.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub var: BTreeMap<String, String>,
     /// The time at which animations (of glTF files) and keys (of `.ron` files) are read, in seconds. None: nodes have
     /// the poses in their file, and keyed values are those at 0 s. For `.ron`, `.gltf` and `.glb` files.
     pub time_s: Option<f32>,
@@ -51,7 +56,7 @@ impl LoadOptions {
     /// Fails for options that have no meaning for a file of this kind.
     pub(super) fn are_for(&self, path: &Path, extension: &str) -> Result<(), LoadError> {
         let (to_gltf, to_scenes) = match extension {
-            "gltf" | "glb" => return Ok(()),
+            "gltf" | "glb" => (false, false),
             "ron" if self.up != UpAxis::default() => {
                 let way = "in a scene, transform: (rotate_degrees: (-90, 0, 0)) turns an entity upright";
                 return Err(LoadError::option("up", format!("this is for models and meshes: {way}")));
@@ -62,6 +67,7 @@ impl LoadOptions {
         let gltf = ".gltf and .glb files";
         let scenes = ".gltf and .glb files and .ron files that name these";
         let all = [
+            ("var", extension != "ron" && !self.var.is_empty(), ".ron files"),
             ("variant", to_gltf && self.variant.is_some(), gltf),
             ("scene", to_gltf && self.scene.is_some(), gltf),
             ("animation", to_scenes && self.animation.is_some(), scenes),

@@ -1,6 +1,6 @@
 //! Worlds from files or from Python.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -179,6 +179,7 @@ impl PyWorld {
         env_turn: Option<f64>,
         env_strength: Option<f32>,
         background: Option<String>,
+        var: BTreeMap<String, String>,
     ) -> PyResult<PyWorld> {
         let surroundings = env.map(EnvironmentPreset::named).transpose().map_err(wrong)?;
         let light_units = match light_units {
@@ -202,7 +203,7 @@ impl PyWorld {
         let edits = Edits { env_turn_degrees: env_turn, env_strength, ..edits };
         let common =
             LoadOptions { time_s: time, variant, scene, surroundings, edits, size, ..LoadOptions::default() };
-        let options = LoadOptions { animation, light_units, solid_glass, double_sided, up, ..common };
+        let options = LoadOptions { var, animation, light_units, solid_glass, double_sided, up, ..common };
         let source = PySource::File { path, options: Box::new(options), kept: AssetCache::keeping() };
         py.detach(|| source.world())
     }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use super::watched::Watched;
 use crate::check;
 use crate::compile::{self, MemoizedScene};
-use crate::error::{CompileError, Diagnostic, LoadError, SaveError};
+use crate::error::{CompileError, Diagnostic, LoadError, SaveError, Subject};
 use crate::files;
 use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
@@ -351,15 +351,15 @@ impl LiveScene {
 
     /// Writes the camera into the scene's file; the rest of its text stays as it is.
     pub fn save_camera(&mut self) -> Result<String, SceneError> {
-        let (path, refused) = (self.path.clone(), |reason: &str| SceneError::Refused(reason.into()));
-        let number = self.camera_in_file().filter(|_| self.can_save());
-        let number = number.ok_or_else(|| {
+        let refused = |reason: &str| SceneError::Refused(reason.into());
+        let written = self.camera_in_file().filter(|_| self.can_save());
+        let (path, position) = written.ok_or_else(|| {
             refused(match self.authored.depends {
                 true => "the camera hangs on something, or comes with a model, so what the file says of it is not where it is: copy its line instead",
                 false => "the camera is not in a .ron file: copy its line instead",
             })
         })?;
-        let [camera, transform] = self.camera_texts(&self.rig())?;
+        let [camera, transform] = self.camera_texts(&self.rig(), &path)?;
         let bytes = files::read(&path).map_err(LoadError::io(&path))?;
         if !self.lock_files().is_as_read(&path, &bytes) {
             return Err(refused(
@@ -368,7 +368,7 @@ impl LiveScene {
         }
         let text = String::from_utf8(bytes).map_err(|_| LoadError::invalid(&path, "this is not UTF-8"))?;
         let keys = [("camera", camera), ("transform", transform)];
-        let edited = formats::ron::with_keys(&text, &path, number, &keys)?;
+        let edited = formats::ron::with_keys(&text, &path, position, &keys)?;
         // Writes to the target of a symbolic link instead of replacing the link.
         files::replace(&path.canonicalize().unwrap_or(path.clone()), edited.as_bytes())?;
         self.rig = None;
@@ -380,7 +380,7 @@ impl LiveScene {
 
     /// The camera's entity as a line of a scene file.
     pub fn camera_line(&self, rig: &OrbitCamera) -> Result<String, SceneError> {
-        let [camera, transform] = self.camera_texts(rig)?;
+        let [camera, transform] = self.camera_texts(rig, &self.path)?;
         let name = self.camera_name().unwrap_or_default();
         Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
     }
@@ -405,15 +405,15 @@ impl LiveScene {
 
     /// Statements that set the camera as it was moved by hand; none if its parent or model would move it as well.
     fn camera_statements(&self, rig: &OrbitCamera) -> Option<[String; 2]> {
-        let [camera, transform] = self.camera_texts(rig).ok()?;
+        let [camera, transform] = self.camera_texts(rig, &self.path).ok()?;
         let name = self.camera_name().filter(|_| !self.authored.depends)?;
         let of_camera = |field: &str, text: &str| format!("Camera[name={name:?}].{field} = {text}");
         Some([of_camera("camera", &camera), of_camera("transform", &transform)])
     }
 
-    fn camera_texts(&self, rig: &OrbitCamera) -> Result<[String; 2], SceneError> {
+    fn camera_texts(&self, rig: &OrbitCamera, file: &Path) -> Result<[String; 2], SceneError> {
         let Pose { from, to, up } = rig.pose();
-        let camera = formats::ron::camera(&self.world, &rig.camera, &self.path)?;
+        let camera = formats::ron::camera(&self.world, &rig.camera, file)?;
         let transform = formats::ron::look_at(from, to, up).map_err(SceneError::Refused)?;
         Ok([camera, transform])
     }
@@ -424,11 +424,12 @@ impl LiveScene {
         Ok(())
     }
 
-    /// The index of the camera among the file's entities: the entities of a scene file come first, in file order. None
-    /// if another file contains the camera, or if it has a parent.
-    fn camera_in_file(&self) -> Option<usize> {
-        let entity = camera_entity(&self.world, self.camera.as_deref())?;
-        (!self.authored.depends).then_some(entity.id() as usize)
+    /// The file that the camera is written in, with line and column: the scene's own, or one that it includes. None if
+    /// no scene file contains the camera, or if it has a parent.
+    fn camera_in_file(&self) -> Option<(PathBuf, [u32; 2])> {
+        let entity = camera_entity(&self.world, self.camera.as_deref()).filter(|_| !self.authored.depends)?;
+        let Subject { file, position, .. } = self.world.subject(entity);
+        file.filter(|file| !file.as_os_str().is_empty()).zip(position)
     }
 }
 

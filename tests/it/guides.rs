@@ -122,10 +122,12 @@ fn links_lead_somewhere() {
 fn scenes_render() {
     let mut count = 0;
     for guide in guides() {
+        let folder = tempfile::tempdir().expect("a folder");
         for (number, text) in guide.blocks("ron") {
             count += 1;
-            let folder = tempfile::tempdir().expect("a folder");
-            let path = folder.path().join("scene.ron");
+            // The first line may name the file for those that include it.
+            let name = text.lines().next().and_then(|line| line.strip_prefix("// "));
+            let path = folder.path().join(name.filter(|name| name.ends_with(".ron")).unwrap_or("scene.ron"));
             std::fs::write(&path, &text).expect("a scene");
             let place = format!("{}:{number}", guide.path.display());
             let mut world = load(&path).unwrap_or_else(|error| panic!("{place}: {error}"));

@@ -27,6 +27,7 @@ mod meshes;
 mod metamorphic;
 mod nested;
 mod one_thing;
+mod parts;
 mod path;
 mod pictures;
 mod plans;

@@ -335,6 +335,38 @@ fn saved_camera_renders_the_image_of_the_page() {
 }
 
 #[test]
+fn included_files_are_watched_and_a_camera_is_saved_in_them() {
+    let shown = Shown::new();
+    shown.image();
+    let changed = |path: &Path, text: &str| {
+        let serial = shown.json("/status")["serial"].as_u64();
+        std::fs::write(path, text).expect("a file");
+        shown.when("the change", |status| status["serial"].as_u64() > serial && status["is_done"] == true);
+        shown.image()
+    };
+    let eye = SCENE.lines().find(|line| line.contains("\"eye\"")).expect("the camera");
+    let part = shown.scene().with_file_name("eye.ron");
+    let eye_file = format!("(variables: {{\"angle\": 40}}, entities: [\n{}\n])", eye.replace("40", "$angle"));
+    std::fs::write(&part, &eye_file).expect("a part");
+    let whole = shown.image();
+    let scene = SCENE.replace(eye, "").replace("materials:", "include: [\"eye.ron\"],\n    materials:");
+    assert!(changed(&shown.scene(), &scene) == whole, "parts render as the whole");
+    let wide = changed(&part, &eye_file.replace(": 40", ": 60"));
+    assert!(wide != whole);
+    assert_eq!(shown.wish(json!({"orbit": [0.1, 0.05]})).0, 200);
+    let moved = shown.image();
+    assert!(moved != wide && shown.json("/status")["can_save"] == true);
+    assert_eq!(shown.wish(json!({"save_camera": true})).0, 200);
+    assert_eq!(std::fs::read_to_string(shown.scene()).expect("the scene"), scene);
+    let saved = std::fs::read_to_string(&part).expect("the part");
+    assert!(
+        saved.starts_with("(variables: {\"angle\": 60}, entities: [") && !saved.contains("$angle"),
+        "{saved}"
+    );
+    assert!(rendered(&shown.scene()) == moved, "the files say what was seen");
+}
+
+#[test]
 fn edits_are_rendered_and_invalid_ones_reported_without_losing_the_image() {
     let shown = Shown::new();
     shown.image();

@@ -205,6 +205,25 @@ def test_models_are_read_as_they_are_meant(tmp_path):
         rayfront.load(tmp_path / "model.ply", set="Light[")
 
 
+def test_variables_of_a_scene_file_are_given(tmp_path):
+    (tmp_path / "scene.ron").write_text("""(
+        variables: {"radius": 1, "paint": 0.5, "visible": false},
+        entities: [
+            (camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 0, 6), to: (0, 0, 0))),
+            (light: Area(power_w: 200, size_m: 1, visible: $visible), transform: LookAt(from: (0, 4, 4), to: (0, 0, 0))),
+            (shape: Sphere(radius_m: $radius), material: (diffuse: $paint)),
+        ],
+    )""")
+
+    def hash_of(**var):
+        return rayfront.load(tmp_path / "scene.ron", size=(32, 32), var=var).render(spp=1).film_hash
+
+    assert hash_of() == hash_of(radius=1.0, paint="0.5", visible=False) != hash_of(radius=2)
+    assert hash_of(paint=(1, 0, 0)) == hash_of(paint=np.array([1.0, 0, 0])) == hash_of(paint="Srgb(1, 0, 0)")
+    with pytest.raises(ValueError, match='^var: unknown variable "radios".*did you mean "radius"'):
+        hash_of(radios=1)
+
+
 def test_a_clip_of_a_model_is_chosen(tmp_path):
     times = struct.pack("<2f", 0, 1)
     places = [struct.pack("<6f", 0, 0, 0, *to) for to in ((1, 0, 0), (0, 1, 0))]

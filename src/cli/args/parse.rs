@@ -45,6 +45,12 @@ pub fn parse_place(text: &str) -> Result<String, String> {
         .ok_or_else(|| "expected two places, each as X,Y,Z in metres, such as --look-at 0,1,4 0,0,0".into())
 }
 
+pub fn parse_variable(text: &str) -> Result<(String, String), String> {
+    let parts = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
+    let example = "expected a name and a value as in scene files, such as height=1.2 or 'file=\"oak.png\"'";
+    parts.filter(|(name, value)| !name.is_empty() && !value.is_empty()).ok_or_else(|| example.into())
+}
+
 pub fn parse_degrees(text: &str) -> Result<[f64; 2], String> {
     let number = |text: &str| {
         text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= RenderedView::MOST_DEGREES)

@@ -7,7 +7,7 @@ use super::names::{
 };
 use super::parse::{
     Exposure, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_place, parse_sharing, parse_size,
-    parse_strength, parse_time, parse_turn, parse_zoom,
+    parse_strength, parse_time, parse_turn, parse_variable, parse_zoom,
 };
 use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, UpAxis};
 use crate::world::{Adaptive, BuildQuality, Caustics, DepthLimits, Sampler, Sharing, Tonemap, World};
@@ -164,6 +164,10 @@ pub struct StudyOptions {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Model")]
 pub struct ModelOptions {
+    /// Give a variable of a scene file a value, such as height=1.2 or 'paint=(0.8, 0.1, 0.1)'; may be given several
+    /// times
+    #[arg(long = "var", value_name = "NAME=VALUE", value_parser = parse_variable)]
+    pub variables: Vec<(String, String)>,
     /// Time of animations and keys, in seconds [default: the scene as it stands without them]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time)]
     pub time: Option<f32>,
@@ -250,9 +254,10 @@ impl ModelOptions {
     pub fn of_size(&self, size: Option<ImageSize>) -> LoadOptions {
         let ModelOptions { time, variant, scene, animation, light_units, solid_glass, double_sided, .. } =
             self.clone();
-        let ModelOptions { up, env, env_turn, env_strength, edits, .. } = self.clone();
+        let ModelOptions { variables, up, env, env_turn, env_strength, edits, .. } = self.clone();
+        let var = variables.into_iter().collect();
         let edits = Edits { env_turn_degrees: env_turn, env_strength, ..edits.edits() };
-        let common = LoadOptions { time_s: time, variant, scene, edits, size, ..LoadOptions::default() };
+        let common = LoadOptions { var, time_s: time, variant, scene, edits, size, ..LoadOptions::default() };
         LoadOptions { animation, light_units, solid_glass, double_sided, up, surroundings: env, ..common }
     }
 }

@@ -3,25 +3,26 @@
 
 use std::path::Path;
 
+use super::parts::TextPart;
+use super::scan;
 use super::source::{Raw, SceneText};
-use super::{lower, scan};
 use crate::error::LoadError;
 
-/// Returns the text with new values for some keys of the entity with index `entity` in the file.
+/// Returns the text with new values for some keys of the entity at a line and column.
 pub fn with_keys(
     text: &str,
     path: &Path,
-    entity: usize,
+    [line, column]: [u32; 2],
     keys: &[(&str, String)],
 ) -> Result<String, LoadError> {
-    let source = SceneText::new(text, path, 0.0);
-    let [list, ..] = source.keys(source.root()?, "a scene", 1, lower::SCENE)?;
-    let Some(list) = list else { return Ok(text.to_owned()) };
-    let entities = source.list(list, "the entities")?;
-    let raw = *entities.get(entity).ok_or_else(|| {
-        let count = entities.len();
-        source.error(list.0, format!("there is no entity {entity}: the file has {count} by now"))
-    })?;
+    let part = TextPart::new(text, path);
+    let source = SceneText::new(std::slice::from_ref(&part), 0.0);
+    source.root()?;
+    let raw = Raw(&part.text[scan::offset(text, line as usize, column as usize)..]);
+    if !raw.0.starts_with('(') {
+        return Err(source.error(raw.0, "there is no entity here by now"));
+    }
+    let text = &*part.text;
     let mut edited = text.to_owned();
     let mut changes: Vec<(usize, usize, String)> =
         keys.iter().map(|(key, value)| change(&source, text, raw, key, value)).collect();
@@ -56,7 +57,7 @@ fn change<'a>(
 
 /// The end of a value (a name, brackets, or both) in the text, without the blanks and comments after it.
 fn end<'a>(source: &SceneText<'a>, text: &str, value: &'a str) -> usize {
-    let (_, rest) = scan::split_identifier(value);
+    let (_, rest) = scan::split_identifier(value.strip_prefix('$').unwrap_or(value));
     let body = scan::skip_blank(rest);
     let after = if body.starts_with('(') { source.after_brackets(body) } else { rest };
     scan::offset_of(text, after).unwrap_or(text.len())
@@ -81,7 +82,7 @@ mod tests {
     fn values_are_replaced_and_everything_else_is_kept() {
         let keys =
             [("camera", "Orthographic(height_m: 2)".into()), ("transform", "(translate: (1, 2, 3))".into())];
-        let edited = with_keys(SCENE, Path::new("a.ron"), 1, &keys).unwrap();
+        let edited = with_keys(SCENE, Path::new("a.ron"), [4, 9], &keys).unwrap();
         let expected = SCENE
             .replace("LookAt(from: (0, 1, 5), to: (0, 0, 0))", "(translate: (1, 2, 3))")
             .replace("Pinhole( vertical_fov_degrees: 45 /* ) */ )", "Orthographic(height_m: 2)");
@@ -90,8 +91,8 @@ mod tests {
 
     #[test]
     fn missing_keys_are_added_and_missing_entities_refused() {
-        let edited = with_keys(SCENE, Path::new("a.ron"), 0, &[("transform", "()".into())]).unwrap();
+        let edited = with_keys(SCENE, Path::new("a.ron"), [3, 9], &[("transform", "()".into())]).unwrap();
         assert!(edited.contains("(transform: (), shape: Sphere(radius_m: 1)), // a ball"), "{edited}");
-        assert!(with_keys(SCENE, Path::new("a.ron"), 2, &[]).is_err());
+        assert!(with_keys(SCENE, Path::new("a.ron"), [8, 5], &[]).is_err());
     }
 }

@@ -1,20 +1,23 @@
 //! The text of a scene, and errors with line and column.
 //!
-//! `ron` parses the text once to check that it is well formed, and [`BracketTree`] once to find the spans of its values.
-//! Values are [`Raw`]: slices of the text. Every error can thus be located by the slice of its value, and `ron` need not
+//! `ron` parses each text once to check that it is well formed, and [`BracketTree`](super::tree::BracketTree) once to
+//! find the spans of its values. Values are [`Raw`]: slices of one of the scene's texts. Every error can thus be located by the slice of its value, and `ron` need not
 //! parse nested values twice, as it would with its own raw values.
 
-use std::cell::{Cell, OnceCell, RefCell};
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
 use serde::de::{Deserialize, DeserializeOwned, IgnoredAny};
 
 use super::keyframes::Clock;
+use super::parts::TextPart;
 use super::scan;
-use super::tree::BracketTree;
-use crate::error::{LoadError, did_you_mean, meant};
+use super::variables::without_variables;
+use crate::error::{LoadError, did_you_mean, in_one_line, meant};
 use crate::formats::elsewhere;
 
 /// The number of faults after which reading stops.
@@ -33,36 +36,62 @@ pub(super) struct VariantText<'a> {
     pub body: Option<&'a str>,
 }
 
-/// A scene's text, its path and the time at which it is read.
+/// The texts of a scene, and the time at which it is read.
 pub(super) struct SceneText<'a> {
-    text: &'a str,
-    path: &'a Path,
+    /// The scene's own text, and then all others.
+    pub(super) parts: &'a [TextPart<'a>],
+    /// The address and number of each text, in the order of the addresses.
+    addresses: Vec<(usize, usize)>,
+    /// The number of the text that was needed last.
+    last: Cell<usize>,
     options: ron::Options,
     clock: Clock,
     /// True while faults are collected.
     collects: Cell<bool>,
     /// The faults found up to now, if they are collected.
-    faults: RefCell<Vec<LoadError>>,
-    /// The spans of the values, once the text is known to be well formed.
-    tree: OnceCell<BracketTree>,
-    /// The byte offset of each line, once it is needed.
-    line_starts: OnceCell<Vec<u32>>,
+    pub(super) faults: RefCell<Vec<LoadError>>,
+    /// The values of variables with their last uses, by their addresses.
+    pub(super) uses: RefCell<BTreeMap<usize, (&'a str, &'a str)>>,
 }
 
 impl<'a> SceneText<'a> {
-    /// Creates the source of a scene that is read at time `time_s`, in seconds.
-    pub(super) fn new(text: &'a str, path: &'a Path, time_s: f32) -> Self {
+    /// Creates the source of a scene that is read at time `time_s`, in seconds. There must be a text.
+    pub(super) fn new(parts: &'a [TextPart<'a>], time_s: f32) -> Self {
         let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+        let mut addresses: Vec<(usize, usize)> =
+            parts.iter().enumerate().map(|(number, part)| (part.text.as_ptr().addr(), number)).collect();
+        addresses.sort_unstable();
         Self {
-            text,
-            path,
+            parts,
+            addresses,
+            last: Cell::new(0),
             options,
             clock: Clock { time_s, ..Clock::default() },
             collects: Cell::new(false),
             faults: RefCell::default(),
-            tree: OnceCell::new(),
-            line_starts: OnceCell::new(),
+            uses: RefCell::default(),
         }
+    }
+
+    /// The number of the text that `place` is a slice of; 0 if it is a slice of none.
+    pub(super) fn part_of(&self, place: &str) -> usize {
+        let has = |number: usize| scan::offset_of(&self.parts[number].text, place).is_some();
+        if self.parts.len() > 1 && !has(self.last.get()) {
+            let before = self.addresses.partition_point(|(start, _)| *start <= place.as_ptr().addr());
+            let found = before.checked_sub(1).map(|before| self.addresses[before].1);
+            self.last.set(found.filter(|number| has(*number)).unwrap_or(0));
+        }
+        self.last.get()
+    }
+
+    /// The file that `place` is written in.
+    pub(super) fn file(&self, place: Raw) -> &'a Arc<Path> {
+        &self.parts[self.part_of(place.0)].path
+    }
+
+    /// The folder that a path written at `place` is relative to.
+    pub(super) fn folder(&self, place: Raw) -> &'a Path {
+        self.file(place).parent().unwrap_or(Path::new(""))
     }
 
     /// Collects faults from here on: see [`SceneText::recover`].
@@ -102,10 +131,13 @@ impl<'a> SceneText<'a> {
 
     fn faults_of(&self, faults: &mut Vec<LoadError>) -> LoadError {
         let mut faults = std::mem::take(faults);
-        faults.sort_by_key(|fault| match fault {
-            LoadError::At { line, column, .. } => (*line, *column),
-            _ => (0, 0),
+        let number = |file: &Path| self.parts.iter().position(|part| *part.path == *file);
+        faults.sort_by_cached_key(|fault| match fault {
+            LoadError::At { file, line, column, .. } => (number(file), *line, *column),
+            _ => (None, 0, 0),
         });
+        // A file that is included several times has each fault once.
+        faults.dedup_by_key(|fault| fault.to_string());
         match faults.len() {
             1 => faults.swap_remove(0),
             _ => LoadError::Several(faults),
@@ -117,53 +149,68 @@ impl<'a> SceneText<'a> {
         &self.clock
     }
 
-    pub(super) fn path(&self) -> &'a Path {
-        self.path
+    /// The scene's own file as one value, after checking that it is well formed.
+    pub(super) fn root(&self) -> Result<Raw<'a>, LoadError> {
+        self.root_of(0)
     }
 
-    /// The whole file as one value, after checking that it is well formed.
-    pub(super) fn root(&self) -> Result<Raw<'a>, LoadError> {
-        self.options.from_str::<IgnoredAny>(self.text).map_err(|error| self.syntax_error(&error))?;
-        let mut rest = scan::skip_blank(self.text);
+    /// The text with a number as one value, after checking that it is well formed.
+    pub(super) fn root_of(&self, number: usize) -> Result<Raw<'a>, LoadError> {
+        let part = &self.parts[number];
+        if let Some(start) = part.root.get() {
+            return Ok(Raw(&part.text[*start..]));
+        }
+        self.options
+            .from_str::<IgnoredAny>(&without_variables(&part.text))
+            .map_err(|error| self.syntax_error(&part.text, &error))?;
+        let mut rest = scan::skip_blank(&part.text);
         // Skips attributes, such as #![enable(implicit_some)].
         while rest.starts_with('#') {
             let Some(bracket) = rest.find('[') else { break };
             rest = scan::skip_blank(self.after_brackets(&rest[bracket..]));
         }
+        let _ = part.root.set(part.text.len() - rest.len());
         Ok(Raw(rest))
     }
 
-    /// The values between the brackets that a slice of the text begins with.
+    /// The values between the brackets that a slice of a text begins with.
     pub(super) fn values(&self, bracketed: &str) -> impl ExactSizeIterator<Item = &'a str> {
-        self.tree().values(self.text, bracketed)
+        let part = &self.parts[self.part_of(bracketed)];
+        part.tree().values(&part.text, bracketed).map(|value| self.resolve(value))
     }
 
-    /// The text after the brackets that a slice of the text begins with.
+    /// The text after the brackets that a slice of a text begins with.
     pub(super) fn after_brackets(&self, bracketed: &'a str) -> &'a str {
-        self.tree().after(self.text, bracketed).unwrap_or(bracketed)
+        let part = &self.parts[self.part_of(bracketed)];
+        part.tree().after(&part.text, bracketed).unwrap_or(bracketed)
     }
 
-    fn tree(&self) -> &BracketTree {
-        self.tree.get_or_init(|| BracketTree::new(self.text))
-    }
-
-    /// The line and column of `place`, a slice of the text, both from 1, the column in characters.
+    /// The line and column of `place`, a slice of a text, both from 1, the column in characters.
     pub(super) fn position(&self, place: &str) -> (usize, usize) {
-        let offset = scan::offset_of(self.text, place).unwrap_or(0);
-        let starts = self.line_starts.get_or_init(|| {
-            let mut starts = Vec::with_capacity(1 + self.text.bytes().filter(|byte| *byte == b'\n').count());
-            starts.push(0);
-            starts.extend(self.text.match_indices('\n').map(|(newline, _)| newline as u32 + 1));
-            starts
-        });
-        let line = starts.partition_point(|start| *start as usize <= offset);
-        (line, self.text[starts[line - 1] as usize..offset].chars().count() + 1)
+        self.parts[self.part_of(place)].position(place)
     }
 
-    /// An error at `place`, a slice of the text.
+    /// The place of a value, for a message in which `near` is the place: without the file if that is the same.
+    pub(super) fn place(&self, value: Raw, near: Raw) -> String {
+        let (line, column) = self.position(value.0);
+        match self.part_of(value.0) == self.part_of(near.0) {
+            true => format!("{line}:{column}"),
+            false => format!("{}:{line}:{column}", self.file(value).display()),
+        }
+    }
+
+    /// An error at `place`, a slice of a text.
     pub(super) fn error(&self, place: &str, reason: impl Into<String>) -> LoadError {
-        let (line, column) = self.position(place);
-        LoadError::At { file: self.path.to_owned(), line, column, reason: reason.into() }
+        let part = &self.parts[self.part_of(place)];
+        let reason = format!("{}{}", reason.into(), self.used_at(place));
+        if let Some(name) = &part.option {
+            return LoadError::option(
+                "var",
+                in_one_line(&format!("{name}={}: {reason}", shorten(&part.text))),
+            );
+        }
+        let (line, column) = part.position(place);
+        LoadError::At { file: part.path.to_path_buf(), line, column, reason }
     }
 
     /// The error for a file that is named by `raw` and could not be read.
@@ -171,7 +218,7 @@ impl<'a> SceneText<'a> {
         let (line, column) = self.position(raw.0);
         match error {
             LoadError::TooLarge { .. } => {
-                LoadError::too_large(self.path, format!("{line}:{column}: {error}"))
+                LoadError::too_large(self.file(raw), format!("{line}:{column}: {error}"))
             }
             _ => self.error(raw.0, error.to_string()),
         }
@@ -222,7 +269,7 @@ impl<'a> SceneText<'a> {
                 let reason = format!("{what} wants every value with its name, as (key: value, …)");
                 return Err(self.error(item, reason));
             };
-            members.push((name, Raw(value)));
+            members.push((name, Raw(self.resolve(value))));
         }
         Ok(members)
     }
@@ -296,9 +343,10 @@ impl<'a> SceneText<'a> {
     /// The whole file as a value of another kind, after checking that it is well formed.
     pub(super) fn whole_value<T: DeserializeOwned>(&self) -> Result<T, LoadError> {
         use ron::Error;
-        self.options.from_str(self.text).map_err(|error| {
+        let text: &str = &self.parts[0].text;
+        self.options.from_str(text).map_err(|error| {
             let start = error.span.start;
-            let place = &self.text[scan::offset(self.text, start.line, start.col)..];
+            let place = &text[scan::offset(text, start.line, start.col)..];
             let list =
                 |known: &[&str], found: &str| (suggest(found, known.iter().copied()), known.join(", "));
             let name = |outer: &Option<String>| outer.clone().unwrap_or_else(|| "this".to_owned());
@@ -326,18 +374,17 @@ impl<'a> SceneText<'a> {
     }
 
     /// Translates a syntax error of `ron` into an error with our wording and position.
-    fn syntax_error(&self, error: &SpannedError) -> LoadError {
+    fn syntax_error(&self, text: &str, error: &SpannedError) -> LoadError {
         use ron::Error;
         let code = &error.code;
-        let stop = &self.text[scan::offset(self.text, error.span.end.line, error.span.end.col)..];
-        let unclosed = scan::find_unclosed(self.text);
+        let stop = &text[scan::offset(text, error.span.end.line, error.span.end.col)..];
+        let unclosed = scan::find_unclosed(text);
         // An error at the end of the file is better reported where the bracket was opened.
         let at_end = scan::skip_blank(stop).is_empty();
         if let Some(unclosed) = &unclosed
             && (at_end || matches!(unclosed.what, "string" | "comment"))
         {
-            return self
-                .error(&self.text[unclosed.offset..], format!("this {} is never closed", unclosed.what));
+            return self.error(&text[unclosed.offset..], format!("this {} is never closed", unclosed.what));
         }
         let stop = scan::skip_blank(stop);
         let found = match stop.chars().next() {
@@ -359,12 +406,16 @@ impl<'a> SceneText<'a> {
             | Error::IntegerOutOfBounds
             | Error::InvalidIntegerDigit { .. } => "this is not a number".to_owned(),
             Error::UnexpectedChar(c) => format!("expected a value, found \"{}\"", c.escape_debug()),
-            Error::TrailingCharacters => format!("expected the end of the scene, found {found}"),
+            Error::TrailingCharacters => {
+                let is_value = self.parts[self.part_of(text)].option.is_some();
+                let whole = if is_value { "value" } else { "scene" };
+                format!("expected the end of the {whole}, found {found}")
+            }
             Error::ExceededRecursionLimit => "values are nested too deeply".to_owned(),
             other => format!("this is not RON: {other}"),
         };
         if let Some(unclosed) = unclosed {
-            let (line, column) = self.position(&self.text[unclosed.offset..]);
+            let (line, column) = self.position(&text[unclosed.offset..]);
             reason.push_str(&format!("; {} of {line}:{column} is not closed", unclosed.what));
         }
         self.error(stop, reason)

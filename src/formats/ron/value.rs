@@ -134,6 +134,12 @@ impl<'a> SceneText<'a> {
 
     /// The entries of a map in braces, in the file's order, equal keys included.
     pub(super) fn map(&self, raw: Raw<'a>, what: &str) -> Result<Vec<(Raw<'a>, Raw<'a>)>, LoadError> {
+        let entries = self.entries(raw, what)?.into_iter();
+        Ok(entries.map(|(key, value)| (key, Raw(self.resolve(value.0)))).collect())
+    }
+
+    /// The entries of a map like [`SceneText::map`], with variables as they are written.
+    pub(super) fn entries(&self, raw: Raw<'a>, what: &str) -> Result<Vec<(Raw<'a>, Raw<'a>)>, LoadError> {
         if !raw.0.starts_with('{') {
             return Err(self.expected(raw, &format!("{what} in braces, as {{\"name\": …}}")));
         }

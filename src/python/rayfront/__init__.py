@@ -218,6 +218,15 @@ class World:
         return [Finding(*finding) for finding in self._native.check(size, camera)]
 
 
+def _variable(value):
+    """The text of a variable's value in a scene file."""
+    if isinstance(value, (str, bool)):
+        return value if isinstance(value, str) else str(value).lower()
+    if np.ndim(value) > 0:
+        return f"({', '.join(_variable(part) for part in value)})"
+    return repr(np.asarray(value).item())
+
+
 def load(
     path,
     *,
@@ -241,6 +250,7 @@ def load(
     env_turn=None,
     env_strength=None,
     background=None,
+    var=None,
 ):
     """Reads a scene, a model or a mesh; adds the camera and the light that it lacks.
 
@@ -252,6 +262,7 @@ def load(
     of the image, for which an added camera is placed. up: the axis that points up in a model or mesh, "y" or "z". env_turn: the
     angle in degrees by which environments are turned, clockwise seen from above. env_strength: the factor on their light.
     background: what the camera sees behind everything, a grey, (red, green, blue), "#c03020" or a gradient as in scene files.
+    var: values of the scene file's variables by name: numbers, tuples, or text as in scene files, {"paint": "Srgb(1, 0, 0)"}.
     """
     scene, animation = (None if given is None else str(given) for given in (scene, animation))
     lists = [[text] if isinstance(text, str) else list(text) for text in (set, hide, only)]
@@ -268,7 +279,8 @@ def load(
     if background is not None and not isinstance(background, str):
         background = str(np.asarray(background, dtype=np.float64).tolist()).strip("[]")
     how = (look_at, orbit, zoom, ground, light_units, solid_glass, double_sided, size)
-    how += (up, env_turn, env_strength, background)
+    var = {name: _variable(value) for name, value in (var or {}).items()}
+    how += (up, env_turn, env_strength, background, var)
     return World._of(_native.World.load(os.fspath(path), time, variant, scene, animation, env, *lists, *how))
 
 

@@ -152,6 +152,7 @@ def load(
     env_turn: float | None = ...,
     env_strength: float | None = ...,
     background: str | float | Sequence[float] | None = ...,
+    var: Mapping[str, str | float | Sequence[float]] | None = ...,
 ) -> World: ...
 
 class Hits(NamedTuple):

@@ -94,6 +94,8 @@ fn prying() -> Folder {
         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
         "bufferViews": [{"buffer": 0, "byteLength": 36}],
         "buffers": [{"byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+    write("secret.ron", &format!("// {SECRET}\n{}", ball("")));
+    write("inner/include.ron", r#"(include: ["../secret.ron"])"#);
     write("inner/link.gltf", &gltf.replace("IMAGE", "link.png"));
     write("inner/up.gltf", &gltf.replace("IMAGE", "../secret.png"));
     folder
@@ -105,7 +107,7 @@ fn scenes_read_no_file_outside_of_their_folder() {
     let inner = folder.join("inner");
     let files = [
         "image.ron", "absolute.ron", "mesh.ron", "library.obj", "texture.obj", "link.ron", "link.gltf",
-        "up.gltf",
+        "up.gltf", "include.ron",
     ];
     for file in files {
         let line = format!("{file} --size 8x6 -s 1 -o a.png");

@@ -6,6 +6,7 @@ use std::rc::Rc;
 
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
+use crate::formats::asset_files::identity;
 use crate::formats::gltf::GltfModel;
 use crate::formats::ron::source::{Raw, SceneText};
 use crate::world::{
@@ -15,9 +16,7 @@ use crate::world::{
 /// The assets read so far.
 pub(super) struct LoweredAssets<'s, 'a> {
     files: &'s mut dyn AssetFiles,
-    /// The scene file's folder.
-    folder: PathBuf,
-    /// Meshes by the path as written in the scene and by the file's canonical path.
+    /// Meshes by their path and by the file's canonical path.
     meshes: HashMap<PathBuf, MeshId>,
     models: HashMap<PathBuf, Rc<GltfModel>>,
     /// Strands and fonts by canonical paths.
@@ -37,11 +36,9 @@ pub(super) struct LoweredAssets<'s, 'a> {
 type TextureKey = (TextureSource, [u8; 5], [u32; 8]);
 
 impl<'s, 'a> LoweredAssets<'s, 'a> {
-    pub(super) fn new(scene: &Path, files: &'s mut dyn AssetFiles) -> Self {
-        let folder = scene.parent().unwrap_or(Path::new("")).to_owned();
+    pub(super) fn new(files: &'s mut dyn AssetFiles) -> Self {
         Self {
             files,
-            folder,
             meshes: HashMap::new(),
             strands: HashMap::new(),
             fonts: HashMap::new(),
@@ -71,10 +68,10 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         if let Some(number) = self.number(&written, world.assets.meshes.len()) {
             return Ok(MeshId(number));
         }
-        if let Some(id) = self.meshes.get(&written) {
+        let path = source.folder(raw).join(&written);
+        if let Some(id) = self.meshes.get(&path) {
             return Ok(*id);
         }
-        let path = self.folder.join(&written);
         let file = identity(&path);
         let id = match self.meshes.get(&file) {
             Some(id) => *id,
@@ -85,7 +82,7 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
             }
         };
         self.meshes.insert(file, id);
-        self.meshes.insert(written, id);
+        self.meshes.insert(path, id);
         Ok(id)
     }
 
@@ -100,7 +97,7 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         if let Some(number) = self.number(&written, world.assets.strands.len()) {
             return Ok(StrandsId(number));
         }
-        let path = self.folder.join(&written);
+        let path = source.folder(raw).join(&written);
         let known = self.strands.get(&identity(&path)).copied();
         let id = match known {
             Some(id) => id,
@@ -125,7 +122,7 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         if let Some(number) = self.number(&written, world.assets.fonts.len()) {
             return Ok(FontId(number));
         }
-        let path = self.folder.join(&written);
+        let path = source.folder(raw).join(&written);
         let known = self.fonts.get(&identity(&path)).copied();
         let id = match known {
             Some(id) => id,
@@ -152,7 +149,7 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         raw: Raw<'a>,
         world: &mut World,
     ) -> Result<(Rc<GltfModel>, PathBuf), LoadError> {
-        let path = self.folder.join(path_of(source, raw, "the path of a glTF file")?);
+        let path = source.folder(raw).join(path_of(source, raw, "the path of a glTF file")?);
         let file = identity(&path);
         if let Some(model) = self.models.get(&file) {
             return Ok((model.clone(), path));
@@ -174,10 +171,10 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         if let Some(number) = self.number(&written, world.assets.images.len()) {
             return Ok(ImageId(number));
         }
-        if let Some(id) = self.images.get(&written) {
+        let path = source.folder(raw).join(&written);
+        if let Some(id) = self.images.get(&path) {
             return Ok(*id);
         }
-        let path = self.folder.join(&written);
         let file = identity(&path);
         let id = match self.images.get(&file) {
             Some(id) => *id,
@@ -186,12 +183,12 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
                 let id = world.assets.add_image(Image { source: None, width: 1, height: 1, texels: nothing });
                 self.named.push(raw);
                 self.wanted.push(id);
-                self.paths.push(path);
+                self.paths.push(path.clone());
                 id
             }
         };
         self.images.insert(file, id);
-        self.images.insert(written, id);
+        self.images.insert(path, id);
         Ok(id)
     }
 
@@ -228,9 +225,4 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
 fn path_of<'a>(source: &SceneText<'a>, raw: Raw<'a>, what: &str) -> Result<PathBuf, LoadError> {
     let path = source.string(raw, what)?;
     if path.is_empty() { Err(source.error(raw.0, "the path is empty")) } else { Ok(PathBuf::from(path)) }
-}
-
-/// The canonical path of a file; the path itself if the file cannot be found.
-fn identity(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.components().collect())
 }

@@ -1,13 +1,11 @@
 //! Reads `entities` and resolves their parents.
 
 use std::collections::HashMap;
-use std::path::Path;
-use std::sync::Arc;
 
 use super::overrides::{self, Override};
 use super::{Lowering, transform};
 use crate::error::LoadError;
-use crate::formats::ron::source::{Raw, shorten, suggest};
+use crate::formats::ron::source::{Raw, SceneText, shorten, suggest};
 use crate::world::components::WrittenAt;
 use crate::world::names::is_same_name;
 use crate::world::{FocusOn, Model, Name, Parent, Stereo, Transform, WithoutCaustics};
@@ -25,6 +23,8 @@ struct Family<'a> {
     nodes: Vec<(usize, Raw<'a>, String, String)>,
     /// Cameras that focus on an entity, and the place of its name in the text.
     focused: Vec<(usize, Raw<'a>)>,
+    /// Entities below the place that their file is included at, and its entity.
+    below: Vec<(usize, usize)>,
     /// Entities that place a glTF file: the file and the material overrides.
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
 }
@@ -36,14 +36,20 @@ const ENTITY: [&str; 12] = [
 ];
 
 impl<'a> Lowering<'_, 'a> {
-    pub(super) fn entities(&mut self, raw: Raw<'a>) -> Result<(), LoadError> {
-        let mut family = Family::default();
-        let file: Arc<Path> = self.source.path().into();
-        for raw in self.source.list(raw, "the entities")? {
-            let source = self.source;
-            let keys = source.recover(source.keys(raw, "an entity", 0, ENTITY))?;
-            let read = keys.map_or(Ok(()), |keys| self.entity((raw, &file), keys, &mut family));
-            source.recover(read)?;
+    /// Reads the entities of each file: its number and its list.
+    pub(super) fn entities(&mut self, files: &[(usize, Option<Raw<'a>>)]) -> Result<(), LoadError> {
+        let (source, mut family) = (self.source, Family::default());
+        let mut places = HashMap::new();
+        for (number, list) in files {
+            let place = self.place_of_file(*number, &places, &mut family);
+            let Some(place) = source.recover(place)? else { continue };
+            places.insert(*number, place);
+            let list = list.map_or(Ok(Vec::new()), |raw| source.list(raw, "the entities"));
+            for raw in source.recover(list)?.unwrap_or_default() {
+                let keys = source.recover(source.keys(raw, "an entity", 0, ENTITY))?;
+                let read = keys.map_or(Ok(()), |keys| self.entity((raw, *number, place), keys, &mut family));
+                source.recover(read)?;
+            }
         }
         // An entity with a fault may have no name.
         if self.source.has_faults() {
@@ -51,19 +57,19 @@ impl<'a> Lowering<'_, 'a> {
         }
         let parents = self.parents(&mut family)?;
         self.refuse_cycles(&family, &parents)?;
-        for (child, _) in &family.parents {
-            let Some(parent) = parents[*child] else { continue };
+        for (child, parent) in parents.iter().enumerate() {
+            let Some(parent) = *parent else { continue };
             // Both were spawned above.
-            let _ = self.world.entities.insert_one(family.entities[*child], Parent(family.entities[parent]));
+            let _ = self.world.entities.insert_one(family.entities[child], Parent(family.entities[parent]));
         }
         for (camera, raw) in &family.focused {
             let name = self.source.string(*raw, "an entity's name")?;
-            let Some((_, focused)) = family.names.get(&name) else {
+            let Some((_, focused)) = self.find(&family, *raw, &name) else {
                 let suggestion = suggest(&name, family.names.keys().map(String::as_str));
                 let reason = format!("unknown entity \"{}\"{suggestion}", shorten(&name));
                 return Err(self.source.error(raw.0, reason));
             };
-            let focus = FocusOn(family.entities[*focused]);
+            let focus = FocusOn(family.entities[focused]);
             let _ = self.world.entities.insert_one(family.entities[*camera], focus);
         }
         // Last, so that the scene's own entities keep their names and come first.
@@ -87,6 +93,33 @@ impl<'a> Lowering<'_, 'a> {
         Ok(())
     }
 
+    /// The entity below which the file with a number is placed, if its entry of `include`, or that of a file that
+    /// includes it, has a parent or a transform.
+    fn place_of_file(
+        &mut self,
+        number: usize,
+        places: &HashMap<usize, Option<usize>>,
+        family: &mut Family<'a>,
+    ) -> Result<Option<usize>, LoadError> {
+        let source = self.source;
+        let Some(inclusion) = &source.parts[number].inclusion else { return Ok(None) };
+        let entry = Raw(source.slice(inclusion.entry));
+        let [_, _, parent, transform, _] = source.include_entry(entry)?;
+        let outer = places.get(&inclusion.by).copied().flatten();
+        if parent.or(transform).is_none() {
+            return Ok(outer);
+        }
+        let index = family.entities.len();
+        let transform = transform.map_or(Ok(Transform::IDENTITY), |raw| transform::transform(source, raw))?;
+        family.entities.push(self.world.entities.spawn((transform, written_at(source, entry))));
+        match (parent, outer) {
+            (Some(raw), _) => family.parents.push((index, raw)),
+            (None, Some(outer)) => family.below.push((index, outer)),
+            (None, None) => {}
+        }
+        Ok(Some(index))
+    }
+
     /// Finds a node by name below an entity that places a glTF file.
     fn node(&self, raw: Raw<'a>, model: hecs::Entity, name: &str) -> Result<hecs::Entity, LoadError> {
         let world = &self.world;
@@ -106,7 +139,7 @@ impl<'a> Lowering<'_, 'a> {
 
     fn entity(
         &mut self,
-        (raw, file): (Raw<'a>, &Arc<Path>),
+        (raw, number, below): (Raw<'a>, usize, Option<usize>),
         given: [Option<Raw<'a>>; 12],
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
@@ -135,15 +168,13 @@ impl<'a> Lowering<'_, 'a> {
         }
         let index = family.entities.len();
         let mut builder = hecs::EntityBuilder::new();
-        let (line, column) = source.position(raw.0);
-        let position = [line as u32, column as u32];
-        builder.add(WrittenAt { file: file.clone(), position });
+        builder.add(written_at(source, raw));
         if let Some(raw) = name {
-            let name = source.string(raw, "a name")?;
+            let name = format!("{}{}", source.parts[number].prefix, source.string(raw, "a name")?);
             if let Some((first, _)) = family.names.get(&name) {
-                let (line, column) = source.position(first.0);
+                let (first, remedy) = (source.place(*first, raw), source.keep_apart(number));
                 let name = shorten(&name);
-                let reason = format!("there is already an entity \"{name}\" at {line}:{column}");
+                let reason = format!("there is already an entity \"{name}\" at {first}{remedy}");
                 return Err(source.error(raw.0, reason));
             }
             family.names.insert(name.clone(), (raw, index));
@@ -179,7 +210,10 @@ impl<'a> Lowering<'_, 'a> {
             (Some(raw), Some(_)) => self.overrides(raw)?,
         };
         family.models.extend(gltf.map(|raw| (index, raw, overrides)));
-        family.parents.extend(parent.map(|raw| (index, raw)));
+        match (parent, below) {
+            (Some(raw), _) => family.parents.push((index, raw)),
+            (None, below) => family.below.extend(below.map(|place| (index, place))),
+        }
         family.entities.push(self.world.entities.spawn(builder.build()));
         Ok(())
     }
@@ -220,22 +254,32 @@ impl<'a> Lowering<'_, 'a> {
         self.source.recover(component).map(Option::flatten)
     }
 
+    /// Finds an entity by a name that is written at a place: its whole name and its index.
+    fn find(&self, family: &Family<'a>, raw: Raw<'a>, name: &str) -> Option<(String, usize)> {
+        let named = |name: &str| family.names.get_key_value(name).map(|(name, (_, it))| (name.clone(), *it));
+        self.source.find_name(raw, name, named)
+    }
+
     /// The parent of each entity, as indices in file order. Parents inside glTF files are left to [`Family::nodes`].
     fn parents(&self, family: &mut Family<'a>) -> Result<Vec<Option<usize>>, LoadError> {
         let mut parents = vec![None; family.entities.len()];
+        for (child, place) in &family.below {
+            parents[*child] = Some(*place);
+        }
         for (child, raw) in &family.parents {
             let name = self.source.string(*raw, "the parent's name")?;
-            let Some((_, parent)) = family.names.get(&name) else {
-                let inside = name.split_once('/').filter(|(model, _)| family.names.contains_key(*model));
-                if let Some((model, node)) = inside {
-                    family.nodes.push((*child, *raw, model.to_owned(), node.to_owned()));
+            let Some((_, parent)) = self.find(family, *raw, &name) else {
+                let inside = name.split_once('/');
+                let model = inside.and_then(|(model, _)| self.find(family, *raw, model));
+                if let Some(((_, node), (model, _))) = inside.zip(model) {
+                    family.nodes.push((*child, *raw, model, node.to_owned()));
                     continue;
                 }
                 let suggestion = suggest(&name, family.names.keys().map(String::as_str));
                 let reason = format!("unknown parent \"{}\"{suggestion}", shorten(&name));
                 return Err(self.source.error(raw.0, reason));
             };
-            parents[*child] = Some(*parent);
+            parents[*child] = Some(parent);
         }
         Ok(parents)
     }
@@ -272,14 +316,21 @@ impl<'a> Lowering<'_, 'a> {
         let first = members.iter().enumerate().min_by_key(|(_, entity)| **entity)?.0;
         members.rotate_left(first);
         let (_, place) = family.parents.iter().find(|(child, _)| *child == members[0])?;
-        // Every member is a parent, so it has a name.
+        // Every member is a parent: it has a name, unless it is the place of an included file.
         let name = |entity: usize| {
-            let found = family.names.values().find(|(_, index)| *index == entity);
-            found.map_or_else(String::new, |(raw, _)| shorten(raw.0))
+            let found = family.names.iter().find(|(_, (_, index))| *index == entity);
+            found.map(|(name, _)| format!("\"{}\"", shorten(name)))
         };
-        let mut names: Vec<String> = members.iter().take(MOST_NAMES).map(|entity| name(*entity)).collect();
-        names.push(if members.len() > MOST_NAMES { "…".to_owned() } else { name(members[0]) });
+        let mut names: Vec<String> =
+            members.iter().take(MOST_NAMES).filter_map(|entity| name(*entity)).collect();
+        names.push(if members.len() > MOST_NAMES { "…".to_owned() } else { names.first()?.clone() });
         let reason = format!("an entity cannot be its own ancestor: {}", names.join(" is a child of "));
         Some(self.source.error(place.0, reason))
     }
+}
+
+/// The place where an entity is written.
+fn written_at(source: &SceneText, raw: Raw) -> WrittenAt {
+    let (line, column) = source.position(raw.0);
+    WrittenAt { file: source.file(raw).clone(), position: [line as u32, column as u32] }
 }

@@ -9,12 +9,14 @@ use crate::world::{BlinnPhong, ColorInput, Material, MaterialId, Principled, Sca
 const MODELS: &[&str] = &["BlinnPhong", "Principled", "Metal"];
 
 impl<'a> Lowering<'_, 'a> {
-    /// Reads the scene's map of materials by name.
-    pub(super) fn named_materials(&mut self, raw: Raw<'a>) -> Result<(), LoadError> {
+    /// Reads the map of materials by name in the file with a number.
+    pub(super) fn named_materials(&mut self, number: usize, raw: Raw<'a>) -> Result<(), LoadError> {
         for (key, value) in self.source.map(raw, "the materials")? {
             let name = self.source.string(key, "the name of a material")?;
+            let name = format!("{}{name}", self.source.parts[number].prefix);
             if self.materials.contains_key(&name) {
-                let reason = format!("there is already a material \"{}\"", shorten(&name));
+                let remedy = self.source.keep_apart(number);
+                let reason = format!("there is already a material \"{}\"{remedy}", shorten(&name));
                 self.source.recover(Err::<(), _>(self.source.error(key.0, reason)))?;
                 continue;
             }
@@ -39,7 +41,7 @@ impl<'a> Lowering<'_, 'a> {
             });
         }
         let name = self.source.string(raw, "the name of a material")?;
-        self.materials.get(&name).copied().ok_or_else(|| {
+        self.source.find_name(raw, &name, |name| self.materials.get(name).copied()).ok_or_else(|| {
             let suggestion = suggest(&name, self.materials.keys().map(String::as_str));
             self.source.error(raw.0, format!("unknown material \"{}\"{suggestion}", shorten(&name)))
         })

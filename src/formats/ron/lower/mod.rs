@@ -17,19 +17,19 @@ use std::collections::HashMap;
 use self::assets::LoweredAssets;
 use super::source::{Raw, SceneText};
 use super::{query, scan};
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError, Severity};
 use crate::formats::AssetFiles;
 use crate::world::{MaterialId, World};
 
-/// The keys of a scene; the first one is required.
-pub(super) const SCENE: [&str; 4] = ["entities", "settings", "materials", "edits"];
+/// The keys of a scene.
+const SCENE: [&str; 6] = ["entities", "settings", "materials", "edits", "include", "variables"];
 
 /// The state of lowering.
 struct Lowering<'s, 'a> {
     source: &'s SceneText<'a>,
     world: World,
     assets: LoweredAssets<'s, 'a>,
-    /// The scene's own named materials, without those of mesh files.
+    /// The named materials of the scene's files, without those of mesh files.
     materials: HashMap<String, MaterialId>,
     /// True while the inputs of a computed texture of numbers are read: their images are linear.
     reads_numbers: bool,
@@ -47,19 +47,49 @@ fn as_study(source: &SceneText, error: LoadError, root: Raw) -> LoadError {
     }
 }
 
+/// A note about the settings of an included file, the first time that it is included.
+fn unused_settings(source: &SceneText, number: usize, settings: Raw) -> Option<Diagnostic> {
+    let part = &source.parts[number];
+    let (line, _) = part.position(settings.0);
+    let what = "the settings of an included file are not used: those of the scene count";
+    let is_first = !source.parts[..number].iter().any(|other| other.path == part.path);
+    let note =
+        || Diagnostic { severity: Severity::Note, ..Diagnostic::at_line("import", &part.path, line, what) };
+    is_first.then(note)
+}
+
 /// Reads a whole scene.
 pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<World, LoadError> {
     let root = source.root()?;
-    let [entities, settings, materials, edits] =
-        source.keys(root, "a scene", 1, SCENE).map_err(|error| as_study(source, error, root))?;
+    let keys = |number| source.keys(source.root_of(number)?, "a scene", 0, SCENE);
+    let [entities, settings, materials, edits, include, _] =
+        keys(0).map_err(|error| as_study(source, error, root))?;
+    if entities.or(include).is_none() {
+        return Err(source.error(root.0, "a scene needs the field \"entities\""));
+    }
     source.collect_faults();
     let mut lowering = Lowering {
         source,
         world: World::default(),
-        assets: LoweredAssets::new(source.path(), &mut *files),
+        assets: LoweredAssets::new(&mut *files),
         materials: HashMap::new(),
         reads_numbers: false,
     };
+    // The materials and the entities of each file, by its number.
+    let (mut all_materials, mut all_entities) = (vec![(0, materials)], vec![(0, entities)]);
+    let included = (0..source.parts.len()).filter(|number| source.parts[*number].inclusion.is_some());
+    for number in included {
+        let Some([entities, settings, materials, edits, ..]) = source.recover(keys(number))? else {
+            continue;
+        };
+        if let Some(edits) = edits {
+            let reason = "edits are for whole scenes: write them in the file that includes this one";
+            source.recover(Err::<(), _>(source.error(edits.0, reason)))?;
+        }
+        lowering.world.warnings.extend(settings.and_then(|raw| unused_settings(source, number, raw)));
+        all_materials.push((number, materials));
+        all_entities.push((number, entities));
+    }
     let (mut transport, mut names_depth) = (None, false);
     if let Some(settings) = settings {
         source.clock().refused.set(Some("settings stay what they are: keys are for entities and materials"));
@@ -68,10 +98,10 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
         }
         source.clock().refused.set(None);
     }
-    if let Some(materials) = materials {
-        source.recover(lowering.named_materials(materials))?;
+    for (number, materials) in all_materials {
+        source.recover(materials.map_or(Ok(()), |raw| lowering.named_materials(number, raw)))?;
     }
-    source.recover(entities.map_or(Ok(()), |raw| lowering.entities(raw)))?;
+    source.recover(lowering.entities(&all_entities))?;
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
     source.check_faults()?;

@@ -8,6 +8,7 @@ use hecs::Entity;
 use super::{LoweredAssets, Lowering, transform};
 use crate::error::LoadError;
 use crate::formats::AssetFiles;
+use crate::formats::ron::parts::TextPart;
 use crate::formats::ron::query::Kind;
 use crate::formats::ron::source::{Raw, SceneText};
 use crate::world::{Camera, FocusOn, MaterialId, Shape, World};
@@ -65,7 +66,8 @@ pub fn reread(
     files: &mut dyn AssetFiles,
     names: &mut Names,
 ) -> Result<(), LoadError> {
-    let source = SceneText::new(text, Path::new(""), files.time_s().unwrap_or(0.0));
+    let part = TextPart::new(text, Path::new(""));
+    let source = SceneText::new(std::slice::from_ref(&part), files.time_s().unwrap_or(0.0));
     let raw: Raw = source.root()?;
     // Only an entity's material refers to materials by name.
     let refers = component == Component::Material && material.is_none();
@@ -73,7 +75,7 @@ pub fn reread(
         None if refers => material_names(world),
         known => known.unwrap_or_default(),
     };
-    let assets = LoweredAssets::new(Path::new(""), files).with_numbers();
+    let assets = LoweredAssets::new(files).with_numbers();
     let world_before = std::mem::take(world);
     let mut lowering =
         Lowering { source: &source, world: world_before, assets, materials, reads_numbers: false };
@@ -92,8 +94,9 @@ fn material_names(world: &World) -> HashMap<String, MaterialId> {
 
 /// Reads the settings of a world again.
 pub fn reread_settings(world: &mut World, text: &str, files: &mut dyn AssetFiles) -> Result<(), LoadError> {
-    let source = SceneText::new(text, Path::new(""), 0.0);
-    let assets = LoweredAssets::new(Path::new(""), files);
+    let part = TextPart::new(text, Path::new(""));
+    let source = SceneText::new(std::slice::from_ref(&part), 0.0);
+    let assets = LoweredAssets::new(files);
     let (world_before, materials) = (World::default(), HashMap::new());
     let mut lowering =
         Lowering { source: &source, world: world_before, assets, materials, reads_numbers: false };

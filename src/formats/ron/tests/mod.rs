@@ -3,6 +3,7 @@
 mod errors;
 mod keys;
 mod models;
+mod parts;
 mod principled;
 mod reading;
 mod robust;

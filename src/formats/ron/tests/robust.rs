@@ -59,7 +59,7 @@ const PIECES: &[&str] = &[
     "\n", "NaN", "-inf", "1e99", "-1", "0", "..", "1..2", "_", "#", "#![", "r#", "Some(", "None", "()", "ä",
     "\u{feff}", "\u{2028}", "\u{85}", "\0", "entities", "Sphere", "Mesh(\"missing\")",
     "99999999999999999999999", "0x1F", "1_0", "true", "1f32", "5u8", "\"a\"", "'('", "Image", "material",
-    "kd", "parent: \"ball\"",
+    "kd", "parent: \"ball\"", "$", "$a", "variables: {\"a\": ", "include: [",
 ];
 
 proptest! {
