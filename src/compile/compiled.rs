@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::memo::Memo;
 use super::shape_meshes::ShapeMeshes;
 use super::{
-    camera, contacts, emitters, environment, geometry, ineffective_values, lights, materials, misplaced,
-    open_surfaces, origin, textures, unsupported_by_transport, validate,
+    camera, contacts, copies, emitters, environment, geometry, ineffective_values, lights, materials,
+    misplaced, open_surfaces, origin, textures, unsupported_by_transport, validate,
 };
 use crate::bvh::Bvh;
 use crate::error::CompileError;
@@ -59,6 +59,14 @@ pub fn compile_after(
     transforms::relative_to(&mut transforms, origin);
     let (camera, aperture) = camera::compile(world, &transforms, found)?;
     let shapes = ShapeMeshes::seen_by(&camera, world, &order, &transforms, before.map(|it| &it.shapes))?;
+    let copies = copies::Copies::new(world, &order, &transforms, origin, &shapes)?;
+    let placed = geometry::PlacedWorld {
+        world,
+        order: &order,
+        transforms: &transforms,
+        copies: &copies,
+        shapes: &shapes,
+    };
     let textures_before = before.map(|before| &before.textures);
     let textures =
         Memo::reuse_or_make(textures_before, textures::TextureInputs::new(&world.assets), |inputs| {
@@ -66,7 +74,7 @@ pub fn compile_after(
         })?;
     let (mut materials, mut material_names) = materials::compile(&world.assets, world.settings.transport);
     let lights::CompiledLights { lamps, panels } =
-        lights::compile(world, &order, &transforms, &mut materials, &mut material_names)?;
+        lights::compile(world, &order, &transforms, &copies, &mut materials, &mut material_names)?;
     let open_surfaces = Memo::reuse_or_make(
         before.map(|before| &before.open_surfaces),
         open_surfaces::OpenSurfaceInputs::new(world, &order, &transforms, &shapes),
@@ -76,7 +84,7 @@ pub fn compile_after(
     let mut sheets =
         materials::TwoSidedVariants::new(&mut materials, &mut material_names, world.settings.transport);
     let inputs =
-        geometry::GeometryInputs::new(world, &order, &transforms, panels, &open, &mut sheets, &shapes)?;
+        geometry::GeometryInputs::new(&placed, panels, &open, &mut sheets)?;
     let mut sheets = sheets.end();
     let bodies = materials::number_bodies(&mut materials, world.settings.transport);
     let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());

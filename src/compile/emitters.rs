@@ -492,7 +492,7 @@ fn instances(out: &mut Emitters, surfaces: &EmittingSurfaces, most: usize) -> us
 #[cfg(test)]
 mod tests {
     use super::super::shape_meshes::ShapeMeshes;
-    use super::super::{geometry, materials};
+    use super::super::{copies, geometry, materials};
     use super::*;
     use crate::world::transforms;
     use crate::world::{self, BlinnPhong, ColorInput, Mesh, Shape, Transform, World};
@@ -514,9 +514,15 @@ mod tests {
         let sheets =
             &mut materials::TwoSidedVariants::new(&mut records, &mut names, world.settings.transport);
         let shapes = ShapeMeshes::new(&world, &order, &placed, None, None).expect("meshes");
-        let open = HashMap::new();
-        let inputs =
-            geometry::GeometryInputs::new(&world, &order, &placed, Vec::new(), &open, sheets, &shapes);
+        let (open, copies) = (HashMap::new(), copies::Copies::default());
+        let placed = geometry::PlacedWorld {
+            world: &world,
+            order: &order,
+            transforms: &placed,
+            copies: &copies,
+            shapes: &shapes,
+        };
+        let inputs = geometry::GeometryInputs::new(&placed, Vec::new(), &open, sheets);
         let inputs = inputs.expect("shapes");
         let (compiled, _) = geometry::compile(&inputs, None).expect("triangles");
         let surfaces = EmittingSurfaces {

@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use hecs::Entity;
 
+use super::copies::Copies;
 use super::lights::LightMesh;
 use super::materials::{TwoSidedVariants, in_place_of};
 use super::memo::{self, ByPtr, debug_text};
@@ -39,6 +40,16 @@ pub(super) struct CompiledGeometry {
     pub copies: Arc<Vec<Range<u32>>>,
 }
 
+/// A world with the places and meshes of its shapes.
+#[derive(Clone, Copy)]
+pub(super) struct PlacedWorld<'a> {
+    pub world: &'a World,
+    pub order: &'a [Entity],
+    pub transforms: &'a WorldTransforms,
+    pub copies: &'a Copies,
+    pub shapes: &'a ShapeMeshes,
+}
+
 /// All inputs of geometry and trees.
 #[derive(PartialEq)]
 pub(super) struct GeometryInputs {
@@ -56,12 +67,24 @@ struct PlacedShape {
     entity: u32,
     shape: Shape,
     matrix: DAffine3,
+    /// The places of its copies, if there are any.
+    copies: Option<Arc<Vec<DAffine3>>>,
     material: Option<MaterialId>,
     /// Pairs of one of the mesh's own materials and the sheet's record that replaces it.
     replaced: Vec<[MaterialId; 2]>,
 }
 
 impl PlacedShape {
+    /// Its matrix at each of its places.
+    fn matrices(&self) -> impl Iterator<Item = DAffine3> {
+        (0..self.places())
+            .map(|at| self.copies.as_ref().map_or(self.matrix, |copies| copies[at] * self.matrix))
+    }
+
+    fn places(&self) -> usize {
+        self.copies.as_ref().map_or(1, |copies| copies.len())
+    }
+
     /// The record of triangles with a material of their mesh.
     fn record(&self, own: MaterialId) -> MaterialId {
         self.material.unwrap_or_else(|| in_place_of(own, &self.replaced))
@@ -79,20 +102,19 @@ impl PartialEq for PlacedShape {
         (self.entity, self.material, &self.replaced, matrix(self))
             == (other.entity, other.material, &other.replaced, matrix(other))
             && same_shape
+            && self.copies == other.copies
     }
 }
 
 impl GeometryInputs {
     /// The inputs from a world. Fails for planes that are not flat and convex.
     pub(super) fn new(
-        world: &World,
-        order: &[Entity],
-        transforms: &WorldTransforms,
+        placed: &PlacedWorld,
         panels: Vec<LightMesh>,
         open: &HashMap<u32, &Sheet>,
         sheets: &mut TwoSidedVariants,
-        made: &ShapeMeshes,
     ) -> Result<GeometryInputs, CompileError> {
+        let PlacedWorld { world, order, transforms, copies, shapes: made } = *placed;
         let mut shapes = Vec::new();
         for &entity in order {
             let Ok(authored) = world.entities.get::<&Shape>(entity) else { continue };
@@ -112,7 +134,8 @@ impl GeometryInputs {
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
             }
             let matrix = placement(world, &shape, &transforms[&entity]);
-            shapes.push(PlacedShape { entity: entity.id(), shape, matrix, material, replaced });
+            let copies = copies.of(entity).cloned();
+            shapes.push(PlacedShape { entity: entity.id(), shape, matrix, copies, material, replaced });
         }
         let settings = &world.settings;
         Ok(GeometryInputs {
@@ -131,7 +154,10 @@ impl GeometryInputs {
 
     /// The number of corners of each flat shape, those of visible lights among them.
     fn flat_shapes(&self) -> impl Iterator<Item = usize> {
-        let shapes = self.shapes.iter().filter_map(|placed| Some(placed.shape.flat_corners()?.1.len()));
+        let shapes = self.shapes.iter().flat_map(|placed| {
+            let corners = placed.shape.flat_corners().map(|(_, corners)| corners.len());
+            corners.into_iter().flat_map(|count| std::iter::repeat_n(count, placed.places()))
+        });
         shapes.chain(self.panels.iter().map(|panel| panel.corners.len()))
     }
 }
@@ -158,39 +184,43 @@ pub(super) fn compile(
     let _claim = size::check(inputs, &uses, &copied)?;
     builder.reserve(inputs, &uses, &copied);
     for placed_shape in &inputs.shapes {
-        let PlacedShape { entity, shape, matrix, material: own, replaced } = placed_shape;
+        let PlacedShape { entity, shape, material: own, replaced, .. } = placed_shape;
         let (entity, own) = (*entity, *own);
         let part = |material: MaterialId| Part { entity, ..plain_part(material) };
-        match shape {
-            Shape::Sphere { radius_m } => match uniform_scale(matrix) {
-                Some(scale) => {
-                    let part =
-                        Part { object: radius_m.to_bits(), ..part(own.unwrap_or(MaterialId::DEFAULT)) };
-                    builder.sphere(matrix, *radius_m as f64 * scale, part)
+        for matrix in placed_shape.matrices() {
+            let matrix = &matrix;
+            match shape {
+                Shape::Sphere { radius_m } => match uniform_scale(matrix) {
+                    Some(scale) => {
+                        let part =
+                            Part { object: radius_m.to_bits(), ..part(own.unwrap_or(MaterialId::DEFAULT)) };
+                        builder.sphere(matrix, *radius_m as f64 * scale, part)
+                    }
+                    None => {
+                        let to_world = *matrix * DAffine3::from_scale(glam::DVec3::splat(*radius_m as f64));
+                        let material = own.unwrap_or(MaterialId::DEFAULT);
+                        let radius = if inputs.keeps_object_space { radius_m.to_bits() } else { 0 };
+                        placed.push((InstancedTree::UnitSphere(radius), to_world, material, entity));
+                    }
+                },
+                Shape::Mesh(id) if copied[id.0 as usize] => {
+                    let first = builder.geometry.triangles.len() as u32;
+                    builder.mesh(inputs.mesh(*id), matrix, |own_material| {
+                        part(placed_shape.record(own_material))
+                    });
+                    if uses[id.0 as usize] > 1 {
+                        copies.push(first..builder.geometry.triangles.len() as u32);
+                    }
                 }
-                None => {
-                    let to_world = *matrix * DAffine3::from_scale(glam::DVec3::splat(*radius_m as f64));
-                    let material = own.unwrap_or(MaterialId::DEFAULT);
-                    let radius = if inputs.keeps_object_space { radius_m.to_bits() } else { 0 };
-                    placed.push((InstancedTree::UnitSphere(radius), to_world, material, entity));
+                Shape::Mesh(id) => {
+                    let material = own.unwrap_or(MaterialId(NONE));
+                    let replaced = if own.is_none() { &replaced[..] } else { &[] };
+                    placed.push((InstancedTree::Mesh(*id, replaced), *matrix, material, entity));
                 }
-            },
-            Shape::Mesh(id) if copied[id.0 as usize] => {
-                let first = builder.geometry.triangles.len() as u32;
-                builder
-                    .mesh(inputs.mesh(*id), matrix, |own_material| part(placed_shape.record(own_material)));
-                if uses[id.0 as usize] > 1 {
-                    copies.push(first..builder.geometry.triangles.len() as u32);
+                // Parametric shapes have become meshes.
+                _ => {
+                    builder.mesh(&flat_mesh(shape), matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
                 }
-            }
-            Shape::Mesh(id) => {
-                let material = own.unwrap_or(MaterialId(NONE));
-                let replaced = if own.is_none() { &replaced[..] } else { &[] };
-                placed.push((InstancedTree::Mesh(*id, replaced), *matrix, material, entity));
-            }
-            // Parametric shapes have become meshes.
-            _ => {
-                builder.mesh(&flat_mesh(shape), matrix, |_| part(own.unwrap_or(MaterialId::DEFAULT)));
             }
         }
     }
@@ -228,7 +258,7 @@ fn count_uses(inputs: &GeometryInputs) -> Vec<u32> {
     let mut uses = vec![0; inputs.meshes.len()];
     for placed in &inputs.shapes {
         if let Shape::Mesh(id) = placed.shape {
-            uses[id.0 as usize] += 1;
+            uses[id.0 as usize] += placed.places() as u32;
         }
     }
     uses

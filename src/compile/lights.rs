@@ -2,6 +2,7 @@
 
 use hecs::Entity;
 
+use super::copies::Copies;
 use super::materials;
 use super::photometric::{self, BeamCone};
 use super::sky::{Air, SUN_ANGLE};
@@ -114,6 +115,7 @@ pub(super) fn compile(
     world: &World,
     order: &[Entity],
     transforms: &WorldTransforms,
+    copies: &Copies,
     materials: &mut Vec<MaterialRecord>,
     names: &mut Vec<String>,
 ) -> Result<CompiledLights, CompileError> {
@@ -121,49 +123,61 @@ pub(super) fn compile(
     let mut around = None;
     for &entity in order {
         let Ok(light) = world.entities.get::<&world::Light>(entity) else { continue };
-        let matrix = &transforms[&entity];
-        match &*light {
-            world::Light::Area { power_w, size_m, outline, samples, pattern, visible } => {
-                let (corners, area) = rectangle(world, entity, matrix, *size_m)?;
-                // A uniform Lambertian emitter: Φ = π A L.
-                let radiance = *power_w * (1.0 / (std::f32::consts::PI * area * outline.part()));
-                let material = visible.then(|| {
-                    let material = materials.len() as u32;
-                    materials.push(surface(radiance));
-                    names.push(format!("light of {}", world.name_of(entity)));
-                    out.panels.push(LightMesh { corners: cut_out(corners, *outline), material, entity });
-                    material
-                });
-                let [corner, first, _, second] = corners;
-                let edges = [first - corner, second - corner];
-                let (samples, pattern) = (*samples, *pattern);
-                let outline = *outline;
-                out.lamps.all.push(WorldLight::Area {
-                    corner,
-                    edges,
-                    outline,
-                    radiance,
-                    samples,
-                    pattern,
-                    material,
-                });
+        let own = &transforms[&entity];
+        let matrices: Vec<DAffine3> =
+            if light.is_around() { vec![*own] } else { copies.matrices(entity, own).collect() };
+        for matrix in &matrices {
+            match &*light {
+                world::Light::Area { power_w, size_m, outline, samples, pattern, visible } => {
+                    let (corners, area) = rectangle(world, entity, matrix, *size_m)?;
+                    // A uniform Lambertian emitter: Φ = π A L.
+                    let radiance = *power_w * (1.0 / (std::f32::consts::PI * area * outline.part()));
+                    let material = visible.then(|| {
+                        let material = materials.len() as u32;
+                        materials.push(surface(radiance));
+                        names.push(format!("light of {}", world.name_of(entity)));
+                        out.panels.push(LightMesh { corners: cut_out(corners, *outline), material, entity });
+                        material
+                    });
+                    let [corner, first, _, second] = corners;
+                    let edges = [first - corner, second - corner];
+                    let (samples, pattern) = (*samples, *pattern);
+                    let outline = *outline;
+                    out.lamps.all.push(WorldLight::Area {
+                        corner,
+                        edges,
+                        outline,
+                        radiance,
+                        samples,
+                        pattern,
+                        material,
+                    });
+                }
+                world::Light::Environment { .. } => {}
+                world::Light::Photometric { power_w, profile } => {
+                    let image = world.assets.image_of(*profile);
+                    let (mean, beam) =
+                        image.and_then(|image| photometric::summary(image)).ok_or_else(|| {
+                            entity_error(world, entity, "its photometric profile is dark in all directions")
+                        })?;
+                    let intensity = *power_w * (1.0 / (4.0 * std::f32::consts::PI));
+                    let axis = direction(matrix, Vec3::NEG_Z);
+                    let along = direction(matrix, Vec3::X);
+                    let across = (along - axis * along.dot(axis)).normalize();
+                    let (place, profile) = (point(matrix, Vec3::ZERO), *profile);
+                    let (axes, scale) = ([axis, across], 1.0 / mean);
+                    out.lamps.all.push(WorldLight::Photometric {
+                        place,
+                        intensity,
+                        scale,
+                        axes,
+                        profile,
+                        beam,
+                    });
+                }
+                sky @ world::Light::Sky { .. } => out.lamps.all.extend(sun(sky, matrix)),
+                other => out.lamps.all.push(punctual(other, matrix)),
             }
-            world::Light::Environment { .. } => {}
-            world::Light::Photometric { power_w, profile } => {
-                let image = world.assets.image_of(*profile);
-                let (mean, beam) = image.and_then(|image| photometric::summary(image)).ok_or_else(|| {
-                    entity_error(world, entity, "its photometric profile is dark in all directions")
-                })?;
-                let intensity = *power_w * (1.0 / (4.0 * std::f32::consts::PI));
-                let axis = direction(matrix, Vec3::NEG_Z);
-                let along = direction(matrix, Vec3::X);
-                let across = (along - axis * along.dot(axis)).normalize();
-                let (place, profile) = (point(matrix, Vec3::ZERO), *profile);
-                let (axes, scale) = ([axis, across], 1.0 / mean);
-                out.lamps.all.push(WorldLight::Photometric { place, intensity, scale, axes, profile, beam });
-            }
-            sky @ world::Light::Sky { .. } => out.lamps.all.extend(sun(sky, matrix)),
-            other => out.lamps.all.push(punctual(other, matrix)),
         }
         let sends_none = world.entities.satisfies::<&world::WithoutCaustics>(entity);
         if light.is_around() {

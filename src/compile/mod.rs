@@ -5,6 +5,7 @@ mod camera;
 mod classic;
 pub(crate) mod compiled;
 mod contacts;
+mod copies;
 mod emitters;
 mod environment;
 mod geometry;

@@ -8,6 +8,7 @@ mod cameras;
 mod caustics;
 mod cli;
 mod compare;
+mod copies;
 mod corpus;
 mod edits;
 mod energy;

@@ -1,6 +1,6 @@
 //! The size of compiled geometry: what it may be, and the memory that it takes.
 
-use super::{ByPtr, GeometryInputs};
+use super::{ByPtr, GeometryInputs, PlacedShape};
 use crate::bvh::build::builder::peak_bytes;
 
 use crate::error::CompileError;
@@ -35,9 +35,10 @@ pub(super) fn check(
             "{vertices} vertices and {triangles} triangles; the most is {most}"
         )));
     }
-    let spheres = inputs.shapes.iter().filter(|placed| matches!(placed.shape, Shape::Sphere { .. })).count();
+    let spheres = inputs.shapes.iter().filter(|placed| matches!(placed.shape, Shape::Sphere { .. }));
+    let spheres = spheres.map(PlacedShape::places).sum::<usize>();
     let primitives = triangles + spheres;
-    bytes = bytes.saturating_add(inputs.shapes.len() * PLACED_BYTES);
+    bytes = bytes.saturating_add(inputs.shapes.iter().map(PlacedShape::places).sum::<usize>() * PLACED_BYTES);
     // The part of each triangle, and the finished tree.
     let built = peak_bytes(primitives, true, inputs.quality) + primitives * (4 + TREE_BYTES);
     let what = format_args!("the geometry of {triangles} triangles with its tree");

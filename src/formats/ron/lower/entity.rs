@@ -7,8 +7,9 @@ use super::{Lowering, transform};
 use crate::error::LoadError;
 use crate::formats::ron::source::{Raw, SceneText, shorten, suggest};
 use crate::world::components::WrittenAt;
+use crate::world::copies::{check_array, check_scatter};
 use crate::world::names::is_same_name;
-use crate::world::{FocusOn, Model, Name, Parent, Stereo, Transform, WithoutCaustics};
+use crate::world::{Array, ArrayRow, FocusOn, Model, Name, Parent, ScatteredCopies, Stereo, Transform, WithoutCaustics};
 
 /// The entities before their parents are resolved. Indices are places in `entities`.
 #[derive(Default)]
@@ -25,14 +26,16 @@ struct Family<'a> {
     focused: Vec<(usize, Raw<'a>)>,
     /// Entities below the place that their file is included at, and its entity.
     below: Vec<(usize, usize)>,
+    /// Entities that are scattered, and the place in the text and the name of what they are scattered on.
+    grounds: Vec<(usize, Raw<'a>, String)>,
     /// Entities that place a glTF file: the file and the material overrides.
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
 }
 
 /// The keys of an entity.
-const ENTITY: [&str; 12] = [
+const ENTITY: [&str; 14] = [
     "name", "parent", "transform", "shape", "gltf", "overrides", "material", "light", "camera", "caustics",
-    "stereo", "focus_on",
+    "stereo", "focus_on", "array", "scatter",
 ];
 
 impl<'a> Lowering<'_, 'a> {
@@ -71,6 +74,16 @@ impl<'a> Lowering<'_, 'a> {
             };
             let focus = FocusOn(family.entities[focused]);
             let _ = self.world.entities.insert_one(family.entities[*camera], focus);
+        }
+        for (index, raw, name) in &family.grounds {
+            let Some((ground, _)) = self.find(&family, *raw, name) else {
+                let suggestion = suggest(name, family.names.keys().map(String::as_str));
+                let reason = format!("there is no entity \"{}\" to scatter on{suggestion}", shorten(name));
+                return Err(self.source.error(raw.0, reason));
+            };
+            if let Ok(mut scatter) = self.world.entities.get::<&mut ScatteredCopies>(family.entities[*index]) {
+                scatter.on = ground;
+            }
         }
         // Last, so that the scene's own entities keep their names and come first.
         for (index, raw, overrides) in &family.models {
@@ -140,7 +153,7 @@ impl<'a> Lowering<'_, 'a> {
     fn entity(
         &mut self,
         (raw, number, below): (Raw<'a>, usize, Option<usize>),
-        given: [Option<Raw<'a>>; 12],
+        given: [Option<Raw<'a>>; 14],
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
         let source = self.source;
@@ -161,6 +174,8 @@ impl<'a> Lowering<'_, 'a> {
             caustics,
             stereo,
             focus_on,
+            array,
+            scatter,
         ] = given;
         if let (Some(_), Some(material), None) = (gltf, material, shape) {
             let reason = "a glTF file has materials of its own: overrides: {\"its name\": …} replaces one";
@@ -202,6 +217,13 @@ impl<'a> Lowering<'_, 'a> {
         }
         self.camera_of_entity(camera, [stereo, focus_on], &mut builder)?;
         family.focused.extend(focus_on.map(|raw| (index, raw)));
+        if let Some(array) = self.recovered(array, Self::array)? {
+            builder.add(array);
+        }
+        if let Some(places) = self.recovered(scatter, Self::scatter)? {
+            family.grounds.extend(scatter.map(|raw| (index, raw, places.on.clone())));
+            builder.add(places);
+        }
         let overrides = match (overrides, gltf) {
             (None, _) => Vec::new(),
             (Some(raw), None) => {
@@ -242,6 +264,31 @@ impl<'a> Lowering<'_, 'a> {
             builder.add(pair);
         }
         Ok(())
+    }
+
+    /// A row, `(count: …, step: …)`, or a list of rows.
+    fn array(&mut self, raw: Raw<'a>) -> Result<Array, LoadError> {
+        let source = self.source;
+        let rows = if raw.0.starts_with('[') { source.list(raw, "rows")? } else { vec![raw] };
+        let row = |raw: &Raw<'a>| {
+            let [count, step] = source.keys(*raw, "a row of an array", 2, ["count", "step"])?;
+            let count =
+                count.map_or(Ok(1), |raw| source.whole(raw, "count", 1, ScatteredCopies::MOST.into()))?;
+            let step = step.map_or(Ok(Transform::IDENTITY), |raw| transform::transform(source, raw))?;
+            Ok(ArrayRow { count: count as u32, step })
+        };
+        let array = Array(rows.iter().map(row).collect::<Result<_, LoadError>>()?);
+        check_array(&array).map_err(|reason| source.error(raw.0, reason))?;
+        Ok(array)
+    }
+
+    fn scatter(&mut self, raw: Raw<'a>) -> Result<ScatteredCopies, LoadError> {
+        let mut scatter = ScatteredCopies::default();
+        self.structure(raw, &mut scatter)?;
+        if !self.source.has_faults() {
+            check_scatter(&scatter).map_err(|reason| self.source.error(raw.0, reason))?;
+        }
+        Ok(scatter)
     }
 
     /// Reads a component; none if there is none, or if it has a fault and faults are collected.

@@ -5,8 +5,8 @@ use super::assets::AssetPaths;
 use super::number::{Keys, same, tuple, uniform_or_tuple};
 use super::texture::WrittenTextures;
 use crate::math::{DAffine3, DVec3, Vec3};
-use crate::world::Transform;
-use crate::world::fields::Forms;
+use crate::world::fields::{Fields, Forms};
+use crate::world::{Array, ArrayRow, Transform};
 
 /// A transform; none for the identity, which need not be written.
 pub(super) fn transform(transform: &Transform) -> Written<Option<String>> {
@@ -43,4 +43,22 @@ fn affine(matrix: &DAffine3) -> Written {
 /// A shape, a light or a camera.
 pub(super) fn form(form: &(impl Forms + Clone), paths: &AssetPaths) -> Written {
     WrittenTextures::new(paths).form(&mut form.clone())
+}
+
+/// A structure.
+pub(super) fn part(part: &mut dyn Fields, paths: &AssetPaths) -> Written {
+    Ok(WrittenTextures::new(paths).structure(part)?.finish(""))
+}
+
+/// The rows of an array.
+pub(super) fn array(array: &Array) -> Written {
+    let row = |row: &ArrayRow| {
+        let step = transform(&row.step)?.unwrap_or_else(|| "()".to_owned());
+        Ok(format!("(count: {}, step: {step})", row.count))
+    };
+    let rows: Vec<String> = array.0.iter().map(row).collect::<Written<_>>()?;
+    Ok(match &rows[..] {
+        [row] => row.clone(),
+        rows => format!("[{}]", rows.join(", ")),
+    })
 }

@@ -48,6 +48,8 @@ impl WrittenTextures<'_> {
             (Slot::NumberMap(a, _), Slot::NumberMap(b, _)) => {
                 a.texture.is_none() && same(&[a.factor], &[b.factor])
             }
+            (Slot::Text(a), Slot::Text(b)) => a == b,
+            (Slot::Pair(a, _), Slot::Pair(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::Vector(a, _), Slot::Vector(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::Size(a), Slot::Size(b)) => a == b,
             (Slot::Whole(a, ..), Slot::Whole(b, ..)) => a == b,
@@ -75,6 +77,8 @@ impl WrittenTextures<'_> {
             Slot::Flag(flag) => flag.to_string(),
             Slot::Number(value, _) | Slot::OptionalNumber(Some(value), _) => number(*value)?,
             Slot::Degrees(angle, _) | Slot::Azimuth(angle) => degrees(*angle)?,
+            Slot::Text(text) => quote(text)?,
+            Slot::Pair(pair, _) => tuple(&pair.to_array())?,
             Slot::Vector(vector, _) => uniform_or_tuple(&vector.to_array())?,
             Slot::Stops(stops) if stops.is_empty() => return Ok(None),
             Slot::Stops(stops) => {

@@ -26,8 +26,8 @@ use crate::files;
 use crate::math::{DVec3, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Camera, FocusOn, FromModel, Light, MaterialId, Model, Name, Overrides, Parent, Shape, Stereo, Transform,
-    WithoutCaustics, World,
+    Array, Camera, FocusOn, FromModel, Light, MaterialId, Model, Name, Overrides, Parent, ScatteredCopies, Shape, Stereo,
+    Transform, WithoutCaustics, World,
 };
 
 /// The longest entity on one line, in characters; longer entities take a line for each key.
@@ -123,6 +123,10 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
         let transform = get.get::<&Transform>(entity).ok();
         let transform = transform.and_then(|it| components::transform(&it).ok().flatten());
         keys.extend(transform.map(|text| ("transform", text)));
+        let array = get.get::<&Array>(entity).ok().and_then(|it| components::array(&it).ok());
+        keys.extend(array.map(|text| ("array", text)));
+        let scatter = get.get::<&ScatteredCopies>(entity).ok();
+        keys.extend(scatter.map(|it| ("scatter", best(&|p| components::part(&mut (*it).clone(), p)))));
         keys.extend(get.get::<&Shape>(entity).ok().map(|it| ("shape", best(&|p| components::form(&*it, p)))));
         keys.extend(get.get::<&Model>(entity).ok().map(|it| ("gltf", best(&|p| p.model(&it.0)))));
         keys.extend(get.get::<&MaterialId>(entity).ok().map(|it| ("material", name_of(*it))));
@@ -224,6 +228,12 @@ fn one_entity(
     }
     if let Ok(transform) = world.entities.get::<&Transform>(entity) {
         keys.extend(components::transform(&transform).map_err(within)?.map(|t| format!("transform: {t}")));
+    }
+    if let Ok(array) = world.entities.get::<&Array>(entity) {
+        keys.push(format!("array: {}", components::array(&array).map_err(within)?));
+    }
+    if let Ok(scatter) = world.entities.get::<&ScatteredCopies>(entity) {
+        keys.push(format!("scatter: {}", components::part(&mut (*scatter).clone(), paths).map_err(within)?));
     }
     if let Ok(shape) = world.entities.get::<&Shape>(entity) {
         keys.push(format!("shape: {}", components::form(&*shape, paths).map_err(within)?));

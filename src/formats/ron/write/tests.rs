@@ -10,7 +10,7 @@ use crate::math::Rgb;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 use crate::world::{
     AlphaMode, Anisotropy, Aov, Assets, BlinnPhong, Camera, ColorInput, Combination, Falloff, Iridescence,
-    Light, PatternPlacement, PixelFilter, Principled, Settings, Shape, Stereo, TexturePattern, Volume,
+    Light, PatternPlacement, PixelFilter, Principled, ScatteredCopies, Settings, Shape, Stereo, TexturePattern, Volume,
 };
 
 /// The human-readable type of a field.
@@ -37,6 +37,8 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Number(_, range) | Slot::OptionalNumber(_, range) => bounded("number", range),
         Slot::Degrees(_, range) => bounded("degrees", range),
         Slot::Azimuth(_) => "degrees".into(),
+        Slot::Text(_) => "words".into(),
+        Slot::Pair(_, range) => bounded("(x, y)", range),
         Slot::Vector(..) => "number or (x, y, z)".into(),
         Slot::Stops(_) => "`[(number, colour), …]`".into(),
         Slot::Sides(_) => "number or (width, height), m".into(),
@@ -282,6 +284,7 @@ fn tables_of_the_guide_are_as_the_code() {
         ("cameras", &mut Camera::Orthographic { height_m: 1.0 }),
     ];
     let parts: [(&str, &mut dyn Fields); 8] = [
+        ("scatter", &mut ScatteredCopies::default()),
         ("placement", &mut PatternPlacement::default()),
         ("stereo pairs", &mut Stereo::default()),
         ("settings", &mut Settings::default()),
