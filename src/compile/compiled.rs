@@ -58,7 +58,14 @@ pub fn compile_after(
     let origin = origin::choose(world, &order, &transforms, &transforms[&found.0]);
     transforms::relative_to(&mut transforms, origin);
     let (camera, aperture) = camera::compile(world, &transforms, found)?;
-    let shapes = ShapeMeshes::seen_by(&camera, world, &order, &transforms, before.map(|it| &it.shapes))?;
+    let textures_before = before.map(|before| &before.textures);
+    let textures =
+        Memo::reuse_or_make(textures_before, textures::TextureInputs::new(&world.assets), |inputs| {
+            textures::compile(&world.assets, inputs, textures_before)
+        })?;
+    let shapes_before = before.map(|before| &before.shapes);
+    let mut shapes = ShapeMeshes::seen_by(&camera, world, &order, &transforms, shapes_before)?;
+    shapes.modify(world, &order, &textures.output, shapes_before)?;
     let copies = copies::Copies::new(world, &order, &transforms, origin, &shapes)?;
     let placed = geometry::PlacedWorld {
         world,
@@ -67,11 +74,6 @@ pub fn compile_after(
         copies: &copies,
         shapes: &shapes,
     };
-    let textures_before = before.map(|before| &before.textures);
-    let textures =
-        Memo::reuse_or_make(textures_before, textures::TextureInputs::new(&world.assets), |inputs| {
-            textures::compile(&world.assets, inputs, textures_before)
-        })?;
     let (mut materials, mut material_names) = materials::compile(&world.assets, world.settings.transport);
     let lights::CompiledLights { lamps, panels } =
         lights::compile(world, &order, &transforms, &copies, &mut materials, &mut material_names)?;
@@ -83,8 +85,7 @@ pub fn compile_after(
     let open = open_surfaces.output.iter().map(|sheet| (sheet.entity, sheet)).collect();
     let mut sheets =
         materials::TwoSidedVariants::new(&mut materials, &mut material_names, world.settings.transport);
-    let inputs =
-        geometry::GeometryInputs::new(&placed, panels, &open, &mut sheets)?;
+    let inputs = geometry::GeometryInputs::new(&placed, panels, &open, &mut sheets)?;
     let mut sheets = sheets.end();
     let bodies = materials::number_bodies(&mut materials, world.settings.transport);
     let mut bvh = before.map_or_else(Arc::default, |before| before.scene.bvh.clone());

@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use hecs::Entity;
 
+use super::modifiers;
 use super::shape_meshes::{ShapeMeshes, flat_mesh};
 use crate::error::CompileError;
 use crate::math::hash::{combine, mix, to_unit};
 use crate::math::{DAffine3, DMat3, DVec3};
 use crate::memory;
 use crate::world::copies::{check_array, check_scatter};
-use crate::world::transforms::{WorldTransforms, entity_error, placement, to_matrix};
+use crate::world::transforms::{WorldTransforms, entity_error, to_matrix};
 use crate::world::{Array, Mesh, Name, Parent, ScatteredCopies, Shape, World};
 
 /// Matrices that take an entity to its copies, in world space; none for entities without copies.
@@ -127,16 +128,22 @@ struct Ground {
 
 impl Ground {
     /// The surface of an entity.
-    fn named(world: &World, name: &str, transforms: &WorldTransforms) -> Result<Ground, String> {
-        let mut found = world.entities.query::<(Entity, &Name, &Shape)>();
-        let found = found.iter().find(|(_, own, _)| own.0 == name);
-        let (entity, _, shape) = found
+    fn named(
+        world: &World,
+        name: &str,
+        transforms: &WorldTransforms,
+        shapes: &ShapeMeshes,
+    ) -> Result<Ground, String> {
+        let mut found = world.entities.query::<(Entity, &Name)>();
+        let found = found.iter().find(|(_, own)| own.0 == name).map(|(entity, _)| entity);
+        let shape = found.and_then(|entity| Some((entity, shapes.shape(world, entity)?)));
+        let (entity, shape) = shape
             .ok_or_else(|| format!("it is scattered on \"{name}\", but there is no shape of that name"))?;
         let made;
         let mesh: &Mesh = match &shape {
             Shape::Mesh(id) => &shapes.meshes[id.0 as usize],
             Shape::Sphere { radius_m } => {
-                made = ball(*radius_m);
+                made = modifiers::ball(*radius_m);
                 &made
             }
             flat => {
@@ -144,7 +151,7 @@ impl Ground {
                 &made
             }
         };
-        let matrix = placement(world, &shape, &transforms[&entity]);
+        let matrix = shapes.placement(world, entity, &shape, &transforms[&entity]);
         let mirrored = matrix.matrix3.determinant() < 0.0;
         let point = |vertex: u32| matrix.transform_point3(mesh.positions[vertex as usize].as_dvec3());
         let mut corners: Vec<[DVec3; 3]> =
@@ -179,30 +186,6 @@ impl Ground {
         let point = a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v);
         (point, (b - a).cross(c - a).normalize_or(DVec3::Y))
     }
-}
-
-/// A sphere of triangles of about the same size, for places on it.
-fn ball(radius: f32) -> Mesh {
-    const ROWS: u32 = 64;
-    let mut mesh = Mesh::default();
-    let turn = |part: f64| {
-        let turns = part * std::f64::consts::TAU;
-        (libm::sin(turns), libm::cos(turns))
-    };
-    for row in 0..=ROWS {
-        let ((sin, cos), columns) = (turn(f64::from(row) / f64::from(2 * ROWS)), 2 * ROWS);
-        for column in 0..=columns {
-            let (across, along) = turn(f64::from(column) / f64::from(columns));
-            let place = DVec3::new(sin * along, cos, sin * across) * f64::from(radius);
-            mesh.positions.push(place.as_vec3());
-            if row < ROWS && column < columns {
-                let at = row * (columns + 1) + column;
-                let below = at + columns + 1;
-                mesh.triangles.extend([[at, at + 1, below], [at + 1, below + 1, below]]);
-            }
-        }
-    }
-    mesh
 }
 
 /// The places of scattered copies in world space.

@@ -25,9 +25,7 @@ use crate::bvh::{Bvh, Child, ChildKind, Instance, Root};
 use crate::error::CompileError;
 use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec3};
 use crate::scene::{CompiledScene, Geometry, Part};
-use crate::world::transforms::{
-    WorldTransforms, entity_error, normal_matrix, placement, point, uniform_scale,
-};
+use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
 use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Procedure, Shape, World, check_plane};
 
 /// The compiled shapes.
@@ -133,7 +131,7 @@ impl GeometryInputs {
                 // A plane's corners may go around either way: it is a sheet, visible from both sides.
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
             }
-            let matrix = placement(world, &shape, &transforms[&entity]);
+            let matrix = made.placement(world, entity, &shape, &transforms[&entity]);
             let copies = copies.of(entity).cloned();
             shapes.push(PlacedShape { entity: entity.id(), shape, matrix, copies, material, replaced });
         }

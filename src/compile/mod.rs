@@ -15,6 +15,7 @@ mod lights;
 mod materials;
 mod memo;
 mod misplaced;
+mod modifiers;
 mod open_surfaces;
 mod origin;
 mod photometric;

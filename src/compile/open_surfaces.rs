@@ -13,7 +13,7 @@ use crate::math::{DAffine3, Vec3};
 use crate::world::boundary::{
     JoinedSurfaces, MOST_TESTED, MeshEdges, area, inside, is_crack, joined, six_volumes,
 };
-use crate::world::transforms::{WorldTransforms, placement, point};
+use crate::world::transforms::{WorldTransforms, point};
 use crate::world::{Material, MaterialId, Mesh, Shape, World};
 
 /// The winding number below which a surface is a sheet: half-way between those of a flat surface and of a body.
@@ -101,7 +101,8 @@ impl OpenSurfaceInputs {
             ids.sort_unstable();
             ids.dedup();
             let materials: Vec<_> = ids.into_iter().filter_map(|id| Some((id, glass(id)?))).collect();
-            let (name, matrix) = (world.name_of(entity), placement(world, &shape, &transforms[&entity]));
+            let matrix = shapes.placement(world, entity, &shape, &transforms[&entity]);
+            let name = world.name_of(entity);
             let surface = GlassSurface { entity: entity.id(), name, corners, matrix, materials, own };
             Some(surface).filter(|surface| !surface.materials.is_empty())
         };

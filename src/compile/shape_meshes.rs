@@ -6,25 +6,36 @@ use std::sync::Arc;
 use hecs::Entity;
 
 use super::memo::{ByPtr, DebugText, debug_text};
+use super::modifiers;
 use super::origin::ball_around;
 use crate::error::CompileError;
 use crate::math::{DAffine3, Vec2, Vec3};
-use crate::scene::CompiledCamera;
+use crate::scene::{CompiledCamera, Textures};
 use crate::world::shapes::Fineness;
-use crate::world::transforms::{WorldTransforms, entity_error};
-use crate::world::{Assets, Font, Image, Mesh, MeshId, Shape, Strands, World};
+use crate::world::transforms::{WorldTransforms, entity_error, placement};
+use crate::world::{Assets, Font, Image, Mesh, MeshId, Modifiers, Shape, Strands, World};
 
 /// The meshes of a world, and those of its parametric shapes: equal ones share one.
 pub(super) struct ShapeMeshes {
     /// The world's meshes, then those of shapes.
     pub meshes: Vec<Arc<Mesh>>,
     of: HashMap<Entity, MeshId>,
+    modified: HashMap<ModifierInputs, Arc<Mesh>>,
     made: HashMap<ShapeInputs, (Fineness, Arc<Mesh>)>,
 }
 
 /// All that a shape's mesh depends on, but for its fineness.
 #[derive(PartialEq, Eq, Hash)]
 struct ShapeInputs(DebugText, ShapeSource);
+
+/// All that a modified mesh depends on.
+#[derive(PartialEq, Eq, Hash)]
+struct ModifierInputs {
+    mesh: Option<ByPtr<Mesh>>,
+    shape: DebugText,
+    modifiers: DebugText,
+    textures: Option<ByPtr<Textures>>,
+}
 
 /// The asset that a shape is made of.
 #[derive(PartialEq, Eq, Hash)]
@@ -127,10 +138,62 @@ impl ShapeMeshes {
         }
         let id = |number: usize| MeshId((first + number) as u32);
         let of = number_of.into_iter().map(|(entity, number)| (entity, id(number))).collect();
-        Ok(ShapeMeshes { meshes, of, made })
+        Ok(ShapeMeshes { meshes, of, made, modified: HashMap::new() })
     }
 
-    /// An entity's shape as it is compiled: a parametric one is a mesh.
+    /// Makes the meshes of shapes with modifiers. Meshes of `before` are used again.
+    pub fn modify(
+        &mut self,
+        world: &World,
+        order: &[Entity],
+        textures: &Arc<Textures>,
+        before: Option<&ShapeMeshes>,
+    ) -> Result<(), CompileError> {
+        let mut ids: HashMap<*const Mesh, MeshId> = HashMap::new();
+        for &entity in order {
+            let Ok(modifiers) = world.entities.get::<&Modifiers>(entity) else { continue };
+            let Some(shape) = self.shape(world, entity) else { continue };
+            let inputs = ModifierInputs {
+                mesh: match shape {
+                    Shape::Mesh(id) => Some(ByPtr(self.meshes[id.0 as usize].clone())),
+                    _ => None,
+                },
+                shape: debug_text(&shape),
+                textures: modifiers.has_textures().then(|| ByPtr(textures.clone())),
+                modifiers: debug_text(&modifiers.0),
+            };
+            let known = self.modified.get(&inputs);
+            let known = known.or_else(|| before.and_then(|before| before.modified.get(&inputs))).cloned();
+            let mesh = match known {
+                Some(mesh) => mesh,
+                None => {
+                    let own = match &shape {
+                        Shape::Mesh(id) => self.meshes[id.0 as usize].clone(),
+                        Shape::Sphere { radius_m } => Arc::new(modifiers::ball(*radius_m)),
+                        flat => Arc::new(flat_mesh(flat)),
+                    };
+                    Arc::new(modifiers::modified(&own, &modifiers, textures)?)
+                }
+            };
+            let next = MeshId(self.meshes.len() as u32);
+            let id = *ids.entry(Arc::as_ptr(&mesh)).or_insert(next);
+            if id == next {
+                self.meshes.push(mesh.clone());
+            }
+            self.of.insert(entity, id);
+            self.modified.insert(inputs, mesh);
+        }
+        Ok(())
+    }
+
+    /// The matrix that places an entity's vertices, from the entity's own.
+    pub fn placement(&self, world: &World, entity: Entity, shape: &Shape, matrix: &DAffine3) -> DAffine3 {
+        let Some(id) = self.of.get(&entity) else { return placement(world, shape, matrix) };
+        let origin = self.meshes[id.0 as usize].origin;
+        DAffine3 { translation: matrix.transform_point3(origin), ..*matrix }
+    }
+
+    /// An entity's shape as it is compiled: a parametric one, and one with modifiers, is a mesh.
     pub fn shape(&self, world: &World, entity: Entity) -> Option<Shape> {
         match self.of.get(&entity) {
             Some(mesh) => Some(Shape::Mesh(*mesh)),

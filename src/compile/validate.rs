@@ -9,7 +9,7 @@ use crate::world::fields::{self, Forms, Slot};
 use crate::world::shapes::check_font;
 use crate::world::transforms::entity_error;
 use crate::world::{
-    Assets, Camera, Combination, FocusOn, Image, Light, MaterialId, Mesh, Overrides, Parent, Procedure,
+    Assets, Camera, Combination, FocusOn, Image, Light, MaterialId, Mesh, Modifiers, Overrides, Parent, Procedure,
     Settings, Shape, Stereo, Strands, TextureSource, World,
 };
 
@@ -207,6 +207,9 @@ fn check_entity(world: &World, entity: Entity) -> Result<(), String> {
     if let Ok(shape) = entities.get::<&Shape>(entity) {
         check_form(&mut Shape::clone(&shape), assets)?;
         shape.check(assets).map_err(|fault| fault.reason)?;
+    }
+    if let Ok(modifiers) = entities.get::<&Modifiers>(entity) {
+        modifiers.0.iter().try_for_each(|modifier| check_form(&mut modifier.clone(), assets))?;
     }
     if let Ok(light) = entities.get::<&Light>(entity) {
         if let Light::Spot { inner_angle, outer_angle, .. } = *light {

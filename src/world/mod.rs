@@ -16,6 +16,7 @@ pub(crate) mod components;
 pub(crate) mod copies;
 pub(crate) mod fields;
 pub(crate) mod material;
+pub(crate) mod modifiers;
 pub(crate) mod names;
 #[cfg(feature = "formats")]
 pub(crate) mod normals;
@@ -41,6 +42,7 @@ pub use components::*;
 pub use copies::{Array, ArrayRow, ScatteredCopies};
 pub use hecs;
 pub use material::*;
+pub use modifiers::{Modifier, Modifiers};
 pub(crate) use orbit_camera::{OrbitCamera, Pose};
 pub use procedure::*;
 pub use settings::*;

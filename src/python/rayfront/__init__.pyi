@@ -383,6 +383,17 @@ class _Disc(Variant):
     ) -> Variant: ...
 
 Disc: _Disc
+
+class _Displace(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        texture: Variant,
+        height_m: _Number,
+        midlevel: _Number = ...,
+    ) -> Variant: ...
+
+Displace: _Displace
 Distance: Variant
 Edges: Variant
 Entity: Variant
@@ -579,6 +590,15 @@ class _Noise(Variant):
 
 Noise: _Noise
 Normal: Variant
+
+class _Normals(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        smooth_degrees: _Number = ...,
+    ) -> Variant: ...
+
+Normals: _Normals
 Object: Variant
 Off: Variant
 On: Variant
@@ -772,6 +792,17 @@ class _Strands(Variant):
     ) -> Variant: ...
 
 Strands: _Strands
+
+class _Subdivide(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        levels: int = ...,
+        smooth: bool = ...,
+        crease_degrees: _Number = ...,
+    ) -> Variant: ...
+
+Subdivide: _Subdivide
 
 class _Subtract(Variant):
     def __call__(  # type: ignore[override]

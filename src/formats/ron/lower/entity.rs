@@ -9,7 +9,7 @@ use crate::formats::ron::source::{Raw, SceneText, shorten, suggest};
 use crate::world::components::WrittenAt;
 use crate::world::copies::{check_array, check_scatter};
 use crate::world::names::is_same_name;
-use crate::world::{Array, ArrayRow, FocusOn, Model, Name, Parent, ScatteredCopies, Stereo, Transform, WithoutCaustics};
+use crate::world::{Array, ArrayRow, FocusOn, Model, Modifier, Modifiers, Name, Parent, ScatteredCopies, Stereo, Transform, WithoutCaustics};
 
 /// The entities before their parents are resolved. Indices are places in `entities`.
 #[derive(Default)]
@@ -33,9 +33,9 @@ struct Family<'a> {
 }
 
 /// The keys of an entity.
-const ENTITY: [&str; 14] = [
+const ENTITY: [&str; 15] = [
     "name", "parent", "transform", "shape", "gltf", "overrides", "material", "light", "camera", "caustics",
-    "stereo", "focus_on", "array", "scatter",
+    "stereo", "focus_on", "array", "scatter", "modifiers",
 ];
 
 impl<'a> Lowering<'_, 'a> {
@@ -153,7 +153,7 @@ impl<'a> Lowering<'_, 'a> {
     fn entity(
         &mut self,
         (raw, number, below): (Raw<'a>, usize, Option<usize>),
-        given: [Option<Raw<'a>>; 14],
+        given: [Option<Raw<'a>>; 15],
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
         let source = self.source;
@@ -176,6 +176,7 @@ impl<'a> Lowering<'_, 'a> {
             focus_on,
             array,
             scatter,
+            modifiers,
         ] = given;
         if let (Some(_), Some(material), None) = (gltf, material, shape) {
             let reason = "a glTF file has materials of its own: overrides: {\"its name\": …} replaces one";
@@ -223,6 +224,9 @@ impl<'a> Lowering<'_, 'a> {
         if let Some(places) = self.recovered(scatter, Self::scatter)? {
             family.grounds.extend(scatter.map(|raw| (index, raw, places.on.clone())));
             builder.add(places);
+        }
+        if let Some(modifiers) = self.recovered(modifiers, Self::modifiers)? {
+            builder.add(modifiers);
         }
         let overrides = match (overrides, gltf) {
             (None, _) => Vec::new(),
@@ -280,6 +284,17 @@ impl<'a> Lowering<'_, 'a> {
         let array = Array(rows.iter().map(row).collect::<Result<_, LoadError>>()?);
         check_array(&array).map_err(|reason| source.error(raw.0, reason))?;
         Ok(array)
+    }
+
+    /// A list of modifiers.
+    fn modifiers(&mut self, raw: Raw<'a>) -> Result<Modifiers, LoadError> {
+        let mut all = Vec::new();
+        for raw in self.source.list(raw, "modifiers")? {
+            let mut modifier = Modifier::Normals { smooth: 0.0 };
+            self.form(raw, &mut modifier)?;
+            all.push(modifier);
+        }
+        Ok(Modifiers(all))
     }
 
     fn scatter(&mut self, raw: Raw<'a>) -> Result<ScatteredCopies, LoadError> {

@@ -85,7 +85,6 @@ impl<'a> Lowering<'_, 'a> {
                 *to = radians(degrees);
             }
             Slot::Azimuth(to) => *to = radians(source.number::<f64>(raw)?.rem_euclid(360.0)),
-            Slot::Text(to) => *to = source.string(raw, name)?,
             Slot::Pair(to, range) => {
                 *to = source.vec2(raw)?;
                 if ![to.x, to.y].into_iter().all(|part| range.contains(part)) {

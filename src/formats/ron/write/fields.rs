@@ -77,7 +77,6 @@ impl WrittenTextures<'_> {
             Slot::Flag(flag) => flag.to_string(),
             Slot::Number(value, _) | Slot::OptionalNumber(Some(value), _) => number(*value)?,
             Slot::Degrees(angle, _) | Slot::Azimuth(angle) => degrees(*angle)?,
-            Slot::Text(text) => quote(text)?,
             Slot::Pair(pair, _) => tuple(&pair.to_array())?,
             Slot::Vector(vector, _) => uniform_or_tuple(&vector.to_array())?,
             Slot::Stops(stops) if stops.is_empty() => return Ok(None),

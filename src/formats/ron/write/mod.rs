@@ -26,7 +26,7 @@ use crate::files;
 use crate::math::{DVec3, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Array, Camera, FocusOn, FromModel, Light, MaterialId, Model, Name, Overrides, Parent, ScatteredCopies, Shape, Stereo,
+    Array, Camera, FocusOn, FromModel, Light, MaterialId, Model, Modifiers, Name, Overrides, Parent, ScatteredCopies, Shape, Stereo,
     Transform, WithoutCaustics, World,
 };
 
@@ -231,6 +231,11 @@ fn one_entity(
     }
     if let Ok(array) = world.entities.get::<&Array>(entity) {
         keys.push(format!("array: {}", components::array(&array).map_err(within)?));
+    }
+    if let Ok(modifiers) = world.entities.get::<&Modifiers>(entity) {
+        let all = modifiers.0.iter().map(|modifier| components::form(modifier, paths));
+        let all = all.collect::<Written<Vec<String>>>().map_err(within)?;
+        keys.push(format!("modifiers: [{}]", all.join(", ")));
     }
     if let Ok(scatter) = world.entities.get::<&ScatteredCopies>(entity) {
         keys.push(format!("scatter: {}", components::part(&mut (*scatter).clone(), paths).map_err(within)?));

@@ -10,7 +10,7 @@ use crate::math::Rgb;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 use crate::world::{
     AlphaMode, Anisotropy, Aov, Assets, BlinnPhong, Camera, ColorInput, Combination, Falloff, Iridescence,
-    Light, PatternPlacement, PixelFilter, Principled, ScatteredCopies, Settings, Shape, Stereo, TexturePattern, Volume,
+    Light, Modifier, PatternPlacement, PixelFilter, Principled, ScatteredCopies, Settings, Shape, Stereo, TexturePattern, Volume,
 };
 
 /// The human-readable type of a field.
@@ -37,7 +37,6 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Number(_, range) | Slot::OptionalNumber(_, range) => bounded("number", range),
         Slot::Degrees(_, range) => bounded("degrees", range),
         Slot::Azimuth(_) => "degrees".into(),
-        Slot::Text(_) => "words".into(),
         Slot::Pair(_, range) => bounded("(x, y)", range),
         Slot::Vector(..) => "number or (x, y, z)".into(),
         Slot::Stops(_) => "`[(number, colour), …]`".into(),
@@ -212,7 +211,8 @@ fn python_class(name: &str, fields: &[Field]) -> String {
 /// The end of the Python module's types: every form that its list names, with the fields of those that have a table.
 fn python_forms() -> String {
     let mut classes = BTreeMap::new();
-    let forms: [&mut dyn Forms; 6] = [
+    let forms: [&mut dyn Forms; 7] = [
+        &mut Modifier::Normals { smooth: 0.0 },
         &mut Combination::Add { a: ColorInput::default(), b: ColorInput::default() },
         &mut Shape::Sphere { radius_m: 1.0 },
         &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() },
@@ -276,7 +276,8 @@ fn types_of_the_python_module_are_as_the_code() {
 fn tables_of_the_guide_are_as_the_code() {
     let guide = "scenes/README.md";
     let mut new = read(guide);
-    let forms: [(&str, &mut dyn Forms); 5] = [
+    let forms: [(&str, &mut dyn Forms); 6] = [
+        ("modifiers", &mut Modifier::Normals { smooth: 0.0 }),
         ("patterns", &mut TexturePattern::Checker),
         ("combinations", &mut Combination::Add { a: ColorInput::default(), b: ColorInput::default() }),
         ("shapes", &mut Shape::Sphere { radius_m: 1.0 }),
