@@ -9,8 +9,8 @@ use crate::world::fields::{self, Forms, Slot};
 use crate::world::shapes::check_font;
 use crate::world::transforms::entity_error;
 use crate::world::{
-    Assets, Camera, Combination, FocusOn, Image, Light, MaterialId, Mesh, Modifiers, Overrides, Parent, Procedure,
-    Settings, Shape, Stereo, Strands, TextureSource, World,
+    Assets, Camera, Combination, FocusOn, Image, Light, MaterialId, Mesh, Modifiers, Overrides, Parent,
+    Procedure, Settings, Shape, Stereo, Strands, TextureSource, World,
 };
 
 /// Checks a world; the error describes the first fault.

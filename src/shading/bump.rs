@@ -10,7 +10,22 @@ use crate::math::Vector;
 use crate::scene::Textures;
 use crate::scene::material::BumpParam;
 use crate::scene::procedures::TextureStep;
-use crate::simd::Float;
+use crate::simd::{Float, Outlined};
+
+struct RisenByProcedure<'a, 'b, F: Float> {
+    point: &'a ShadingPoint<'b, F>,
+    normal: Vector<F>,
+    bump: &'a BumpParam,
+    program: [u32; 2],
+}
+
+impl<F: Float> Outlined for RisenByProcedure<'_, '_, F> {
+    type Output = Vector<F>;
+    #[inline(always)]
+    fn run(self) -> Vector<F> {
+        self.point.risen_by_procedure(self.normal, self.bump, self.program)
+    }
+}
 
 impl<F: Float> ShadingPoint<'_, F> {
     /// The normal perturbed by a bump map.
@@ -18,7 +33,8 @@ impl<F: Float> ShadingPoint<'_, F> {
     pub(super) fn risen(&self, normal: Vector<F>, bump: &BumpParam) -> Vector<F> {
         let sampled = &self.tables.textures.sampled[bump.heights.texture as usize];
         if sampled.is_procedural() {
-            return self.risen_by_procedure(normal, bump, sampled.program);
+            // Few scenes want it: inlined in all kernels it would take long to compile.
+            return F::outlined(RisenByProcedure { point: self, normal, bump, program: sampled.program });
         }
         let set = (sampled.uv_set & 1) as usize;
         let (u, v) = uv_gradients(self.tables.geometry, self.hit, self.surface, set, self.mask);

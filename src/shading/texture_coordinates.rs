@@ -11,7 +11,7 @@ use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::elementary::sin_cos_turns;
 use crate::math::{Color, NONE, Vector};
 use crate::scene::Geometry;
-use crate::simd::{Float, Int, Mask};
+use crate::simd::{Float, Int, Mask, Outlined};
 
 /// The triangles of hits: vertices, parts and barycentric weights.
 struct HitCorners<F: Float> {
@@ -88,7 +88,8 @@ pub fn point_coordinates<F: Float>(
     let second = triangle.set(&geometry.uvs1, &geometry.parts.uvs1, first).at;
     let mut at = Coordinates::point([first, second]);
     if geometry.keeps_object_space {
-        at.object = object_position(geometry, hit, &triangle, uv, mask).0;
+        let (uv_axes, diameters) = ([(F::zero(), F::zero()); 2], [Vector::zero(); 2]);
+        at.object = F::outlined(ObjectPlace { geometry, hit, uv, uv_axes, diameters, mask }).0;
     }
     at
 }
@@ -112,15 +113,9 @@ pub fn coordinates<F: Float>(
         at.footprint = [Footprint::select(round, Footprint::new(&diameters, u, v), Footprint::point()); 2];
     }
     if geometry.keeps_object_space {
-        let (place, edges) = object_position(geometry, hit, &triangle, surface.uv, mask);
-        at.object = place;
-        let along = triangle.along(geometry, hit, triangle.is_triangle);
-        let [s, t] = edges;
-        for (axis, d) in diameters.into_iter().enumerate() {
-            let uv = at.footprint[0].axes[axis];
-            let flat = s * along.0.dot(d) + t * along.1.dot(d);
-            at.object_footprint[axis] = Vector::select(triangle.is_triangle, flat, s * uv.0 + t * uv.1);
-        }
+        let (uv, uv_axes) = (surface.uv, at.footprint[0].axes);
+        (at.object, at.object_footprint) =
+            F::outlined(ObjectPlace { geometry, hit, uv, uv_axes, diameters, mask });
     }
     if geometry.uvs.is_empty() {
         return at;
@@ -135,6 +130,37 @@ pub fn coordinates<F: Float>(
         at.footprint[1] = along.footprint(&second, &diameters, at.footprint[1]);
     }
     at
+}
+
+/// The position of a hit in its object's space, and the ray's footprint there. Few scenes want them: inlined in all
+/// kernels they would take long to compile.
+struct ObjectPlace<'a, F: Float> {
+    geometry: &'a Geometry,
+    hit: &'a HitLanes<F>,
+    /// The coordinates of spheres, and the footprint in them.
+    uv: (F, F),
+    uv_axes: [(F, F); 2],
+    /// Two conjugate diameters of the footprint in world space.
+    diameters: [Vector<F>; 2],
+    mask: F::Mask,
+}
+
+impl<F: Float> Outlined for ObjectPlace<'_, F> {
+    type Output = (Vector<F>, [Vector<F>; 2]);
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let ObjectPlace { geometry, hit, uv, uv_axes, diameters, mask } = self;
+        let triangle = HitCorners::new(geometry, hit, mask);
+        let (place, [s, t]) = object_position(geometry, hit, &triangle, uv, mask);
+        let along = triangle.along(geometry, hit, triangle.is_triangle);
+        let mut footprint = [Vector::zero(); 2];
+        for (axis, d) in diameters.into_iter().enumerate() {
+            let uv = uv_axes[axis];
+            let flat = s * along.0.dot(d) + t * along.1.dot(d);
+            footprint[axis] = Vector::select(triangle.is_triangle, flat, s * uv.0 + t * uv.1);
+        }
+        (place, footprint)
+    }
 }
 
 /// The position of a hit in its object's space, and the edges from a triangle's first corner to the others there; of a

@@ -80,10 +80,6 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
             above("its width", size.x, 0.0)?;
             above("its height", size.y, 0.0)?;
         }
-        Slot::Pair(pair, range) => {
-            number(name, pair.x, range)?;
-            number(name, pair.y, range)?;
-        }
         Slot::Vector(vector, _) => finite(name, vector.is_finite())?,
         Slot::Stops(stops) => check_stops(stops).map_err(|(_, reason)| format!("{name}: {reason}"))?,
         Slot::Extents(size) => {

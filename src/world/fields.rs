@@ -98,8 +98,6 @@ pub(crate) enum Slot<'a> {
     Vector(&'a mut Vec3, f32),
     /// Colours of numbers from 0 to 1, in order.
     Stops(&'a mut Vec<(f32, Rgb)>),
-    /// Two numbers, each in the range.
-    Pair(&'a mut Vec2, Range),
     /// Width and height in metres, above 0, or one number for both.
     Sides(&'a mut Vec2),
     /// Width, height and depth in metres, above 0, or one number for all.

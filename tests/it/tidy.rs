@@ -381,7 +381,10 @@ fn the_python_module_knows_the_forms_of_scene_files() {
         // Every second part is within quotes.
         forms.extend(text.split('"').skip(1).step_by(2).filter(is_form).map(str::to_owned));
     }
-    for file in ["camera.rs", "components.rs", "material.rs", "modifiers.rs", "procedure.rs", "settings.rs", "shape.rs"] {
+    for file in [
+        "camera.rs", "components.rs", "material.rs", "modifiers.rs", "procedure.rs", "settings.rs",
+        "shape.rs",
+    ] {
         let text = std::fs::read_to_string(root().join("src/world").join(file)).expect("text");
         for table in text.split("\nforms! {\n").skip(1).filter_map(|rest| rest.split("\n}\n").next()) {
             let variants = table.lines().filter_map(|line| line.strip_prefix("        "));

@@ -9,7 +9,10 @@ use crate::formats::ron::source::{Raw, SceneText, shorten, suggest};
 use crate::world::components::WrittenAt;
 use crate::world::copies::{check_array, check_scatter};
 use crate::world::names::is_same_name;
-use crate::world::{Array, ArrayRow, FocusOn, Model, Modifier, Modifiers, Name, Parent, ScatteredCopies, Stereo, Transform, WithoutCaustics};
+use crate::world::{
+    Array, ArrayRow, FocusOn, Model, Modifier, Modifiers, Name, Parent, ScatteredCopies, Stereo, Transform,
+    WithoutCaustics,
+};
 
 /// The entities before their parents are resolved. Indices are places in `entities`.
 #[derive(Default)]

@@ -85,12 +85,6 @@ impl<'a> Lowering<'_, 'a> {
                 *to = radians(degrees);
             }
             Slot::Azimuth(to) => *to = radians(source.number::<f64>(raw)?.rem_euclid(360.0)),
-            Slot::Pair(to, range) => {
-                *to = source.vec2(raw)?;
-                if ![to.x, to.y].into_iter().all(|part| range.contains(part)) {
-                    return Err(source.out_of_range(raw, name, &range.to_string()));
-                }
-            }
             Slot::Vector(to, z) => *to = source.vector(raw, z)?,
             Slot::Stops(to) => *to = source.stops(raw)?,
             Slot::Sides(to) => *to = source.sides(raw, name)?,

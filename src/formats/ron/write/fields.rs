@@ -39,7 +39,6 @@ impl WrittenTextures<'_> {
             (Slot::Numbers(a, _), Slot::Numbers(b, _)) => same(a, b),
             (Slot::Extents(a), Slot::Extents(b)) => same(&a.to_array(), &b.to_array()),
             (Slot::Sides(a), Slot::Sides(b)) => same(&a.to_array(), &b.to_array()),
-            (Slot::Pair(a, _), Slot::Pair(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::Priority(a), Slot::Priority(b)) => a == b,
             (Slot::Color(a, _), Slot::Color(b, _)) => same(&a.to_array(), &b.to_array()),
             (Slot::ColorMap(ColorInput::Constant(a), _), Slot::ColorMap(ColorInput::Constant(b), _)) => {
@@ -77,7 +76,6 @@ impl WrittenTextures<'_> {
             Slot::Flag(flag) => flag.to_string(),
             Slot::Number(value, _) | Slot::OptionalNumber(Some(value), _) => number(*value)?,
             Slot::Degrees(angle, _) | Slot::Azimuth(angle) => degrees(*angle)?,
-            Slot::Pair(pair, _) => tuple(&pair.to_array())?,
             Slot::Vector(vector, _) => uniform_or_tuple(&vector.to_array())?,
             Slot::Stops(stops) if stops.is_empty() => return Ok(None),
             Slot::Stops(stops) => {

@@ -26,8 +26,8 @@ use crate::files;
 use crate::math::{DVec3, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Array, Camera, FocusOn, FromModel, Light, MaterialId, Model, Modifiers, Name, Overrides, Parent, ScatteredCopies, Shape, Stereo,
-    Transform, WithoutCaustics, World,
+    Array, Camera, FocusOn, FromModel, Light, MaterialId, Model, Modifiers, Name, Overrides, Parent,
+    ScatteredCopies, Shape, Stereo, Transform, WithoutCaustics, World,
 };
 
 /// The longest entity on one line, in characters; longer entities take a line for each key.

@@ -10,7 +10,8 @@ use crate::math::Rgb;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 use crate::world::{
     AlphaMode, Anisotropy, Aov, Assets, BlinnPhong, Camera, ColorInput, Combination, Falloff, Iridescence,
-    Light, Modifier, PatternPlacement, PixelFilter, Principled, ScatteredCopies, Settings, Shape, Stereo, TexturePattern, Volume,
+    Light, Modifier, PatternPlacement, PixelFilter, Principled, ScatteredCopies, Settings, Shape, Stereo,
+    TexturePattern, Volume,
 };
 
 /// The human-readable type of a field.
@@ -37,7 +38,6 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Number(_, range) | Slot::OptionalNumber(_, range) => bounded("number", range),
         Slot::Degrees(_, range) => bounded("degrees", range),
         Slot::Azimuth(_) => "degrees".into(),
-        Slot::Pair(_, range) => bounded("(x, y)", range),
         Slot::Vector(..) => "number or (x, y, z)".into(),
         Slot::Stops(_) => "`[(number, colour), …]`".into(),
         Slot::Sides(_) => "number or (width, height), m".into(),
