@@ -11,8 +11,8 @@ use super::{
 use crate::bvh::Bvh;
 use crate::error::CompileError;
 use crate::error::Diagnostic;
-use crate::math::{Aabb, Vec3};
-use crate::scene::{CompiledScene, Environment, Geometry, MaterialRecord, Textures};
+use crate::math::{Aabb, DVec3, Vec3};
+use crate::scene::{CompiledCamera, CompiledScene, Environment, Geometry, MaterialRecord, Textures};
 use crate::world::{Sharing, Transport, World, transforms};
 
 /// A scene, with the inputs and the result of each system.
@@ -63,10 +63,8 @@ pub fn compile_after(
         Memo::reuse_or_make(textures_before, textures::TextureInputs::new(&world.assets), |inputs| {
             textures::compile(&world.assets, inputs, textures_before)
         })?;
-    let shapes_before = before.map(|before| &before.shapes);
-    let mut shapes = ShapeMeshes::seen_by(&camera, world, &order, &transforms, shapes_before)?;
-    shapes.modify(world, &order, &textures.output, shapes_before)?;
-    let copies = copies::Copies::new(world, &order, &transforms, origin, &shapes)?;
+    let seen = (&camera, &textures.output, origin);
+    let (shapes, copies) = meshes_and_copies(world, &order, &transforms, seen, before)?;
     let placed = geometry::PlacedWorld {
         world,
         order: &order,
@@ -142,6 +140,21 @@ pub fn compile_after(
     scene.warnings.extend(many_light_meshes(emitters.output.left_out, world));
     let scene = Arc::new(scene);
     Ok(MemoizedScene { scene, textures, environment, shapes, open_surfaces, geometry, emitters })
+}
+
+/// Makes the meshes of shapes, as fine as the camera needs, and finds the places of copies.
+fn meshes_and_copies(
+    world: &World,
+    order: &[hecs::Entity],
+    transforms: &transforms::WorldTransforms,
+    (camera, textures, origin): (&CompiledCamera, &Arc<Textures>, DVec3),
+    before: Option<&MemoizedScene>,
+) -> Result<(ShapeMeshes, copies::Copies), CompileError> {
+    let before = before.map(|before| &before.shapes);
+    let mut shapes = ShapeMeshes::seen_by(camera, world, order, transforms, before)?;
+    shapes.modify(world, order, textures, before)?;
+    let copies = copies::Copies::new(world, order, transforms, origin, &shapes)?;
+    Ok((shapes, copies))
 }
 
 /// Sets each surface's sidedness by its material.

@@ -84,14 +84,14 @@ pub(super) fn ball(radius: f32) -> Mesh {
 }
 
 /// The places of a mesh's vertices, of which several may be one place: seams of texture coordinates and of normals.
-struct Points {
+struct MeshPoints {
     /// The place of each vertex.
     of: Vec<u32>,
     positions: Vec<DVec3>,
 }
 
-impl Points {
-    fn new(mesh: &Mesh) -> Points {
+impl MeshPoints {
+    fn new(mesh: &Mesh) -> MeshPoints {
         let mut known = HashMap::with_capacity(mesh.positions.len());
         let mut positions = Vec::new();
         let mut number = |position: &Vec3| {
@@ -101,7 +101,7 @@ impl Points {
                 positions.len() as u32 - 1
             })
         };
-        Points { of: mesh.positions.iter().map(&mut number).collect(), positions }
+        MeshPoints { of: mesh.positions.iter().map(&mut number).collect(), positions }
     }
 
     /// The triangles as places; none of those without area.
@@ -148,7 +148,7 @@ fn subdivided(mesh: &Mesh, levels: u32, crease: Option<f32>) -> Result<Mesh, Com
     let _claim = memory::reserve(format_args!("{count} triangles of a subdivided mesh"), count * BYTES)?;
     let mut mesh = mesh.clone();
     let mut sharp: Option<Vec<[u32; 2]>> = None;
-    let mut points = Points::new(&mesh);
+    let mut points = MeshPoints::new(&mesh);
     for _ in 0..levels {
         (mesh, points, sharp) = split(&mesh, &points, crease, sharp);
     }
@@ -161,10 +161,10 @@ fn subdivided(mesh: &Mesh, levels: u32, crease: Option<f32>) -> Result<Mesh, Com
 /// One step of [`subdivided`]. `sharp` are the sharp edges, once they are known.
 fn split(
     mesh: &Mesh,
-    points: &Points,
+    points: &MeshPoints,
     crease: Option<f32>,
     sharp: Option<Vec<[u32; 2]>>,
-) -> (Mesh, Points, Option<Vec<[u32; 2]>>) {
+) -> (Mesh, MeshPoints, Option<Vec<[u32; 2]>>) {
     let areas = points.areas(mesh);
     let mut numbers: HashMap<[u32; 2], u32> = HashMap::new();
     let mut edges: Vec<Edge> = Vec::new();
@@ -234,7 +234,7 @@ fn split(
     }
     out.triangle_materials = mesh.triangle_materials.iter().flat_map(|material| [*material; 4]).collect();
     out.positions = of.iter().map(|point| positions[*point as usize].as_vec3()).collect();
-    (out, Points { of, positions }, Some(children))
+    (out, MeshPoints { of, positions }, Some(children))
 }
 
 /// Adds a vertex between two, and returns its number; its position follows.
@@ -261,7 +261,7 @@ fn between(out: &mut Mesh, mesh: &Mesh, a: usize, b: usize) -> u32 {
 }
 
 /// The new places of the old vertices.
-fn smoothed(points: &Points, edges: &[Edge]) -> Vec<DVec3> {
+fn smoothed(points: &MeshPoints, edges: &[Edge]) -> Vec<DVec3> {
     let count = points.positions.len();
     let (mut sums, mut degrees) = (vec![DVec3::ZERO; count], vec![0u32; count]);
     let (mut sharp_sums, mut sharp) = (vec![DVec3::ZERO; count], vec![0u32; count]);
@@ -292,7 +292,7 @@ fn smoothed(points: &Points, edges: &[Edge]) -> Vec<DVec3> {
 
 /// Moves vertices along their normals by a height, from their texture coordinates and position.
 fn displace(mesh: &mut Mesh, height: impl Fn([Vec2; 2], Vec3) -> f32) {
-    let points = Points::new(mesh);
+    let points = MeshPoints::new(mesh);
     let mut normals = vec![DVec3::ZERO; points.positions.len()];
     for (face, area) in points.faces(mesh).zip(points.areas(mesh)) {
         face.iter().for_each(|point| normals[*point as usize] += area);
@@ -320,7 +320,7 @@ fn with_normals(mesh: &Mesh, angle: f32) -> Mesh {
     if angle <= 0.0 {
         return Mesh { normals: Vec::new(), ..mesh.clone() };
     }
-    let points = Points::new(mesh);
+    let points = MeshPoints::new(mesh);
     let areas = points.areas(mesh);
     let faces: Vec<[u32; 3]> = points.faces(mesh).collect();
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); points.positions.len()];
@@ -374,7 +374,7 @@ mod tests {
     }
 
     fn area(mesh: &Mesh) -> f64 {
-        Points::new(mesh).areas(mesh).iter().map(|area| 0.5 * area.length()).sum()
+        MeshPoints::new(mesh).areas(mesh).iter().map(|area| 0.5 * area.length()).sum()
     }
 
     #[test]
@@ -382,7 +382,7 @@ mod tests {
         let ball = ball(2.0);
         let whole = 4.0 / 3.0 * std::f64::consts::PI * 8.0;
         assert!((volume(&ball) / whole - 1.0).abs() < 2e-3, "{}", volume(&ball) / whole);
-        let points = Points::new(&ball);
+        let points = MeshPoints::new(&ball);
         let faces = ball.triangles.len() as i64;
         assert_eq!(points.positions.len() as i64 - 3 * faces / 2 + faces, 2, "Euler's formula");
     }
@@ -415,7 +415,7 @@ mod tests {
         let lengths: Vec<f32> = round.positions.iter().map(|position| position.length()).collect();
         let [least, most] = [f32::min, f32::max].map(|of| lengths.iter().copied().reduce(of).unwrap());
         assert!(least > 0.4 && most < 0.75 && most / least < 1.2, "{least} {most}");
-        let points = Points::new(&round);
+        let points = MeshPoints::new(&round);
         assert_eq!(points.positions.len() as i64 - 3 * (8 << 8) / 2 + (8 << 8), 2, "Euler's formula");
         for (position, normal) in round.positions.iter().zip(&round.normals) {
             assert!(normal.dot(position.normalize()) > 0.97);

@@ -293,6 +293,7 @@ class _Bricks(Variant):
     ) -> Variant: ...
 
 Bricks: _Bricks
+Candela: Variant
 
 class _Capsule(Variant):
     def __call__(  # type: ignore[override]
@@ -305,7 +306,6 @@ class _Capsule(Variant):
 
 Capsule: _Capsule
 CatmullRom: Variant
-Candela: Variant
 Cells: Variant
 Center: Variant
 

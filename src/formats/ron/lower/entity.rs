@@ -84,7 +84,8 @@ impl<'a> Lowering<'_, 'a> {
                 let reason = format!("there is no entity \"{}\" to scatter on{suggestion}", shorten(name));
                 return Err(self.source.error(raw.0, reason));
             };
-            if let Ok(mut scatter) = self.world.entities.get::<&mut ScatteredCopies>(family.entities[*index]) {
+            if let Ok(mut scatter) = self.world.entities.get::<&mut ScatteredCopies>(family.entities[*index])
+            {
                 scatter.on = ground;
             }
         }
@@ -221,15 +222,8 @@ impl<'a> Lowering<'_, 'a> {
         }
         self.camera_of_entity(camera, [stereo, focus_on], &mut builder)?;
         family.focused.extend(focus_on.map(|raw| (index, raw)));
-        if let Some(array) = self.recovered(array, Self::array)? {
-            builder.add(array);
-        }
-        if let Some(places) = self.recovered(scatter, Self::scatter)? {
-            family.grounds.extend(scatter.map(|raw| (index, raw, places.on.clone())));
-            builder.add(places);
-        }
-        if let Some(modifiers) = self.recovered(modifiers, Self::modifiers)? {
-            builder.add(modifiers);
+        if let Some(ground) = self.copies_of_entity([array, scatter, modifiers], &mut builder)? {
+            family.grounds.extend(scatter.map(|raw| (index, raw, ground)));
         }
         let overrides = match (overrides, gltf) {
             (None, _) => Vec::new(),
@@ -271,6 +265,24 @@ impl<'a> Lowering<'_, 'a> {
             builder.add(pair);
         }
         Ok(())
+    }
+
+    /// Reads an entity's copies and modifiers; returns the name of what it is scattered on.
+    fn copies_of_entity(
+        &mut self,
+        [array, scatter, modifiers]: [Option<Raw<'a>>; 3],
+        builder: &mut hecs::EntityBuilder,
+    ) -> Result<Option<String>, LoadError> {
+        if let Some(array) = self.recovered(array, Self::array)? {
+            builder.add(array);
+        }
+        if let Some(modifiers) = self.recovered(modifiers, Self::modifiers)? {
+            builder.add(modifiers);
+        }
+        let Some(places) = self.recovered(scatter, Self::scatter)? else { return Ok(None) };
+        let ground = places.on.clone();
+        builder.add(places);
+        Ok(Some(ground))
     }
 
     /// A row, `(count: …, step: …)`, or a list of rows.

@@ -284,7 +284,7 @@ fn tables_of_the_guide_are_as_the_code() {
         ("lights", &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() }),
         ("cameras", &mut Camera::Orthographic { height_m: 1.0 }),
     ];
-    let parts: [(&str, &mut dyn Fields); 8] = [
+    let parts: [(&str, &mut dyn Fields); 9] = [
         ("scatter", &mut ScatteredCopies::default()),
         ("placement", &mut PatternPlacement::default()),
         ("stereo pairs", &mut Stereo::default()),
