@@ -3,7 +3,7 @@
 use rayfront::render::Options;
 use rayfront::world::Transport;
 
-use crate::support::{film, world};
+use crate::support::{film, session, world};
 
 const STAGE: &str = "settings: (size: (32, 20), samples: 4, max_depth: 3, sharing: Off), entities: [
     (camera: Pinhole(vertical_fov_degrees: 50), transform: LookAt(from: (1.5, 2, 6), to: (1.5, 0.5, 0))),
@@ -80,4 +80,36 @@ fn scattered_copies_move_with_their_surface() {
     assert!(apart < 8, "{apart} pixels differ");
     let other = film(&world(&scene(0.0).replace("count: 60", "count: 60, seed: 2")), Options::default());
     assert_ne!(other.radiance(), near);
+}
+
+/// A plane that a gradient lifts is a slope; under a sphere, a smooth one stays one.
+#[test]
+fn modifiers_change_what_is_seen() {
+    let depths = |entity: &str| {
+        let world = world(&format!(
+            "(settings: (size: (8, 8), samples: 1, filter: Box, pixel_pattern: Regular), entities: [
+                (camera: Orthographic(height_m: 1.6), transform: LookAt(from: (0, 0, 5), to: (0, 0, 0))), ({entity})])"
+        ));
+        session(&world, Options::default()).features()
+    };
+    let plane = "shape: Plane(corners: ((-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)))";
+    let lifted = depths(&format!(
+        "{plane}, modifiers: [Subdivide(levels: 4, smooth: false), \
+         Displace(texture: Gradient(offset: -0.25, wrap: Clamp), height_m: 2, midlevel: 0)]"
+    ));
+    for (pixel, seen) in lifted.iter().enumerate() {
+        let x = -0.7 + 0.2 * (pixel % 8) as f32;
+        let u = 0.5 + 0.5 * x;
+        // The edge of the clamped part lies at a vertex.
+        let height = 2.0 * (u - 0.25).max(0.0);
+        assert!((seen.depth_m - (5.0 - height)).abs() < 1e-4, "pixel {pixel}: {} of {height}", seen.depth_m);
+    }
+    let round = depths("shape: Sphere(radius_m: 0.9), modifiers: [Normals(smooth_degrees: 60)]");
+    let sphere = depths("shape: Sphere(radius_m: 0.9)");
+    for (a, b) in round.iter().zip(&sphere) {
+        if a.coverage == 1.0 && b.coverage == 1.0 {
+            assert!((a.depth_m - b.depth_m).abs() < 5e-3, "{} {}", a.depth_m, b.depth_m);
+            assert!(a.normal.iter().zip(b.normal).all(|(a, b)| (a - b).abs() < 0.05));
+        }
+    }
 }

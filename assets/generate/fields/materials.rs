@@ -46,7 +46,7 @@ const POSTER: &str = r#"(
 pub const STRIPS: &[Strip] = &[
     Strip {
         name: "procedural_textures",
-        scene: &[STUDIO, ON_GREY, "Principled(metallic: 0, VALUE", END],
+        scene: &[STUDIO, ON_GREY, "Principled(metallic: 0, VALUE)", END],
         values: &[
             "roughness: 0.3, base_color: Checker(scale: (16, 8), a: 0.7, b: \"#304a78\")",
             "roughness: 0.8, base_color: Bricks(scale: (24, 14))",

@@ -36,10 +36,9 @@ pub(super) fn parametric_shape() -> impl Strategy<Value = Shape> {
                 Shape::Cone { radius_m, top_radius_m, height_m, segments }
             }
         ),
-        (positive(), part(), segments()).prop_map(|(radius_m, part, segments)| Shape::Capsule {
-            radius_m,
-            height_m: radius_m * (2.0 + part),
-            segments
+        (positive(), part(), segments()).prop_map(|(radius_m, part, segments)| {
+            let radius_m = radius_m.min(1e38);
+            Shape::Capsule { radius_m, height_m: radius_m * (2.0 + part), segments }
         }),
         (positive(), part(), segments()).prop_map(|(radius_m, part, segments)| Shape::Torus {
             radius_m,
