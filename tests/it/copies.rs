@@ -92,7 +92,7 @@ fn modifiers_change_what_is_seen() {
         ));
         session(&world, Options::default()).features()
     };
-    let plane = "shape: Plane(corners: ((-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)))";
+    let plane = "shape: Plane(corners: ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)))";
     let lifted = depths(&format!(
         "{plane}, modifiers: [Subdivide(levels: 4, smooth: false), \
          Displace(texture: Gradient(offset: -0.25, wrap: Clamp), height_m: 2, midlevel: 0)]"
