@@ -58,20 +58,9 @@ pub fn compile_after(
     let origin = origin::choose(world, &order, &transforms, &transforms[&found.0]);
     transforms::relative_to(&mut transforms, origin);
     let (camera, aperture) = camera::compile(world, &transforms, found)?;
-    let textures_before = before.map(|before| &before.textures);
-    let textures =
-        Memo::reuse_or_make(textures_before, textures::TextureInputs::new(&world.assets), |inputs| {
-            textures::compile(&world.assets, inputs, textures_before)
-        })?;
+    let textures = textures_of(world, before.map(|before| &before.textures))?;
     let seen = (&camera, &textures.output, origin);
     let (shapes, copies) = meshes_and_copies(world, &order, &transforms, seen, before)?;
-    let placed = geometry::PlacedWorld {
-        world,
-        order: &order,
-        transforms: &transforms,
-        copies: &copies,
-        shapes: &shapes,
-    };
     let (mut materials, mut material_names) = materials::compile(&world.assets, world.settings.transport);
     let lights::CompiledLights { lamps, panels } =
         lights::compile(world, &order, &transforms, &copies, &mut materials, &mut material_names)?;
@@ -83,6 +72,8 @@ pub fn compile_after(
     let open = open_surfaces.output.iter().map(|sheet| (sheet.entity, sheet)).collect();
     let mut sheets =
         materials::TwoSidedVariants::new(&mut materials, &mut material_names, world.settings.transport);
+    let (order, transforms) = (&order[..], &transforms);
+    let placed = geometry::PlacedWorld { world, order, transforms, copies: &copies, shapes: &shapes };
     let inputs = geometry::GeometryInputs::new(&placed, panels, &open, &mut sheets)?;
     let mut sheets = sheets.end();
     let bodies = materials::number_bodies(&mut materials, world.settings.transport);
@@ -98,7 +89,7 @@ pub fn compile_after(
     set_sidedness(&mut bvh, &joined, &materials, before.map(|before| &*before.scene));
     let environment = Memo::reuse_or_make(
         before.map(|before| &before.environment),
-        environment::EnvironmentInputs::new(world, &order, &transforms),
+        environment::EnvironmentInputs::new(world, order, transforms),
         |inputs| environment::compile(inputs).map(Arc::new),
     )?;
     let emitters = Memo::reuse_or_make(
@@ -140,6 +131,15 @@ pub fn compile_after(
     scene.warnings.extend(many_light_meshes(emitters.output.left_out, world));
     let scene = Arc::new(scene);
     Ok(MemoizedScene { scene, textures, environment, shapes, open_surfaces, geometry, emitters })
+}
+
+fn textures_of(
+    world: &World,
+    before: Option<&Memo<textures::TextureInputs, Arc<Textures>>>,
+) -> Result<Memo<textures::TextureInputs, Arc<Textures>>, CompileError> {
+    Memo::reuse_or_make(before, textures::TextureInputs::new(&world.assets), |inputs| {
+        textures::compile(&world.assets, inputs, before)
+    })
 }
 
 /// Makes the meshes of shapes, as fine as the camera needs, and finds the places of copies.
