@@ -74,20 +74,6 @@ pub fn texel<F: Float>(
     at: &Coordinates<F>,
     mask: F::Mask,
 ) -> Texel<F> {
-    if sampled.is_procedural() {
-        return F::outlined(ProceduralLookup { textures, sampled, at, mask });
-    }
-    image_texel(textures, sampled, at, mask)
-}
-
-/// The filtered texel of an image at a point, without the texture's factor.
-#[inline(always)]
-pub(super) fn image_texel<F: Float>(
-    textures: &Textures,
-    sampled: &SampledTexture,
-    at: &Coordinates<F>,
-    mask: F::Mask,
-) -> Texel<F> {
     // A material has a dozen of these lookups: inlined they would be most of the program.
     F::outlined(Lookup { textures, sampled, at, mask })
 }
@@ -118,7 +104,11 @@ impl<F: Float> Outlined for Lookup<'_, F> {
     type Output = Texel<F>;
     #[inline(always)]
     fn run(self) -> Texel<F> {
-        look_up(self.textures, self.sampled, self.at, self.mask)
+        let Lookup { textures, sampled, at, mask } = self;
+        if sampled.is_procedural() {
+            return F::outlined(ProceduralLookup { textures, sampled, at, mask });
+        }
+        look_up(textures, sampled, at, mask)
     }
 }
 

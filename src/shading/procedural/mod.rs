@@ -4,7 +4,7 @@ mod noise;
 mod ramp;
 
 use self::noise::{noise, octaves_of, voronoi};
-use super::texture_lookup::{Coordinates, Texel, image_texel};
+use super::texture_lookup::{Coordinates, Texel, texel};
 use crate::math::{Color, Vector};
 use crate::scene::Textures;
 use crate::scene::procedures::{DEEPEST, NoiseKind, Operation, PatternFunction, PatternStep, TextureStep};
@@ -41,9 +41,9 @@ pub(super) fn evaluate<F: Float>(
             }
             TextureStep::Image(texture) => {
                 let sampled = &textures.sampled[*texture as usize];
-                let texel = image_texel(textures, sampled, at, mask);
+                let image = texel(textures, sampled, at, mask);
                 let factor = Color::splat(sampled.factor.into());
-                stack[top] = Texel { color: texel.color * factor, ..texel };
+                stack[top] = Texel { color: image.color * factor, ..image };
                 top += 1;
             }
             TextureStep::Pattern(step) => {
