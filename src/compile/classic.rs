@@ -20,7 +20,7 @@ use super::materials::color;
 use crate::math::Rgb;
 use crate::scene::material::{ColorParam, WhittedParams};
 use crate::world::assets::Assets;
-use crate::world::{Channel, ColorInput, Principled, ScalarInput};
+use crate::world::{ColorInput, Principled, ScalarInput};
 
 /// The least roughness of a highlight, as if lights had a size: a perfect mirror would never reflect a point light.
 const SMOOTHEST: f32 = 0.15;
@@ -85,12 +85,7 @@ const PROBES: u32 = 64;
 fn channel_mean(input: ScalarInput, assets: &Assets) -> f32 {
     let Some((texture, channel)) = input.texture else { return 1.0 };
     let Some(image) = assets.image_of(texture) else { return 0.5 };
-    let place = match channel {
-        Channel::Red => 0,
-        Channel::Green => 1,
-        Channel::Blue => 2,
-        Channel::Alpha => 3,
-    };
+    let place = channel.index() as usize;
     let (columns, rows) = (image.width.min(PROBES), image.height.min(PROBES));
     let mut sum = 0.0f64;
     for row in 0..rows as usize {

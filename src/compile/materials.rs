@@ -11,7 +11,7 @@ use crate::scene::material::{
 };
 use crate::world::assets::Assets;
 use crate::world::{
-    self, AlphaMode, BlinnPhong, BumpMap, Channel, ColorInput, Highlight, Iridescence, MaterialId, NormalMap,
+    self, AlphaMode, BlinnPhong, BumpMap, ColorInput, Highlight, Iridescence, MaterialId, NormalMap,
     ScalarInput, Transport,
 };
 
@@ -194,18 +194,9 @@ pub(super) fn color(input: ColorInput) -> ColorParam {
 fn scalar(input: ScalarInput) -> ScalarParam {
     let (texture, channel) = match input.texture {
         None => (NONE, 0),
-        Some((texture, channel)) => (texture.0, self::channel(channel)),
+        Some((texture, channel)) => (texture.0, channel.index()),
     };
     ScalarParam { factor: input.factor, texture, channel }
-}
-
-fn channel(channel: Channel) -> u32 {
-    match channel {
-        Channel::Red => 0,
-        Channel::Green => 1,
-        Channel::Blue => 2,
-        Channel::Alpha => 3,
-    }
 }
 
 fn coverage(mode: AlphaMode) -> Coverage {
@@ -221,7 +212,7 @@ fn normal(map: Option<NormalMap>) -> Option<NormalParam> {
 }
 
 fn bump(map: BumpMap) -> BumpParam {
-    let heights = ScalarParam { factor: 1.0, texture: map.texture.0, channel: channel(map.channel) };
+    let heights = ScalarParam { factor: 1.0, texture: map.texture.0, channel: map.channel.index() };
     BumpParam { heights, metres: map.height_m }
 }
 

@@ -8,7 +8,7 @@ use crate::memory;
 use crate::scene::Textures;
 use crate::scene::material::ScalarParam;
 use crate::shading::texture_lookup::{Coordinates, scalar};
-use crate::world::{Channel, Mesh, Modifier, Modifiers};
+use crate::world::{Mesh, Modifier, Modifiers};
 
 /// The most triangles of a modified mesh.
 const MOST: u64 = 1 << 28;
@@ -28,13 +28,7 @@ pub(super) fn modified(
                 mesh = subdivided(&mesh, *levels, smooth.then_some(*crease))?;
             }
             Modifier::Displace { texture: Some((texture, channel)), height_m, midlevel } => {
-                let channel = match channel {
-                    Channel::Red => 0,
-                    Channel::Green => 1,
-                    Channel::Blue => 2,
-                    Channel::Alpha => 3,
-                };
-                let heights = ScalarParam { factor: 1.0, texture: texture.0, channel };
+                let heights = ScalarParam { factor: 1.0, texture: texture.0, channel: channel.index() };
                 displace(&mut mesh, |uvs, object| {
                     let object = Vector::splat(object);
                     let at = Coordinates { object, ..Coordinates::point(uvs.map(|uv| (uv.x, uv.y))) };

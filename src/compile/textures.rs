@@ -238,14 +238,9 @@ fn kinds(assets: &Assets) -> Vec<MipKind> {
 
 /// Adds a texture; the first levels are those of its image and of the images after it.
 fn push(out: &mut Textures, texture: &Texture, float: bool, first_levels: &[u32]) {
-    let mode = |wrap: Wrap| match wrap {
-        Wrap::Repeat => 0,
-        Wrap::Clamp => 1,
-        Wrap::Mirror => 2,
-    };
     let blends = texture.filter != TextureFilter::Nearest;
     let srgb = texture.color_space == ColorSpace::Srgb;
-    let wrap = texture.wrap.map(mode);
+    let wrap = texture.wrap.map(Wrap::number);
     let first_level = first_levels[0];
     let (sin, cos) = (libm::sin(texture.rotation as f64) as f32, libm::cos(texture.rotation as f64) as f32);
     let (sx, sy) = (texture.scale.x, texture.scale.y);

@@ -330,6 +330,17 @@ pub enum Wrap {
     Mirror,
 }
 
+impl Wrap {
+    /// The number in compiled scenes, from 0 in the order of the modes.
+    pub(crate) fn number(self) -> u32 {
+        match self {
+            Wrap::Repeat => 0,
+            Wrap::Clamp => 1,
+            Wrap::Mirror => 2,
+        }
+    }
+}
+
 /// The encoding of the values of images with 8 or 16 bits a channel; floats are linear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorSpace {

@@ -55,6 +55,18 @@ pub enum Channel {
     Alpha,
 }
 
+impl Channel {
+    /// The place in a texel, from 0.
+    pub(crate) fn index(self) -> u32 {
+        match self {
+            Channel::Red => 0,
+            Channel::Green => 1,
+            Channel::Blue => 2,
+            Channel::Alpha => 3,
+        }
+    }
+}
+
 /// A reflection model with its parameters. Entities carry a [`MaterialId`] as component.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {

@@ -14,7 +14,7 @@ use crate::scene::textures::SampledTexture;
 use crate::shading::texture_lookup::{Coordinates, texel};
 use crate::world::assets::{Assets, ProcedureId, Texture, TextureId, TextureSource, Wrap};
 use crate::world::{
-    Channel, ColorInput, Combination, NoiseSum, PatternPlacement, PatternTexture, Procedure, ScalarInput,
+    ColorInput, Combination, NoiseSum, PatternPlacement, PatternTexture, Procedure, ScalarInput,
     TexturePattern, TextureSpace, VoronoiValue,
 };
 
@@ -143,13 +143,7 @@ impl Program<'_> {
             return self.step(TextureStep::Mix { channel: 0, factor: 1.0 }, -2);
         };
         self.texture(texture)?;
-        let channel = match channel {
-            Channel::Red => 0,
-            Channel::Green => 1,
-            Channel::Blue => 2,
-            Channel::Alpha => 3,
-        };
-        self.step(TextureStep::Mix { channel, factor: by.factor }, -2)
+        self.step(TextureStep::Mix { channel: channel.index(), factor: by.factor }, -2)
     }
 
     /// Pushes a colour.
@@ -203,12 +197,7 @@ impl Program<'_> {
     fn ramp(&mut self, stops: &[(f32, [f32; 3])], wrap: Wrap) -> Ramp {
         let first = self.out.stops.len() as u32;
         self.out.stops.extend(RampStop::chain(stops));
-        let wrap = match wrap {
-            Wrap::Repeat => 0,
-            Wrap::Clamp => 1,
-            Wrap::Mirror => 2,
-        };
-        Ramp { first, count: stops.len() as u32, wrap }
+        Ramp { first, count: stops.len() as u32, wrap: wrap.number() }
     }
 }
 
