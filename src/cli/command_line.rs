@@ -215,6 +215,7 @@ impl CommandLine {
             sharing,
             caustics,
             adaptive,
+            light_groups,
             transport,
             seed,
             build_quality,
@@ -255,6 +256,7 @@ impl CommandLine {
         self.option("caustics", caustics);
         let adaptive = changed(adaptive, &authored.adaptive);
         self.0.extend(adaptive.map(|it| vec![format!("--adaptive={}", name_of(ADAPTIVE, it))]));
+        self.switch("light-groups", *light_groups && !authored.light_groups);
         self.option("seed", changed(seed, &authored.seed));
     }
 }
@@ -493,7 +495,7 @@ mod tests {
             "--env /a/sky.hdr --sampler jittered --sharing 16 --adaptive=unbiased --seed 18446744073709551615",
             "--caustics 0.25,3.5 --sharing off",
             "--caustics off",
-            "--sharing off --adaptive --spp 3 --transport path --sampler independent --quality high",
+            "--sharing off --adaptive --light-groups --spp 3 --transport path --sampler independent --quality high",
         ];
         for line in options {
             let (options, settings) = understood(line.split(' ').map(String::from));

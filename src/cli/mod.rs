@@ -23,8 +23,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use self::args::{ProcessLimits, Render};
 use self::command_line::{CommandLine, normalize_args};
 use self::commands::{
-    ab, check, compare, diff, explain, info, ls, manual, merge, plan, profile, render, reproduce, resume,
-    study, trace, verify, view,
+    ab, check, compare, diff, explain, info, ls, manual, merge, mix, plan, profile, render, reproduce,
+    resume, study, trace, verify, view,
 };
 use self::failure::{Failure, Fault};
 use crate::error::did_you_mean;
@@ -82,6 +82,8 @@ enum Command {
     Resume(resume::Resume),
     /// Merge films that hold different samples of one image
     Merge(merge::Merge),
+    /// Mix the lamps of a film with light groups: brighter, darker, of other colours, without rendering
+    Mix(mix::Mix),
     /// Write job files that render a scene in parts on many machines
     Plan(plan::PlanArguments),
     /// Render an image again from the record in it, and report whether it is identical
@@ -111,6 +113,7 @@ impl Command {
             Command::Render(render) => (&render.output.output, render.part.pilot.as_ref()),
             Command::Resume(resume) => (&resume.output.output, Some(&resume.film)),
             Command::Merge(merge) => (&merge.output.output, None),
+            Command::Mix(mix) => (&mix.output.output, None),
             Command::Trace(trace) => (&[], trace.out.as_ref()),
             Command::Compare(compare) => (&[], compare.heatmap.as_ref()),
             Command::Profile(profile) => (&[], profile.trace.as_ref()),
@@ -213,6 +216,7 @@ fn dispatch(arguments: Arguments, words: &[OsString]) -> Result<ExitCode, Failur
         Command::Profile(scene) => profile::run(&scene),
         Command::Resume(film) => resume::run(&film),
         Command::Merge(films) => merge::run(&films),
+        Command::Mix(film) => mix::run(&film),
         Command::Plan(scene) => plan::run(&scene),
         Command::Reproduce(image) => reproduce::run(&image),
         Command::Study(file) => study::run(&file),

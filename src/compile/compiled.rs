@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::memo::Memo;
 use super::shape_meshes::ShapeMeshes;
 use super::{
-    camera, contacts, copies, emitters, environment, geometry, ineffective_values, lights, materials,
-    misplaced, open_surfaces, origin, textures, unsupported_by_transport, validate,
+    camera, contacts, copies, emitters, environment, geometry, ineffective_values, light_groups, lights,
+    materials, misplaced, open_surfaces, origin, textures, unsupported_by_transport, validate,
 };
 use crate::bvh::Bvh;
 use crate::error::CompileError;
@@ -62,8 +62,10 @@ pub fn compile_after(
     let seen = (&camera, &textures.output, origin);
     let (shapes, copies) = meshes_and_copies(world, &order, &transforms, seen, before)?;
     let (mut materials, mut material_names) = materials::compile(&world.assets, world.settings.transport);
+    let groups = light_groups::LightGroups::new(world, &order, &materials);
+    let records = (&mut materials, &mut material_names);
     let lights::CompiledLights { lamps, panels } =
-        lights::compile(world, &order, &transforms, &copies, &mut materials, &mut material_names)?;
+        lights::compile(world, &order, &transforms, &copies, &groups, records)?;
     let open_surfaces = Memo::reuse_or_make(
         before.map(|before| &before.open_surfaces),
         open_surfaces::OpenSurfaceInputs::new(world, &order, &transforms, &shapes),
@@ -73,7 +75,8 @@ pub fn compile_after(
     let mut sheets =
         materials::TwoSidedVariants::new(&mut materials, &mut material_names, world.settings.transport);
     let (order, transforms) = (&order[..], &transforms);
-    let placed = geometry::PlacedWorld { world, order, transforms, copies: &copies, shapes: &shapes };
+    let placed =
+        geometry::PlacedWorld { world, order, transforms, copies: &copies, shapes: &shapes, groups: &groups };
     let inputs = geometry::GeometryInputs::new(&placed, panels, &open, &mut sheets)?;
     let mut sheets = sheets.end();
     let bodies = materials::number_bodies(&mut materials, world.settings.transport);
@@ -122,12 +125,16 @@ pub fn compile_after(
         emitters: emitters.output.emitters.clone(),
         lights: emitters.output.lights.clone(),
         environment: environment.output.clone(),
+        around_group: groups.around,
         ambient: world.settings.ambient,
         bounds,
+        light_groups: Vec::new(),
         warnings: Vec::new(),
     };
     scene.warnings = warnings(&scene, world);
     scene.warnings.extend(open_surfaces::told(&open_surfaces.output));
+    scene.warnings.extend(groups.too_many());
+    scene.light_groups = groups.names;
     scene.warnings.extend(many_light_meshes(emitters.output.left_out, world));
     let scene = Arc::new(scene);
     Ok(MemoizedScene { scene, textures, environment, shapes, open_surfaces, geometry, emitters })

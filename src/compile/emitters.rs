@@ -78,7 +78,7 @@ pub(super) fn compile(
     lamps: &WorldLights,
     environment: &Environment,
 ) -> CompiledEmitters {
-    let WorldLights { all: lamps, without_caustics, around_without_caustics } = lamps;
+    let WorldLights { all: lamps, without_caustics, around_without_caustics, groups, around_group } = lamps;
     let mut out = Emitters::default();
     let (mut areas, mut lights) = (HashMap::new(), Vec::new());
     for (index, lamp) in lamps.iter().enumerate() {
@@ -116,11 +116,22 @@ pub(super) fn compile(
     if environment.panorama.is_some() && !environment.is_black() {
         let row = AnyRow { light: Rgb::BLACK }.row();
         let flags = if *around_without_caustics { flag::WITHOUT_PHOTONS } else { 0 };
-        push(&mut out, kind::ENVIRONMENT, flag::VISIBLE | flags, row);
+        let emitter = push(&mut out, kind::ENVIRONMENT, flag::VISIBLE | flags, row);
+        out.group[emitter as usize] = *around_group;
     }
     for (light, without) in lights.iter().zip(without_caustics) {
         if *without && light.emitter != NONE {
             out.flags[light.emitter as usize] |= flag::WITHOUT_PHOTONS;
+        }
+    }
+    for emitter in 0..out.len() {
+        if let Some(material) = surfaces.materials.get(out.material[emitter] as usize) {
+            out.group[emitter] = material.group;
+        }
+    }
+    for (light, group) in lights.iter().zip(groups) {
+        if light.emitter != NONE {
+            out.group[light.emitter as usize] = *group;
         }
     }
     let mut glows = EmissionAverages::new(surfaces);
@@ -221,6 +232,7 @@ fn push(out: &mut Emitters, kind: u32, flags: u32, row: EmitterRow) -> u32 {
     out.rows.push(row);
     out.material.push(NONE);
     out.profile.push(NONE);
+    out.group.push(NONE);
     out.primitive.push(NONE);
     out.kinds.len() as u32 - 1
 }
@@ -521,6 +533,7 @@ mod tests {
             transforms: &placed,
             copies: &copies,
             shapes: &shapes,
+            groups: &super::super::light_groups::LightGroups::default(),
         };
         let inputs = geometry::GeometryInputs::new(&placed, Vec::new(), &open, sheets);
         let inputs = inputs.expect("shapes");

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use hecs::Entity;
 
 use super::copies::Copies;
+use super::light_groups::LightGroups;
 use super::lights::LightMesh;
 use super::materials::{TwoSidedVariants, in_place_of};
 use super::memo::{self, ByPtr, debug_text};
@@ -46,6 +47,7 @@ pub(super) struct PlacedWorld<'a> {
     pub transforms: &'a WorldTransforms,
     pub copies: &'a Copies,
     pub shapes: &'a ShapeMeshes,
+    pub groups: &'a LightGroups,
 }
 
 /// All inputs of geometry and trees.
@@ -112,7 +114,7 @@ impl GeometryInputs {
         open: &HashMap<u32, &Sheet>,
         sheets: &mut TwoSidedVariants,
     ) -> Result<GeometryInputs, CompileError> {
-        let PlacedWorld { world, order, transforms, copies, shapes: made } = *placed;
+        let PlacedWorld { world, order, transforms, copies, shapes: made, groups } = *placed;
         let mut shapes = Vec::new();
         for &entity in order {
             let Ok(authored) = world.entities.get::<&Shape>(entity) else { continue };
@@ -130,6 +132,15 @@ impl GeometryInputs {
             if authored.is_sheet() {
                 // A plane's corners may go around either way: it is a sheet, visible from both sides.
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
+            }
+            if groups.of(entity) != NONE {
+                match (material, &shape) {
+                    (Some(own), _) => material = Some(sheets.in_group(own, groups.of(entity))),
+                    (None, Shape::Mesh(id)) => {
+                        sheets.all_in_group(&made.meshes[id.0 as usize], groups.of(entity), &mut replaced);
+                    }
+                    (None, _) => {}
+                }
             }
             let matrix = made.placement(world, entity, &shape, &transforms[&entity]);
             let copies = copies.of(entity).cloned();

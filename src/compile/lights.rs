@@ -3,6 +3,7 @@
 use hecs::Entity;
 
 use super::copies::Copies;
+use super::light_groups::LightGroups;
 use super::materials;
 use super::photometric::{self, BeamCone};
 use super::sky::{Air, SUN_ANGLE};
@@ -100,6 +101,10 @@ pub(super) struct WorldLights {
     pub without_caustics: Vec<bool>,
     /// True if the environment or sky sends no photons.
     pub around_without_caustics: bool,
+    /// The light group of each light, or [`NONE`].
+    pub groups: Vec<u32>,
+    /// That of the environment or sky.
+    pub around_group: u32,
 }
 
 /// The compiled light entities.
@@ -116,10 +121,11 @@ pub(super) fn compile(
     order: &[Entity],
     transforms: &WorldTransforms,
     copies: &Copies,
-    materials: &mut Vec<MaterialRecord>,
-    names: &mut Vec<String>,
+    groups: &LightGroups,
+    (materials, names): (&mut Vec<MaterialRecord>, &mut Vec<String>),
 ) -> Result<CompiledLights, CompileError> {
     let mut out = CompiledLights::default();
+    out.lamps.around_group = groups.around;
     let mut around = None;
     for &entity in order {
         let Ok(light) = world.entities.get::<&world::Light>(entity) else { continue };
@@ -134,7 +140,7 @@ pub(super) fn compile(
                     let radiance = *power_w * (1.0 / (std::f32::consts::PI * area * outline.part()));
                     let material = visible.then(|| {
                         let material = materials.len() as u32;
-                        materials.push(surface(radiance));
+                        materials.push(MaterialRecord { group: groups.of(entity), ..surface(radiance) });
                         names.push(format!("light of {}", world.name_of(entity)));
                         out.panels.push(LightMesh { corners: cut_out(corners, *outline), material, entity });
                         material
@@ -184,6 +190,7 @@ pub(super) fn compile(
             around.get_or_insert(sends_none);
         }
         out.lamps.without_caustics.resize(out.lamps.all.len(), sends_none);
+        out.lamps.groups.resize(out.lamps.all.len(), groups.of(entity));
     }
     out.lamps.around_without_caustics = around.unwrap_or(false);
     Ok(out)

@@ -11,7 +11,7 @@ use crate::scene::material::{
 };
 use crate::world::assets::Assets;
 use crate::world::{
-    self, AlphaMode, BlinnPhong, BumpMap, ColorInput, Highlight, Iridescence, MaterialId, NormalMap,
+    self, AlphaMode, BlinnPhong, BumpMap, ColorInput, Highlight, Iridescence, MaterialId, Mesh, NormalMap,
     ScalarInput, Transport,
 };
 
@@ -67,6 +67,8 @@ enum RecordVariant {
     Interface,
     /// A white one, for meshes with colours.
     White,
+    /// One whose light belongs to a light group.
+    InGroup(u32),
 }
 
 /// Records for sheets, beside those of the materials: they have no front, and may be thin where materials have a
@@ -166,6 +168,30 @@ impl<'a> TwoSidedVariants<'a> {
             RecordVariant::Thin(depth.map(f32::to_bits)),
             MaterialRecord { passes_shadow_rays: straight, ..sheet },
         )
+    }
+
+    /// The material whose light belongs to a light group.
+    pub fn in_group(&mut self, id: MaterialId, group: u32) -> MaterialId {
+        let record = self.materials[id.0 as usize];
+        if !record.emits() {
+            return id;
+        }
+        self.add(id, RecordVariant::InGroup(group), MaterialRecord { group, ..record })
+    }
+
+    /// Adds to the replacements of a mesh's materials those whose light belongs to a light group.
+    pub fn all_in_group(&mut self, mesh: &Mesh, group: u32, replaced: &mut Vec<[MaterialId; 2]>) {
+        let mut own = mesh.triangle_materials.clone();
+        own.sort_unstable();
+        own.dedup();
+        for own in own {
+            let before = in_place_of(own, replaced);
+            let after = self.in_group(before, group);
+            if after != before {
+                replaced.retain(|[of, _]| *of != own);
+                replaced.push([own, after]);
+            }
+        }
     }
 
     fn add(&mut self, id: MaterialId, variant: RecordVariant, record: MaterialRecord) -> MaterialId {
@@ -271,6 +297,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
         bump: m.bump.map(bump),
         emission: color(m.emission),
         one_sided_emission: !m.double_sided,
+        group: NONE,
         unlit: m.unlit,
         caustics: m.caustics,
         // Below 1: a body less dense than its surroundings, such as air in glass.
@@ -395,6 +422,7 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> MaterialRecord {
         bump: None,
         emission: color(m.emission),
         one_sided_emission: false,
+        group: NONE,
         unlit: false,
         caustics: m.caustics,
         ior: m.ior.unwrap_or(1.5),

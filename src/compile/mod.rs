@@ -10,6 +10,7 @@ mod emitters;
 mod environment;
 mod geometry;
 mod ineffective_values;
+mod light_groups;
 pub(crate) mod light_tree;
 mod lights;
 mod materials;

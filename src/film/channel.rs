@@ -1,10 +1,12 @@
 //! The channels of an image file besides colour.
 
+use std::borrow::Cow;
+
 /// A channel: one number for each pixel of a film's region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmChannel {
     /// The name as compositors read it: the layer's name, a dot and the component's name, such as `depth.Z`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// The values, row by row from the top, width × height of the region.
     pub values: Values,
 }

@@ -1,5 +1,6 @@
 //! Exact sums of samples.
 
+use super::light_groups::GroupSum;
 use crate::math::Rgb;
 
 /// The radiance of a quantum, times the film scale. Sums are integers in quanta, so they do not depend on the order of
@@ -145,13 +146,16 @@ impl PixelSum {
 /// Exact sums of the samples of a region's pixels: the film is the same in whatever order samples are added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    region: Region,
-    unit: FilmScale,
+    pub(super) region: Region,
+    pub(super) unit: FilmScale,
     /// The inverse of the unit.
-    inverse: f32,
-    pixels: Vec<PixelSum>,
-    non_finite: RejectedCounts,
-    clamped: RejectedCounts,
+    pub(super) inverse: f32,
+    pub(super) pixels: Vec<PixelSum>,
+    /// The sums of light groups: all of a pixel's one after another.
+    pub(super) groups: Vec<GroupSum>,
+    pub(super) group_count: usize,
+    pub(super) non_finite: RejectedCounts,
+    pub(super) clamped: RejectedCounts,
 }
 
 /// The number of parts of samples that were changed when they were added, and the first of them.
@@ -182,12 +186,14 @@ impl Film {
         Film::of(region, unit, vec![PixelSum::default(); region.area()])
     }
 
-    fn of(region: Region, unit: FilmScale, pixels: Vec<PixelSum>) -> Film {
+    pub(super) fn of(region: Region, unit: FilmScale, pixels: Vec<PixelSum>) -> Film {
         Film {
             region,
             unit,
             inverse: unit.inverse(),
             pixels,
+            groups: Vec::new(),
+            group_count: 0,
             non_finite: RejectedCounts::default(),
             clamped: RejectedCounts::default(),
         }
@@ -279,6 +285,7 @@ impl Film {
         self.non_finite.merge(&other.non_finite);
         self.clamped.merge(&other.clamped);
         assert_eq!(self.unit, other.unit, "films of different units");
+        assert_eq!(self.group_count, other.group_count, "films of different light groups");
         let from = other.region;
         for y in from.y0..from.y1 {
             let (to, start) = (self.region.index(from.x0, y), from.index(from.x0, y));
@@ -292,6 +299,17 @@ impl Film {
                     }
                     pixel.count[parity] = pixel.count[parity].saturating_add(more.count[parity]);
                 }
+            }
+            let count = self.group_count;
+            let source = &other.groups[start * count..(start + width) * count];
+            let target = &mut self.groups[to * count..(to + width) * count];
+            for (sum, more) in target
+                .as_flattened_mut()
+                .as_flattened_mut()
+                .iter_mut()
+                .zip(source.as_flattened().as_flattened())
+            {
+                *sum = sum.saturating_add(*more);
             }
         }
     }
@@ -403,13 +421,19 @@ impl Film {
             }
             hasher.update(&bytes);
         }
+        for some in self.groups.chunks(256) {
+            bytes.clear();
+            let sums = some.as_flattened().as_flattened();
+            sums.iter().for_each(|sum| bytes.extend_from_slice(&sum.to_le_bytes()));
+            hasher.update(&bytes);
+        }
         hasher.digest128()
     }
 }
 
 /// Rounds to the nearest quantum; negative values and NaN count as 0.
 #[inline(always)]
-fn quanta(radiance: f32) -> i64 {
+pub(super) fn quanta(radiance: f32) -> i64 {
     let limited = if radiance > 0.0 { radiance } else { 0.0 };
     let limited = if limited < MAX_RADIANCE { limited } else { MAX_RADIANCE };
     (limited as f64 * (1.0 / QUANTUM) + 0.5) as i64

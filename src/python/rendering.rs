@@ -17,7 +17,7 @@ use crate::scene::{CompiledCamera, Projection};
 use crate::world::Settings;
 
 /// Names by layer and number.
-pub type LayerNames = BTreeMap<&'static str, BTreeMap<u32, String>>;
+pub type LayerNames = BTreeMap<String, BTreeMap<u32, String>>;
 
 #[pyclass(name = "Rendering", module = "rayfront._native", frozen)]
 pub struct PyRendering {

@@ -23,7 +23,9 @@ use crate::formats::{
 };
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::render::{MemoryEstimate, Options, Schedule, Session, ThreadError, names_of_ids, on_threads};
+use crate::render::{
+    MemoryEstimate, Options, Schedule, Session, ThreadError, light_channels, names_of_ids, on_threads,
+};
 use crate::world::{Aov, AssetCache, Assets, DecodedImage, Mesh, Settings, SourceFiles, Tonemap, Transport};
 
 /// The interval at which a rendering reports its progress and checks for interrupts.
@@ -327,7 +329,8 @@ impl PyWorld {
                 }
                 let denoised =
                     if denoise && !stop.load(Ordering::Relaxed) { session.denoised() } else { None };
-                let layers = session.channels(&aovs);
+                let mut layers = session.channels(&aovs);
+                layers.extend(light_channels(session.film(), &setup.scene.light_groups));
                 let (names, camera) = (names_in(&layers, &names, &setup), setup.scene.camera);
                 let told = [notes, warnings]
                     .map(|all| all.iter().map(|it| it.with_commands(as_arguments)).collect());
@@ -434,7 +437,7 @@ fn schedule_of(name: &str) -> PyResult<Schedule> {
 fn names_in(layers: &[FilmChannel], entities: &HashMap<u32, String>, setup: &RenderSetup) -> LayerNames {
     let ids = layers.iter().filter_map(|layer| {
         let (name, _) = layer.name.split_once('.')?;
-        Some((name, names_of_ids(layer, entities, &setup.scene)?))
+        Some((name.to_owned(), names_of_ids(layer, entities, &setup.scene)?))
     });
     ids.collect()
 }

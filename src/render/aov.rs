@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{RenderState, Session};
 use crate::denoise::{Denoised, Noisy, denoise};
-use crate::film::{Features, FilmChannel, Values};
+use crate::film::{Features, Film, FilmChannel, Values};
 use crate::integrator::schedule::wavefront::first_hits::FirstHits;
 use crate::math::{Rgb, Vec3};
 use crate::scene::CompiledScene;
@@ -71,12 +71,12 @@ impl Session {
     }
 
     fn channels_of(&self, aov: Aov, features: &[Features]) -> Vec<FilmChannel> {
-        let floats = |name, of: &dyn Fn(&Features) -> f32| FilmChannel {
-            name,
+        let floats = |name: &'static str, of: &dyn Fn(&Features) -> f32| FilmChannel {
+            name: name.into(),
             values: Values::Float(features.iter().map(of).collect()),
         };
-        let ids = |name, of: &dyn Fn(&Features) -> u32| FilmChannel {
-            name,
+        let ids = |name: &'static str, of: &dyn Fn(&Features) -> u32| FilmChannel {
+            name: name.into(),
             values: Values::Whole(features.iter().map(of).collect()),
         };
         match aov {
@@ -116,7 +116,7 @@ pub fn names_of_ids(
     scene: &CompiledScene,
 ) -> Option<BTreeMap<u32, String>> {
     let Values::Whole(ids) = &channel.values else { return None };
-    let name_of: &dyn Fn(u32) -> Option<String> = match channel.name {
+    let name_of: &dyn Fn(u32) -> Option<String> = match &channel.name[..] {
         "entity.id" => &|number| entities.get(&number).cloned(),
         "material.id" => &|number| scene.material_names.get(number as usize).cloned(),
         _ => return None,
@@ -132,7 +132,7 @@ pub fn film_channels(gathered: &RenderState, aovs: &[Aov]) -> Vec<FilmChannel> {
     let of = |aov: &Aov| match aov {
         Aov::Samples => {
             let counts = pixels.iter().map(|p| p.count[0] + p.count[1]);
-            vec![FilmChannel { name: "samples", values: Values::Whole(counts.collect()) }]
+            vec![FilmChannel { name: "samples".into(), values: Values::Whole(counts.collect()) }]
         }
         Aov::Variance => {
             let variance = match &gathered.moments {
@@ -141,11 +141,37 @@ pub fn film_channels(gathered: &RenderState, aovs: &[Aov]) -> Vec<FilmChannel> {
             };
             let channel = |(name, c): (&'static str, usize)| {
                 let values = variance.iter().map(|v| v.to_array()[c]);
-                FilmChannel { name, values: Values::Float(values.collect()) }
+                FilmChannel { name: name.into(), values: Values::Float(values.collect()) }
             };
             [("variance.R", 0), ("variance.G", 1), ("variance.B", 2)].map(channel).into()
         }
         _ => Vec::new(),
     };
     aovs.iter().flat_map(of).collect()
+}
+
+/// Returns the light of each light group as channels, `light_NAME.R`, `.G` and `.B`, and what belongs to none as
+/// `light_rest`: together they are the image. No channels if the film has no groups.
+pub fn light_channels(film: &Film, names: &[String]) -> Vec<FilmChannel> {
+    if film.light_groups() == 0 {
+        return Vec::new();
+    }
+    let legible = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
+    let mut layers = vec![("rest".to_owned(), film.ungrouped_radiance())];
+    for (group, name) in names.iter().enumerate() {
+        let mut name: String = name.chars().map(legible).collect();
+        while layers.iter().any(|(other, _)| *other == name) {
+            name.push('_');
+        }
+        layers.push((name, film.group_radiance(group)));
+    }
+    let mut channels = Vec::new();
+    for (name, light) in layers {
+        for (channel, component) in ["R", "G", "B"].into_iter().enumerate() {
+            let values = light.iter().map(|light| light.to_array()[channel]).collect();
+            let name = format!("light_{name}.{component}").into();
+            channels.push(FilmChannel { name, values: Values::Float(values) });
+        }
+    }
+    channels
 }

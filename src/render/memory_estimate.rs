@@ -2,7 +2,7 @@
 
 use super::{DEFAULT_WAVE, Options, photons};
 use crate::denoise;
-use crate::film::{Features, PixelSum, Region};
+use crate::film::{Features, GroupSum, PixelSum, Region};
 use crate::formats::film_file::packed_bytes;
 use crate::integrator::schedule::wavefront::wave::Wave;
 use crate::integrator::{RenderSetup, Schedule};
@@ -63,7 +63,8 @@ impl MemoryEstimate {
         let squares = if settings.aov.contains(&Aov::Variance) { size_of::<[u128; 3]>() } else { 0 };
         // A pilot has a film of its own.
         let pilot = if settings.adaptive == Adaptive::Unbiased { size_of::<PixelSum>() } else { 0 };
-        let sums = if self.has_film { 0 } else { size_of::<PixelSum>() + squares + pilot };
+        let groups = setup.light_groups() * size_of::<GroupSum>();
+        let sums = if self.has_film { 0 } else { size_of::<PixelSum>() + groups + squares + pilot };
         // At the end: the image made from the sums, and its bytes on the way to a file.
         let mut picture = size_of::<Rgb>() + 4;
         if !settings.aov.is_empty() {
@@ -78,7 +79,8 @@ impl MemoryEstimate {
         }
         // Before that: what is displayed and saved while rendering. A film is written as it is: there is no copy of it.
         let shown = area.saturating_mul((self.shown * size_of::<Rgb>()) as u64);
-        let packed = if self.saves_film { packed_bytes(self.region, squares > 0) } else { 0 };
+        let packed =
+            if self.saves_film { packed_bytes(self.region, squares > 0, setup.light_groups()) } else { 0 };
         let above = area.saturating_mul(picture as u64).max(shown.saturating_add(packed));
         let queues = match self.schedule {
             // The memory of a wave is proportional to its size.
@@ -88,7 +90,7 @@ impl MemoryEstimate {
             Schedule::Recursive => 0,
         };
         let tile = Options::default().tile;
-        let worker = queues + (tile * tile) as usize * size_of::<PixelSum>() + THREAD;
+        let worker = queues + (tile * tile) as usize * (size_of::<PixelSum>() + groups) + THREAD;
         let threads = rayon::current_num_threads();
         let workers = threads.min(tiles(self.region, tile));
         let of_threads = workers * worker + (threads - workers) * IDLE_THREAD;

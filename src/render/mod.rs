@@ -44,7 +44,7 @@ mod threads;
 pub use crate::denoise::Denoised;
 pub use crate::integrator::{Schedule, Sorting};
 pub use crate::simd::Isa;
-pub(crate) use aov::{film_channels, names_of_ids};
+pub(crate) use aov::{film_channels, light_channels, names_of_ids};
 #[cfg(any(feature = "cli", feature = "python"))]
 pub(crate) use memory_estimate::MemoryEstimate;
 pub(crate) use observed::Span;

@@ -83,7 +83,7 @@ impl Session {
             pixel.is_none_or(holds)
         });
         let last = tiles.last().copied().unwrap_or(Region { x0: 0, y0: 0, x1: 0, y1: 0 });
-        let mut film = Film::new(last, setup.unit);
+        let mut film = setup.film(last);
         self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, took| {
             if let Some(photons) = work.photons {
                 look(&Event::Wave(flow_of_photons(&photons, took)));
@@ -110,7 +110,7 @@ impl Session {
                 mark(Stage::Photons);
             }
             for tile in self.tiles() {
-                let mut film = Film::new(tile, setup.unit);
+                let mut film = setup.film(tile);
                 let mut observer = Timekeeper(&mut *mark);
                 wave.render(work, &mut film, samples.clone(), &mut ignored, &mut observer);
                 if let Some(photons) = work.photons {
@@ -151,7 +151,7 @@ impl Session {
                         last = end;
                     });
                     let (mut wave, mut film) =
-                        (Wave::new(setup, options.wave, options.sorting), Film::new(tile, setup.unit));
+                        (Wave::new(setup, options.wave, options.sorting), setup.film(tile));
                     wave.render(work, &mut film, samples, &mut ignored, &mut observer);
                 }
                 Schedule::Recursive => {

@@ -138,7 +138,7 @@ fn one_by_one(
     squares: &mut Moments,
     stop: &Stop,
 ) -> Option<Film> {
-    let mut film = Film::new(tile, work.setup.unit);
+    let mut film = work.setup.film(tile);
     for sample in samples {
         let one = worker.render_until(work, (tile, sample..sample + 1), statistics, stop)?;
         squares.add_sample(&one);

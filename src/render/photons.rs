@@ -8,11 +8,12 @@ use super::{Options, Session, camera_medium};
 use crate::bvh::{AnyHitFilter, Stack, closest_ray};
 use crate::integrator::path::any_hit::PathRay;
 use crate::integrator::path::camera_path;
+#[cfg(any(feature = "cli", feature = "python"))]
+use crate::integrator::path::light_groups::GroupQueue;
 use crate::integrator::path::{Path, pack_pixel};
 use crate::integrator::photons::emission::PhotonEmission;
 use crate::integrator::photons::gather::first_radius;
 use crate::integrator::photons::map::{Photon, PhotonMap, Radii};
-#[cfg(any(feature = "cli", feature = "python"))]
 use crate::integrator::photons::splat::Splat;
 use crate::integrator::photons::splat::{is_in_image, view};
 use crate::integrator::photons::targets::targets;
@@ -128,7 +129,7 @@ impl Trial<'_> {
         // This radius holds as many trial photons as the usual one holds of all photons.
         let radius = radius * (self.count as f32 / PILOT as f32).sqrt();
         let photons = self.seen.iter().map(|(photon, _)| *photon);
-        let map = PhotonMap::new(photons.clone(), Radii { shrink: 1.0, most: radius });
+        let map = PhotonMap::new(photons.clone(), &[], Radii { shrink: 1.0, most: radius });
         let around = |photon: &Photon| {
             let [x, y, z] = photon.position;
             let around = map.around(Vector::new(x, y, z), photon.normal(), radius, u32::MAX);
@@ -226,11 +227,11 @@ fn usual_radius(setup: &RenderSetup) -> Option<f32> {
 /// Continues a path beyond a surface that makes caustics.
 fn next(setup: &RenderSetup, path: &Path<f32>, hit: &HitLanes<f32>, material: u32) -> Option<Path<f32>> {
     if setup.transport == Transport::Path {
-        let outcome = path_tracing::hit(setup, None, path, hit, material, true);
+        let outcome = path_tracing::hit(setup, None, path, hit, material, true, &mut GroupQueue::default());
         let through = outcome.fork.and_then(|fork| fork.mask.then_some(fork.next));
         return through.or(outcome.goes_on.then_some(outcome.next));
     }
-    let (vertex, scatter, _) = whitted::hit(setup, None, path, hit, true);
+    let (vertex, scatter, _) = whitted::hit(setup, None, path, hit, true, &mut GroupQueue::default());
     match (scatter.refracts, scatter.reflects) {
         (true, _) => Some(scatter.refracted(path, &vertex)),
         (_, true) => Some(scatter.reflected(path, &vertex)),

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::film::{Allocation, Film, FilmScale, Moments, Region, SampleRanges};
+use crate::film::{Allocation, Film, Moments, Region, SampleRanges};
 
 /// A film and the numbers of its samples: everything that is needed to continue a render.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,11 +77,11 @@ impl RenderPass {
 }
 
 impl RenderState {
-    /// Creates a state without samples.
-    pub fn nothing(region: Region, unit: FilmScale, variance: bool) -> RenderState {
+    /// Creates a state without samples around an empty film.
+    pub fn nothing(film: Film, variance: bool) -> RenderState {
         RenderState {
-            film: Film::new(region, unit),
-            moments: variance.then(|| Moments::new(region)),
+            moments: variance.then(|| Moments::new(film.region())),
+            film,
             samples: SampleRanges::default(),
             pass: None,
             rays: None,

@@ -70,7 +70,7 @@ impl Session {
     /// Creates a session for a render setup that is rendered several times, in several ways.
     #[doc(hidden)]
     pub fn of(setup: Arc<RenderSetup>, samples: u32, options: Options) -> Self {
-        let gathered = RenderState::nothing(options.region_of(setup.size), setup.unit, options.variance);
+        let gathered = RenderState::nothing(setup.film(options.region_of(setup.size)), options.variance);
         Self::with(setup, samples, options, gathered)
     }
 
@@ -82,7 +82,7 @@ impl Session {
         gathered: RenderState,
     ) -> Option<Self> {
         // The film is as large as everything else: there are never two.
-        let nothing = RenderState::nothing(Region::whole([0, 0]), setup.unit, options.variance);
+        let nothing = RenderState::nothing(setup.film(Region::whole([0, 0])), options.variance);
         let mut session = Self::with(setup, samples, options, nothing);
         session.resume_from(gathered).then_some(session)
     }

@@ -56,6 +56,8 @@ pub struct Emitters {
     pub material: Vec<u32>,
     /// The texture of the photometric profile; [`NONE`] for emitters without a profile.
     pub profile: Vec<u32>,
+    /// The light group, or [`NONE`].
+    pub group: Vec<u32>,
     /// The primitive of an emitting surface, the first one if two primitives make one emitter. For a light entity its
     /// index among the scene's lights.
     pub primitive: Vec<u32>,
@@ -114,8 +116,10 @@ impl Emitters {
 
     /// The size in bytes.
     pub fn bytes(&self) -> usize {
-        let words =
-            [&self.kinds, &self.flags, &self.material, &self.profile, &self.primitive, &self.of_primitive];
+        let words = [
+            &self.kinds, &self.flags, &self.material, &self.profile, &self.group, &self.primitive,
+            &self.of_primitive,
+        ];
         let of_instances = [&self.instance_first, &self.instance_places];
         let words: usize = words.iter().chain(&of_instances).map(|column| size_of_val(&column[..])).sum();
         words + size_of_val(&self.rows[..]) + self.tree.bytes()

@@ -76,8 +76,7 @@ impl Environment {
     pub fn is_black(&self) -> bool {
         match (&self.panorama, self.background) {
             (Some(panorama), _) => panorama.factor.is_black(),
-            (None, Background::Constant(color)) => color.is_black(),
-            (None, Background::Gradient { bottom, top }) => bottom.is_black() && top.is_black(),
+            (None, background) => background.is_black(),
         }
     }
 }

@@ -176,6 +176,8 @@ pub struct MaterialRecord {
     pub emission: ColorParam,
     /// True if the back emits no light.
     pub one_sided_emission: bool,
+    /// The light group of the emitted light, or [`NONE`].
+    pub group: u32,
     /// True if the surface shows its base colour and is not lit.
     pub unlit: bool,
     /// False if no photons are aimed at the surface nor emitted by it.

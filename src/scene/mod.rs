@@ -73,6 +73,10 @@ pub struct CompiledScene {
     pub(crate) lights: Vec<WhittedLight>,
     /// The background of rays that hit nothing.
     pub(crate) environment: Arc<Environment>,
+    /// The names of the light groups.
+    pub(crate) light_groups: Vec<String>,
+    /// The light group of the environment, or [`NONE`].
+    pub(crate) around_group: u32,
     /// Ambient radiance: every surface reflects it times its diffuse colour.
     pub(crate) ambient: Rgb,
     /// The bounding box of all geometry.
@@ -225,7 +229,7 @@ impl CompiledScene {
     /// The name of the first part that differs from another scene in any bit. Slow.
     #[doc(hidden)]
     pub fn difference(&self, other: &CompiledScene) -> Option<&'static str> {
-        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 21] {
+        fn parts(of: &CompiledScene) -> [(&'static str, &dyn Debug); 23] {
             [
                 ("the origin", &of.origin),
                 ("the camera", &of.camera),
@@ -246,6 +250,8 @@ impl CompiledScene {
                 ("emitters", &of.emitters),
                 ("lights", &of.lights),
                 ("the environment", &of.environment),
+                ("light groups", &of.light_groups),
+                ("that of the environment", &of.around_group),
                 ("ambient", &of.ambient),
                 ("bounds", &of.bounds),
                 ("warnings", &of.warnings),

@@ -1,7 +1,9 @@
 //! The displayed layers as eight-bit pixels, and the values of single pixels.
 
+use std::borrow::Cow;
 use std::num::Wrapping;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -81,8 +83,9 @@ pub struct PageImage {
 /// The number of samples whose first hits are averaged for the feature layers.
 const LOOKED_AT: u32 = 4;
 
-/// Renders a layer of a snapshot.
-pub fn picture(shown: &Snapshot, layer: Layer, display: Display) -> PageImage {
+/// Renders a layer of a snapshot. Factors mix its light groups, if there are as many.
+pub fn picture(shown: &Snapshot, layer: Layer, display: Display, factors: &[Rgb]) -> PageImage {
+    let shown = &mixed(shown, factors);
     let film = &shown.gathered.film;
     let own = |colors: Vec<[u8; 3]>, size: [u32; 2]| PageImage {
         size,
@@ -107,6 +110,17 @@ pub fn picture(shown: &Snapshot, layer: Layer, display: Display) -> PageImage {
             own(of_features(shown.features.get_or_init(whole), layer), shown.setup.size)
         }
     }
+}
+
+/// A snapshot with its light groups mixed.
+fn mixed<'a>(shown: &'a Snapshot, factors: &[Rgb]) -> Cow<'a, Snapshot> {
+    let film = &shown.gathered.film;
+    if factors.len() != film.light_groups() || factors.iter().all(|factor| *factor == Rgb::WHITE) {
+        return Cow::Borrowed(shown);
+    }
+    let gathered = RenderState { film: film.mixed(factors), ..(*shown.gathered).clone() };
+    let small = shown.small.as_ref().map(|small| Arc::new(small.mixed(factors)));
+    Cow::Owned(Snapshot { gathered: Arc::new(gathered), small, ..shown.clone() })
 }
 
 /// The radiance of all pixels; a pixel without samples takes that of the small image.

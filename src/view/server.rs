@@ -32,6 +32,7 @@ use super::photons::photons_of;
 use super::picture::{Display, Layer, PageImage, picture, pixel};
 use super::request::ViewRequest;
 use super::viewer::Viewer;
+use crate::math::Rgb;
 use crate::simd::give_back_freed;
 use crate::study::explain::Recipe;
 use crate::world::Tonemap;
@@ -46,6 +47,8 @@ const USUAL_PORT: u16 = 8421;
 const NEWS: Duration = Duration::from_millis(80);
 /// Timeout for the head of a request, and for its body.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// The largest factor of a light group.
+const MOST_LIGHT: f32 = 1e6;
 /// The delay before the next attempt after a connection could not be accepted, for example because of too many open
 /// files.
 const AGAIN: Duration = Duration::from_millis(500);
@@ -202,9 +205,21 @@ struct WantedImage {
     layer: Option<String>,
     exposure: Option<String>,
     tonemap: Option<String>,
+    /// A factor for each light group: a list of colours, as JSON.
+    mix: Option<String>,
 }
 
 impl WantedImage {
+    fn factors(&self) -> Result<Vec<Rgb>, String> {
+        let Some(text) = &self.mix else { return Ok(Vec::new()) };
+        let factors: Vec<[f32; 3]> = serde_json::from_str(text).map_err(|_| "a mix is a list of colours")?;
+        let is_factor = |value: &f32| (0.0..=MOST_LIGHT).contains(value);
+        if !factors.as_flattened().iter().all(is_factor) {
+            return Err(format!("a light's factor is from 0 to {MOST_LIGHT}"));
+        }
+        Ok(factors.into_iter().map(Rgb::from).collect())
+    }
+
     fn read(&self) -> Result<(Layer, Display), String> {
         let layer = self.layer.as_deref().map_or(Ok(Layer::Light), Layer::from_str)?;
         let exposure_ev = match self.exposure.as_deref() {
@@ -224,13 +239,13 @@ impl WantedImage {
 }
 
 async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>) -> Response {
-    let (layer, display) = match wanted.read() {
+    let ((layer, display), factors) = match wanted.read().and_then(|read| Ok((read, wanted.factors()?))) {
         Ok(read) => read,
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };
     let made = aside(move || {
         let (serial, shown) = (site.viewer.serial(), site.viewer.shown());
-        let picture = picture(&shown, layer, display);
+        let picture = picture(&shown, layer, display, &factors);
         if layer == Layer::Denoised {
             // Denoising takes hundreds of bytes per pixel.
             give_back_freed();
@@ -359,7 +374,7 @@ mod tests {
     fn image_queries_are_parsed_and_checked() {
         let read = |layer: &str, exposure: &str, tonemap: &str| {
             let [layer, exposure, tonemap] = [layer, exposure, tonemap].map(|text| Some(text.to_owned()));
-            WantedImage { layer, exposure, tonemap }.read()
+            WantedImage { layer, exposure, tonemap, mix: None }.read()
         };
         let display = Display { exposure_ev: Some(-1.5), tonemap: Tonemap::Aces };
         assert_eq!(read("depth", "-1.5", "Aces"), Ok((Layer::Depth, display)));
@@ -368,6 +383,13 @@ mod tests {
             [["light", "nan", "Aces"], ["dark", "0", "Aces"], ["light", "0", "x"]]
         {
             assert!(read(layer, exposure, tonemap).is_err());
+        }
+        let factors = |mix: &str| {
+            WantedImage { layer: None, exposure: None, tonemap: None, mix: Some(mix.to_owned()) }.factors()
+        };
+        assert_eq!(factors("[[1,1,1],[0,2.5,0]]"), Ok(vec![Rgb::WHITE, Rgb::new(0.0, 2.5, 0.0)]));
+        for wrong in ["", "[1]", "[[1,1,-1]]", "[[1,1,1e9]]"] {
+            assert!(factors(wrong).is_err(), "{wrong}");
         }
     }
 }

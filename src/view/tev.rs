@@ -359,7 +359,8 @@ mod tests {
     }
 
     fn gathered([width, height]: [u32; 2]) -> RenderState {
-        let mut gathered = RenderState::nothing(Region::whole([width, height]), FilmScale::default(), false);
+        let mut gathered =
+            RenderState::nothing(Film::new(Region::whole([width, height]), FilmScale::default()), false);
         for y in 0..height {
             for x in 0..width {
                 for sample in 0..3 {

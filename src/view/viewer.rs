@@ -134,7 +134,7 @@ impl Viewer {
     /// Creates the viewer of a scene; nothing is rendered before [`Viewer::run`].
     pub fn new(scene: &LiveScene, work: RenderWork) -> Viewer {
         let setup = scene.setup();
-        let nothing = RenderState::nothing(Region::whole(setup.size), setup.unit, false);
+        let nothing = RenderState::nothing(setup.film(Region::whole(setup.size)), false);
         let shown = Snapshot::new(scene, setup, nothing, work.options(), Arc::default());
         let status = Status::of(scene, work);
         let state = ViewerState {

@@ -241,6 +241,11 @@ forms! {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WithoutCaustics;
 
+/// The light group of what an entity and the entities below it emit: the film sums up its light by itself, so that it
+/// can be made brighter, darker or of another colour without rendering again.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LightGroup(pub String);
+
 impl Light {
     /// True if the light is an environment or a sky.
     pub(crate) fn is_around(&self) -> bool {

@@ -78,6 +78,9 @@ fields! {
         /// vertices) in addition to the first copies; what would take more is placed as instances, which need little
         /// memory and are slower to trace
         copied_triangles: u32 = 1 << 18, Whole(0, Settings::MOST_COPIED_TRIANGLES);
+        /// whether the film sums up the light of each lamp by itself, so that lamps can be mixed afterwards: each light,
+        /// shining entity and environment without a `group` is one of its own name
+        light_groups: bool = false, Flag;
         /// what the image holds besides light
         aov: Vec<Aov> = Vec::new(), Aovs;
     }
@@ -326,6 +329,16 @@ pub enum Background {
         /// The radiance straight up.
         top: Rgb,
     },
+}
+
+impl Background {
+    /// True if it has no light.
+    pub(crate) fn is_black(&self) -> bool {
+        match self {
+            Background::Constant(color) => color.is_black(),
+            Background::Gradient { bottom, top } => bottom.is_black() && top.is_black(),
+        }
+    }
 }
 
 impl Default for Background {

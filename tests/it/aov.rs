@@ -289,7 +289,7 @@ fn exr_files_contain_all_output_variables() {
             _ => panic!("{name} has another type"),
         }
     }
-    let wrong = [FilmChannel { name: "depth.Z", values: Values::Float(vec![0.0; 3]) }];
+    let wrong = [FilmChannel { name: "depth.Z".into(), values: Values::Float(vec![0.0; 3]) }];
     let wrong = rayfront::internals::formats::picture::Output { channels: &wrong, ..output };
     let error = rayfront::internals::formats::picture::save(&path, &wrong).unwrap_err().to_string();
     assert!(error.contains("3 values of depth.Z for 64 pixels"), "{error}");

@@ -23,6 +23,7 @@ mod guides;
 mod hostile;
 mod images;
 mod lamps;
+mod light_groups;
 mod media;
 mod meshes;
 mod metamorphic;

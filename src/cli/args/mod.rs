@@ -17,7 +17,7 @@ pub use names::{
     name_of, one_of,
 };
 pub use parse::{parse_duration, parse_exposure, parse_level, parse_place, parse_size};
-pub use picture::{ImageSize, ModelOptions, PictureOptions, SampleOptions, StudyOptions};
+pub use picture::{ImageSize, ModelOptions, PictureLook, PictureOptions, SampleOptions, StudyOptions};
 pub use render::Render;
 
 /// The limits of the process.

@@ -10,7 +10,9 @@ use super::parse::{
     parse_strength, parse_time, parse_turn, parse_variable, parse_zoom,
 };
 use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, UpAxis};
-use crate::world::{Adaptive, BuildQuality, Caustics, DepthLimits, Sampler, Sharing, Tonemap, World};
+use crate::world::{
+    Adaptive, BuildQuality, Caustics, DepthLimits, Sampler, Settings, Sharing, Tonemap, World,
+};
 
 /// Angles in degrees, to the right and up.
 pub type Degrees = [f64; 2];
@@ -61,6 +63,14 @@ pub struct PictureOptions {
     /// The options of the samples.
     #[command(flatten)]
     pub sampling: SampleOptions,
+    /// The options of the display.
+    #[command(flatten)]
+    pub look: PictureLook,
+}
+
+/// The options of display.
+#[derive(Args, Debug)]
+pub struct PictureLook {
     /// Tone curve of PNG files
     #[arg(long, help_heading = "Picture", value_parser = one_of(TONEMAPS))]
     pub tonemap: Option<Tonemap>,
@@ -74,7 +84,13 @@ impl PictureOptions {
     /// Applies these options to the scene's settings.
     pub fn apply(&self, world: &mut World) {
         self.sampling.apply(world);
-        let settings = &mut world.settings;
+        self.look.apply(&mut world.settings);
+    }
+}
+
+impl PictureLook {
+    /// Applies these options to settings.
+    pub fn apply(&self, settings: &mut Settings) {
         if let Some(exposure) = self.exposure {
             (settings.auto_exposure, settings.exposure_ev) = (exposure.is_none(), exposure.unwrap_or(0.0));
         }
@@ -119,6 +135,9 @@ pub struct LightOptions {
     #[arg(long, value_name = "on|off|unbiased", num_args = 0..=1, default_missing_value = "on", require_equals = true,
           hide_possible_values = true, value_parser = one_of(ADAPTIVE))]
     pub adaptive: Option<Adaptive>,
+    /// Sum up the light of each lamp by itself, for layers of an .exr file and rayfront mix
+    #[arg(long)]
+    pub light_groups: bool,
 }
 
 impl LightOptions {
@@ -140,6 +159,7 @@ impl LightOptions {
         settings.sharing = self.sharing.unwrap_or(settings.sharing);
         settings.caustics = self.caustics.unwrap_or(settings.caustics);
         settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);
+        settings.light_groups |= self.light_groups;
     }
 }
 

@@ -9,6 +9,7 @@ pub mod info;
 pub mod ls;
 pub mod manual;
 pub mod merge;
+pub mod mix;
 pub mod plan;
 pub mod profile;
 pub mod render;

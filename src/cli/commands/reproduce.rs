@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::cli::args::WorkOptions;
 use crate::cli::failure::{Failure, Fault};
-use crate::cli::job::{Job, OutputImage, gathered_of, header_of_image};
+use crate::cli::job::{Job, OutputImage, gathered_of, header_of_image, mixed};
 use crate::cli::output;
 use crate::film::{Film, SampleRanges};
 use crate::formats::DENOISED;
@@ -49,13 +49,18 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     let session = render(&mut job, &header, &arguments.work.options())
         .ok_or_else(|| Failure::file(format!("{}: its record says what cannot be", path.display())))?;
     let found = format!("{:032x}", session.film().hash());
-    let cleaned = denoised.as_ref().and_then(|_| session.denoised());
+    // An image may show a mix of light groups.
+    let shown = RenderState { film: mixed(&header, session.film())?, ..session.state().clone() };
+    let cleaned = match denoised {
+        Some(_) => job.going_on(&arguments.work.options(), shown.clone()).and_then(|shown| shown.denoised()),
+        None => None,
+    };
     let clean = cleaned.as_ref().map(|clean| format!("{:032x}", clean.hash()));
     let is_same_film = found == header.film_hash;
     // An image may have been changed since, and still have the same metadata.
     let shows_it = !is_same_film
         || film.is_some()
-        || OutputImage::new(&header, session.film(), 8).is_in(path, cleaned.as_ref())?;
+        || OutputImage::new(&header, &shown.film, 8).is_in(path, cleaned.as_ref())?;
     let identical = is_same_film && clean == denoised && shows_it;
     let places = film.as_ref().map(|film| differing(film, session.film()));
     if arguments.work.json {

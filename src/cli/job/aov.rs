@@ -39,7 +39,7 @@ pub fn manifest(
         let Some(names) = names_of_ids(channel, entities, scene) else { continue };
         let table: Map<String, Value> =
             names.into_iter().map(|(id, name)| (id.to_string(), name.into())).collect();
-        tables.insert(channel.name.to_owned(), table.into());
+        tables.insert(channel.name.clone().into_owned(), table.into());
     }
     (!tables.is_empty()).then(|| ascii(&Value::from(tables).to_string()))
 }

@@ -20,7 +20,7 @@ use crate::error::Diagnostic;
 use crate::formats::film_file::{self, FilmFile, FilmHeader};
 use crate::formats::picture::{ImageEncoding, fits, supported};
 use crate::integrator::Stop;
-use crate::render::{MemoryEstimate, Options, Progress, Session};
+use crate::render::{MemoryEstimate, Options, Progress, Session, light_channels};
 use crate::study::explain::Recipe;
 use crate::world::{Settings, SourceFiles};
 
@@ -176,7 +176,8 @@ fn finish(
     let start = Instant::now();
     let picture = OutputImage::new(&header, session.film(), wanted.bits);
     let has_layers = !images.is_empty() || wanted.outputs.stdout_image == Some(ImageEncoding::OpenExr);
-    let channels = if has_layers { session.channels(&header.settings.aov) } else { Vec::new() };
+    let mut channels = if has_layers { session.channels(&header.settings.aov) } else { Vec::new() };
+    channels.extend(light_channels(session.film(), &header.light_groups));
     let manifest = aov::manifest(&channels, &names, session.scene());
     picture.write(images, &channels, manifest.clone(), &mut saved);
     if let Some(encoding) = wanted.outputs.stdout_image {

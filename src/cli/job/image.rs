@@ -156,7 +156,8 @@ impl<'a> OutputImage<'a> {
         entries.extend(limits);
         // The name of the machine is private, and equal images must be equal files.
         let command = CommandLine::parse(&self.header.note.command).of_images().words();
-        let note = Note { command, stopped_by: self.header.note.stopped_by.clone(), ..Note::default() };
+        let Note { stopped_by, mix, .. } = self.header.note.clone();
+        let note = Note { command, stopped_by, mix, ..Note::default() };
         let record = serde_json::to_string(&FilmHeader { note, ..self.header.clone() });
         entries.extend(record.ok().map(|record| entry(RECORD, aov::ascii(&record))));
         entries

@@ -7,6 +7,7 @@ mod films;
 mod image;
 mod live_views;
 mod loading;
+mod mix;
 mod outputs;
 pub mod record;
 mod report;
@@ -26,6 +27,7 @@ pub use self::image::{OutputImage, header_of_image};
 pub use self::live_views::LiveViews;
 pub use self::loading::LoadSession;
 use self::loading::{LoadedScene, Phases, check_against_full_compile};
+pub use self::mix::mixed;
 pub use self::outputs::{Outputs, Video, default_image};
 pub use self::report::{noise_line, rounded_count};
 pub use self::saving::Saved;
@@ -113,6 +115,7 @@ impl Job {
             region: Region::whole(settings.size),
             unit: setup.unit,
             variance: settings.aov.contains(&Aov::Variance),
+            light_groups: setup.scene.light_groups.clone(),
             wanted: [0, settings.samples],
             settings,
             samples: Vec::new(),

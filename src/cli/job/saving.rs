@@ -90,6 +90,11 @@ impl Saved {
             _ => self.end(header, gathered),
         }
     }
+
+    /// Returns the failures of making images of a film that remains.
+    pub fn end_of_mix(self) -> Result<(), Failure> {
+        if self.is_whole() { Ok(()) } else { Err(Failure::all(self.failures, "the film is as it was")) }
+    }
 }
 
 /// Saves a film that was not requested wherever there is room; returns its path.

@@ -2,7 +2,7 @@
 
 use super::header::{Begun, FilmHeader, PROGRAM, RenderedView};
 use crate::error::words;
-use crate::film::{Allocation, Region};
+use crate::film::{Allocation, MOST_LIGHT_GROUPS, Region};
 use crate::formats::{Edits, EnvironmentPreset, SkyOptions};
 use crate::world::{Adaptive, Settings};
 
@@ -41,6 +41,7 @@ impl FilmHeader {
         let [width, height] = self.settings.size;
         is_true("region", x0 < x1 && y0 < y1 && x1 <= width && y1 <= height)?;
         is_true("unit", self.unit.is_sound())?;
+        is_true("light_groups", self.light_groups.len() <= MOST_LIGHT_GROUPS)?;
         if let Some(allocation) = &self.allocation {
             let most = self.settings.samples.saturating_mul(MOST_TIMES).max(Allocation::LEAST);
             is_true("allocation", allocation.is_sound() && allocation.most() <= most)?;

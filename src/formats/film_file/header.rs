@@ -38,6 +38,9 @@ pub struct FilmHeader {
     pub unit: FilmScale,
     /// True if sums of squared samples are stored, too.
     pub variance: bool,
+    /// The names of the light groups whose sums the film contains.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub light_groups: Vec<String>,
     /// The range of samples that the film is to have; for a shard, a part of [`Settings::samples`].
     pub wanted: [u32; 2],
     /// The samples that all pixels have, as sorted ranges.
@@ -90,6 +93,9 @@ pub struct Note {
     pub seconds: f64,
     /// The reason why there are fewer samples than wanted.
     pub stopped_by: Option<String>,
+    /// The statements by which an image's light groups are mixed: see [`crate::formats::ron::query::mix`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mix: Vec<String>,
 }
 
 /// The files that a scene was read from.
@@ -307,6 +313,7 @@ impl FilmHeader {
             let settings = serde_json::to_value(&header.settings).unwrap_or_default();
             let rest = serde_json::json!({
                 "region": header.region, "variance": header.variance, "unit": header.unit,
+                "light_groups": header.light_groups,
             });
             [view, settings, rest]
         };

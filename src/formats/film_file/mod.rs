@@ -11,8 +11,8 @@
 //!
 //! A block has as many rows as make about 65,536 pixels, but at least one. It consists of the length of its content (4
 //! bytes), the XXH3 of the block's number, that length and the content (16 bytes), and the content: byte planes
-//! (`planes.rs`) of the sums (even and odd samples; red, green, blue), of the counts (even and odd), and of the squares
-//! if there are any. All numbers are little-endian. Several films may follow each other in a file; they are read one by
+//! (`planes.rs`) of the sums (even and odd samples; red, green, blue), of the counts (even and odd), of the sums of each
+//! light group, and of the squares, if there are any. All numbers are little-endian. Several films may follow each other in a file; they are read one by
 //! one.
 
 mod bounds;
@@ -30,7 +30,7 @@ use xxhash_rust::xxh3::xxh3_128;
 use crate::error::{LoadError, SaveError};
 pub use crate::files::atomic_write::writable;
 use crate::files::{self, atomic_write};
-use crate::film::{Film, Moments, PixelSum, Region};
+use crate::film::{Film, GroupSum, Moments, PixelSum, Region};
 use crate::formats::fill;
 use crate::memory;
 pub use header::{Begun, FilmHeader, Note, PROGRAM, RenderedView, Source};
@@ -76,8 +76,8 @@ pub fn begin(
 }
 
 /// The most memory that writing or reading takes besides the film, in bytes.
-pub fn packed_bytes(region: Region, variance: bool) -> u64 {
-    let block = u64::from(rows(region)) * u64::from(region.width()) * bytes_a_pixel(variance) as u64;
+pub fn packed_bytes(region: Region, variance: bool, groups: usize) -> u64 {
+    let block = u64::from(rows(region)) * u64::from(region.width()) * bytes_a_pixel(variance, groups) as u64;
     block * at_once().min(blocks(region)) as u64
 }
 
@@ -86,9 +86,9 @@ fn at_once() -> usize {
     rayon::current_num_threads().min(MOST_AT_ONCE)
 }
 
-/// Bytes per pixel, with or without squares.
-fn bytes_a_pixel(variance: bool) -> usize {
-    size_of::<PixelSum>() + if variance { size_of::<[u128; 3]>() } else { 0 }
+/// Bytes per pixel, with or without squares, and with that many light groups.
+fn bytes_a_pixel(variance: bool, groups: usize) -> usize {
+    size_of::<PixelSum>() + if variance { size_of::<[u128; 3]>() } else { 0 } + groups * size_of::<GroupSum>()
 }
 
 /// True if a path has the extension of films.
@@ -147,11 +147,13 @@ pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadEr
     let region = header.region;
     let count = blocks(region);
     let what = format_args!("the film of {}x{} pixels", region.width(), region.height());
-    let bytes = region.area() as u64 * bytes_a_pixel(header.variance) as u64;
-    let bytes = bytes + packed_bytes(region, header.variance);
+    let groups = header.light_groups.len();
+    let bytes = region.area() as u64 * bytes_a_pixel(header.variance, groups) as u64;
+    let bytes = bytes + packed_bytes(region, header.variance, groups);
     let _claim = memory::reserve(what, bytes).map_err(LoadError::shortage(path))?;
     let mut pixels: Vec<PixelSum> = Vec::new();
     let mut squares: Vec<[u128; 3]> = Vec::new();
+    let mut of_groups: Vec<GroupSum> = Vec::new();
     let mut number = 0;
     while number < count {
         let some = number..(number + at_once()).min(count);
@@ -160,14 +162,16 @@ pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadEr
         let unpacked = some.clone().into_par_iter().zip(contents);
         let unpacked: Vec<_> = unpacked.map(|(number, content)| unpack(&header, number, &content)).collect();
         for (number, block) in some.clone().zip(unpacked) {
-            let (sums, more) = block.ok_or_else(|| damaged(&header, number, path))?;
-            pixels.extend(sums);
-            squares.extend(more);
+            let block = block.ok_or_else(|| damaged(&header, number, path))?;
+            pixels.extend(block.pixels);
+            squares.extend(block.squares);
+            of_groups.extend(block.groups);
         }
         number = some.end;
     }
     let moments = if header.variance { Moments::with_squares(region, squares) } else { None };
     let film = Film::with_pixels(region, header.unit, pixels);
+    let film = film.and_then(|film| film.with_group_sums(groups, of_groups));
     let same = |film: &Film| {
         format!("{:032x}", film.hash()) == header.film_hash
             && moments.as_ref().map(|moments| format!("{:032x}", moments.hash())) == header.moments_hash
@@ -253,13 +257,27 @@ fn pack(film: &Film, moments: Option<&Moments>, block: usize) -> Vec<u8> {
     for parity in 0..2 {
         planes::encode::<u32, 4>(pixels.iter().map(|p| p.count[parity]), &mut out);
     }
+    let groups = film.light_groups();
+    let sums = &film.group_sums()[range.start * groups..range.end * groups];
+    for group in 0..groups {
+        for (parity, channel) in
+            [0, 1].into_iter().flat_map(|parity| [0, 1, 2].map(|channel| (parity, channel)))
+        {
+            let own = sums.iter().skip(group).step_by(groups);
+            planes::encode::<i64, 8>(own.map(|sum| sum[parity][channel]), &mut out);
+        }
+    }
     for squares in moments.iter().map(|moments| &moments.squares()[range.clone()]) {
         (0..3).for_each(|channel| planes::encode::<u128, 16>(squares.iter().map(|s| s[channel]), &mut out));
     }
     out
 }
 
-type Block = (Vec<PixelSum>, Vec<[u128; 3]>);
+struct Block {
+    pixels: Vec<PixelSum>,
+    groups: Vec<GroupSum>,
+    squares: Vec<[u128; 3]>,
+}
 
 fn unpack(header: &FilmHeader, block: usize, content: &[u8]) -> Option<Block> {
     let count = pixels_of(header.region, block).len();
@@ -275,6 +293,17 @@ fn unpack(header: &FilmHeader, block: usize, content: &[u8]) -> Option<Block> {
         let counts = planes::decode::<u32, 4>(&mut rest, count)?;
         pixels.iter_mut().zip(counts).for_each(|(pixel, count)| pixel.count[parity] = count);
     }
+    let groups = header.light_groups.len();
+    let mut of_groups = vec![GroupSum::default(); count * groups];
+    for group in 0..groups {
+        for (parity, channel) in
+            [0, 1].into_iter().flat_map(|parity| [0, 1, 2].map(|channel| (parity, channel)))
+        {
+            let sums = planes::decode::<i64, 8>(&mut rest, count)?;
+            let own = of_groups.iter_mut().skip(group).step_by(groups);
+            own.zip(sums).for_each(|(to, sum)| to[parity][channel] = sum);
+        }
+    }
     let mut squares = Vec::new();
     if header.variance {
         squares.resize(count, [0; 3]);
@@ -283,7 +312,7 @@ fn unpack(header: &FilmHeader, block: usize, content: &[u8]) -> Option<Block> {
             squares.iter_mut().zip(sums).for_each(|(squares, sum)| squares[channel] = sum);
         }
     }
-    rest.is_empty().then_some((pixels, squares))
+    rest.is_empty().then_some(Block { pixels, groups: of_groups, squares })
 }
 
 fn read_block(
@@ -296,7 +325,7 @@ fn read_block(
     let mut sum = [0; 16];
     exactly(from, &mut sum, path)?;
     // A plane takes at most its bytes and five more.
-    let pixel = bytes_a_pixel(header.variance);
+    let pixel = bytes_a_pixel(header.variance, header.light_groups.len());
     if length as usize > pixels_of(header.region, block).len() * pixel + 5 * pixel {
         return Err(damaged(header, block, path));
     }

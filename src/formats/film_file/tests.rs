@@ -8,14 +8,19 @@ use crate::world::{Settings, Sharing, SourceFiles};
 
 /// A film, with or without squares; its region of 300 × 500 pixels has three blocks. Some pixels are bright.
 fn film(region: Region, variance: bool) -> FilmFile {
-    let mut film = Film::new(region, FilmScale::new(1e6, 1e6));
+    // Half of all films have light groups.
+    let groups = if variance { 2 } else { 0 };
+    let mut film = Film::new(region, FilmScale::new(1e6, 1e6)).with_light_groups(groups);
     let mut moments = variance.then(|| Moments::new(region));
     for sample in 0..3u32 {
-        let mut one = Film::new(region, film.unit());
+        let mut one = Film::new(region, film.unit()).with_light_groups(groups);
         for (x, y) in (region.y0..region.y1).flat_map(|y| (region.x0..region.x1).map(move |x| (x, y))) {
             let noise = (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(40_503) ^ sample) % 1000;
             one.count(x, y, sample);
             one.add(x, y, sample, Rgb::new(noise as f32, 0.5, if x == y { 3e5 } else { 0.0 }));
+            for group in 0..groups as u32 {
+                one.add_to_group(x, y, sample, group, Rgb::new(0.25 * noise as f32, 0.1 * group as f32, 0.0));
+            }
         }
         if let Some(moments) = &mut moments {
             moments.add_sample(&one);
@@ -34,6 +39,7 @@ fn film(region: Region, variance: bool) -> FilmFile {
         region,
         unit: film.unit(),
         variance,
+        light_groups: (0..film.light_groups()).map(|group| format!("lamp {group}")).collect(),
         wanted: [0, 4],
         samples: vec![[0, 3]],
         most: 0,

@@ -114,7 +114,7 @@ pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     let kind = kind(path)?;
     let pixels = pixels_of(path, output)?;
     if let Some(channel) = output.channels.iter().find(|channel| channel.values.len() != pixels) {
-        let (name, given) = (channel.name, channel.values.len());
+        let (name, given) = (&channel.name, channel.values.len());
         return Err(SaveError::new(path, format!("{given} values of {name} for {pixels} pixels")));
     }
     write_whole(path, |mut writer| encode(&mut writer, kind, output).and_then(|()| writer.flush()))

@@ -62,7 +62,7 @@ fn channels(output: &Output<'_>) -> AnyChannels<FlatSamples> {
             Values::Float(values) => FlatSamples::F32(values.clone()),
             Values::Whole(values) => FlatSamples::U32(values.clone()),
         };
-        AnyChannel::new(channel.name, values)
+        AnyChannel::new(&channel.name[..], values)
     });
     AnyChannels::sort(light.chain(opaque).chain(others).collect())
 }

@@ -4,6 +4,7 @@ pub mod any_hit;
 pub mod bounces;
 pub mod camera_path;
 pub mod columns;
+pub mod light_groups;
 pub mod mis;
 pub mod shadow;
 pub mod termination;

@@ -247,6 +247,11 @@ impl PhotonEmission {
         chosen.min(self.cumulative.len() - 1) as u32
     }
 
+    /// The emitter of photon `number`, counted over all samples.
+    pub fn emitter_of(&self, seed: u64, number: u64) -> u32 {
+        self.choose(PhotonNumbers::new(seed, number).two(0).0)
+    }
+
     /// Draws photon `number`, counted over all samples; none if it would carry no light.
     pub fn emit(&self, scene: &CompiledScene, seed: u64, number: u64) -> Option<EmittedPhoton> {
         let draw = PhotonNumbers::new(seed, number);

@@ -27,6 +27,17 @@ pub trait Receiver<F: Float> {
     fn diffuse_part(&self, from: Vector<F>, value: Color<F>, mask: F::Mask) -> Color<F>;
 }
 
+/// The photons that a vertex gathers.
+#[derive(Clone, Copy)]
+pub struct PhotonsWanted {
+    /// The largest number of bounces of a path with its photons.
+    pub max_depth: u32,
+    /// True if the diffuse part is wanted.
+    pub diffuse: bool,
+    /// The light group whose photons are wanted, or those of all lights.
+    pub group: Option<u32>,
+}
+
 /// The light of photons that leaves a vertex towards the viewer.
 #[derive(Clone, Copy)]
 pub struct GatheredLight<F: Float> {
@@ -201,11 +212,10 @@ impl PhotonMaps<'_> {
     }
 
     /// Returns the light of the photons around a vertex that leaves it towards the viewer. `first` is the first radius.
-    /// The diffuse part is computed on request.
     #[inline(always)]
     pub(in crate::integrator) fn gather<F: Float>(
         &self,
-        (max_depth, wants_diffuse): (u32, bool),
+        wanted: PhotonsWanted,
         path: &Path<F>,
         surface: &Surface<F>,
         receiver: &impl Receiver<F>,
@@ -217,7 +227,7 @@ impl PhotonMaps<'_> {
             return sum;
         }
         let radius = self.radius(path.sample, first, mask);
-        let mut around = self.around(max_depth, path, surface, radius, mask);
+        let mut around = self.around(wanted, path, surface, radius, mask);
         while let Some(photons) = around.next::<F>() {
             let now = F::Mask::from_bits(photons.lanes);
             let from =
@@ -234,7 +244,7 @@ impl PhotonMaps<'_> {
             let scale = F::load(&photons.kernel) * own / (cosine * radius * radius * F::splat(PI));
             let light = Color::select(now, value * flux * scale, Color::black());
             sum.light = sum.light + light;
-            if wants_diffuse {
+            if wanted.diffuse {
                 sum.diffuse = sum.diffuse + light * receiver.diffuse_part(from, value, now);
             }
         }
@@ -245,13 +255,13 @@ impl PhotonMaps<'_> {
     #[inline(always)]
     fn around<F: Float>(
         &self,
-        max_depth: u32,
+        PhotonsWanted { max_depth, group, .. }: PhotonsWanted,
         path: &Path<F>,
         surface: &Surface<F>,
         radius: F,
         mask: F::Mask,
     ) -> AroundLanes<'_> {
-        let mut all = AroundLanes { lanes: [const { None }; 16], left: 0, most: [0; 16] };
+        let mut all = AroundLanes { lanes: [const { None }; 16], left: 0, most: [0; 16], group };
         let mut mask = mask;
         if let Some(sample) = only_one(path.sample, mask) {
             mask = self.of(sample).may_hold(surface.position, radius, mask);
@@ -298,6 +308,8 @@ struct AroundLanes<'a> {
     left: u32,
     /// The largest number of bounces that they may have.
     most: [u32; 16],
+    /// Their light group, or all.
+    group: Option<u32>,
 }
 
 /// One photon in each of some lanes.
@@ -324,7 +336,8 @@ impl AroundLanes<'_> {
                 continue;
             }
             let most = self.most[lane];
-            let next = self.lanes[lane].as_mut().and_then(|around| around.next_within(most));
+            let group = self.group;
+            let next = self.lanes[lane].as_mut().and_then(|around| around.next_within(most, group));
             let Some((photon, kernel)) = next else {
                 self.left &= !(1 << lane);
                 continue;

@@ -2,7 +2,7 @@
 
 use std::num::Wrapping;
 
-use crate::math::Vector;
+use crate::math::{NONE, Vector};
 use crate::sampling::hash::{combine, mix};
 use crate::shading::packed_normal::{from_square, to_square};
 use crate::simd::{Float, Int, Mask};
@@ -116,6 +116,8 @@ pub struct PhotonMap {
     /// The first photon of each bucket, and the end.
     starts: Vec<u32>,
     photons: Vec<Photon>,
+    /// The light group of each photon, or [`NONE`]; empty if there are no groups.
+    groups: Vec<u32>,
 }
 
 /// The width of a cell over the largest radius: four usual radii. Then no radius reaches into more than two cells along
@@ -127,8 +129,8 @@ const CELL: f32 = 2.000_01;
 type GridCell = [i32; 3];
 
 impl PhotonMap {
-    /// Builds the map from photons in their order.
-    pub fn new<'a>(photons: impl Iterator<Item = &'a Photon> + Clone, radii: Radii) -> Self {
+    /// Builds the map from photons in their order, with their light groups, or none if there are no groups.
+    pub fn new<'a>(photons: impl Iterator<Item = &'a Photon> + Clone, groups: &[u32], radii: Radii) -> Self {
         let cell = (radii.most * CELL).max(f32::MIN_POSITIVE);
         let count = photons.clone().count();
         let mask = (count as u32).next_power_of_two().max(2) - 1;
@@ -148,9 +150,13 @@ impl PhotonMap {
         }
         let mut next = starts.clone();
         map.photons = vec![Photon::default(); count];
-        for photon in photons {
+        map.groups = vec![NONE; groups.len()];
+        for (number, photon) in photons.enumerate() {
             let at = &mut next[map.bucket(map.cell(photon.position)) as usize];
             map.photons[*at as usize] = *photon;
+            if let Some(group) = groups.get(number) {
+                map.groups[*at as usize] = *group;
+            }
             *at += 1;
         }
         map.starts = starts;
@@ -164,7 +170,10 @@ impl PhotonMap {
 
     /// The size in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.photons[..]) + size_of_val(&self.starts[..]) + size_of_val(&self.filled[..])
+        size_of_val(&self.photons[..])
+            + size_of_val(&self.groups[..])
+            + size_of_val(&self.starts[..])
+            + size_of_val(&self.filled[..])
     }
 
     fn cell(&self, position: [f32; 3]) -> GridCell {
@@ -304,9 +313,16 @@ const ALIKE: f32 = 0.8;
 const FLAT: f32 = 0.3;
 
 impl<'a> PhotonsAround<'a> {
-    /// Returns the next photon with at most `most` bounces, and the kernel there.
-    pub fn next_within(&mut self, most: u32) -> Option<(&'a Photon, f32)> {
-        self.find(|(photon, _)| photon.bounces() <= most)
+    /// Returns the next photon of a light group, or of any, with at most `most` bounces, and the kernel there.
+    pub fn next_within(&mut self, most: u32, group: Option<u32>) -> Option<(&'a Photon, f32)> {
+        loop {
+            let found = self.next()?;
+            // `next` has gone on by a step.
+            let own = self.map.groups.get((self.at - self.step) as usize).copied();
+            if found.0.bounces() <= most && group.is_none_or(|group| own == Some(group)) {
+                return Some(found);
+            }
+        }
     }
 }
 

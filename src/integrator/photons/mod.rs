@@ -31,7 +31,8 @@ use std::ops::Range;
 use crate::film::Film;
 use crate::integrator::RenderSetup;
 use crate::integrator::observe::Observer;
-use crate::math::Color;
+use crate::integrator::path::light_groups::group_of;
+use crate::math::NONE;
 use crate::sampling::progressive::shrink;
 use crate::world::Transport;
 use emission::PhotonEmission;
@@ -71,12 +72,26 @@ impl PhotonPlan {
 
     /// Builds the maps of a sample's photons, given in the order of their numbers.
     pub fn of_sample(&self, sample: u32, landed: &[LandedPhotons]) -> SamplePhotons {
-        let photons = landed.iter().flat_map(|some| some.photons.iter().map(|(_, photon)| photon));
+        let photons = landed.iter().flat_map(|some| some.photons.iter());
         let splats = Splats::new(
             &self.setup,
             landed.iter().flat_map(|some| some.splats.iter().map(|(_, splat)| splat)),
         );
-        SamplePhotons { map: PhotonMap::new(photons, self.radii(sample)), splats }
+        let groups: Vec<u32> = match self.setup.light_groups() {
+            0 => Vec::new(),
+            _ => photons.clone().map(|(number, _)| self.group_of(sample, *number)).collect(),
+        };
+        let map = PhotonMap::new(photons.map(|(_, photon)| photon), &groups, self.radii(sample));
+        SamplePhotons { map, splats }
+    }
+
+    /// The light group of a sample's photon, or [`NONE`].
+    pub fn group_of(&self, sample: u32, number: u32) -> u32 {
+        if self.setup.light_groups() == 0 {
+            return NONE;
+        }
+        let number = u64::from(sample) * u64::from(self.count()) + u64::from(number);
+        group_of(&self.setup, self.emission.emitter_of(self.setup.seed, number))
     }
 
     /// The radii at a sample.
@@ -165,11 +180,11 @@ impl LandedPhotons {
         self.splats.sort_by_key(|(number, splat)| (*number, splat.column.to_bits(), splat.row.to_bits()));
     }
 
-    /// Adds a photon that ends here. `light` is what it adds to the image at this column and row.
-    pub fn add(&mut self, number: u32, photon: Photon, (column, row): (f32, f32), light: Color<f32>) {
+    /// Adds a photon that ends here, and what it adds to the image.
+    pub fn add(&mut self, number: u32, photon: Photon, splat: Splat) {
         self.photons.push((number, photon));
-        if light.max_component() > 0.0 {
-            self.splats.push((number, Splat { column, row, light }));
+        if splat.light.max_component() > 0.0 {
+            self.splats.push((number, splat));
         }
     }
 }

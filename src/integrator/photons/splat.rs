@@ -3,7 +3,7 @@
 use crate::film::Film;
 use crate::integrator::RenderSetup;
 use crate::integrator::observe::{self, Observer};
-use crate::math::{Color, Rgb, Vector};
+use crate::math::{Color, NONE, Rgb, Vector};
 use crate::shading::camera::ImagePoint;
 use crate::simd::Float;
 
@@ -22,6 +22,8 @@ pub struct Splat {
     pub row: f32,
     /// The light that it adds to a pixel under a box filter.
     pub light: Color<f32>,
+    /// Its light group, or [`NONE`].
+    pub group: u32,
 }
 
 /// The lanes whose place in the image may count for a pixel, given the filter's radius.
@@ -75,7 +77,7 @@ impl Splats {
             starts[at] += starts[at - 1];
         }
         let mut next = starts.clone();
-        let nothing = Splat { column: 0.0, row: 0.0, light: Color::black() };
+        let nothing = Splat { column: 0.0, row: 0.0, light: Color::black(), group: NONE };
         let mut sorted = vec![nothing; starts.last().copied().unwrap_or(0) as usize];
         for splat in splats {
             let at = &mut next[block(&splat)];
@@ -131,6 +133,9 @@ impl Splat {
                     }
                     let Color { r, g, b } = light;
                     film.add(x, y, sample, Rgb::new(r, g, b));
+                    if self.group != NONE {
+                        film.add_to_group(x, y, sample, self.group, Rgb::new(r, g, b));
+                    }
                 }
             }
         }

@@ -66,6 +66,8 @@ pub struct Connections {
     pairs: Pairs,
     /// Indexed by slot.
     received: Vec<Received>,
+    /// The same by light group.
+    by_group: Vec<Vec<Received>>,
     /// True if the second vertices that give light are counted.
     counts: bool,
     /// The number of rays so far.
@@ -130,6 +132,7 @@ impl Default for Connections {
             lenders: Vec::new(),
             pairs: Pairs::default(),
             received: Vec::new(),
+            by_group: Vec::new(),
             counts: false,
             traced: 0,
         }
@@ -143,7 +146,7 @@ impl Connections {
             + size_of_val(&self.blocked[..])
             + size_of_val(&self.t_min[..])
             + self.pairs.density.capacity() * 4 * size_of::<f32>()
-            + self.received.capacity() * size_of::<Received>()
+            + (1 + self.by_group.len()) * self.received.capacity() * size_of::<Received>()
     }
 
     /// Connects the groups of all units and adds what their paths have found to the film. `any` finds the blocked rays.
@@ -162,6 +165,11 @@ impl Connections {
         self.received.clear();
         let nothing = Received { radiance: Color::black(), vertices: 0 };
         self.received.resize(slots.units.len() * PIXELS, nothing);
+        self.by_group.resize_with(setup.light_groups(), Vec::new);
+        for received in &mut self.by_group {
+            received.clear();
+            received.resize(self.received.len(), nothing);
+        }
         self.counts = observer.is_active();
         for (index, unit) in slots.units.clone().enumerate() {
             let (block, sample) = unit_at(&slots.blocks, &slots.samples, unit);
@@ -181,6 +189,9 @@ impl Connections {
         }
         self.trace(setup, isa, slots, observer, any);
         slots.finish(&self.received, film, observer);
+        for (group, received) in self.by_group.iter().enumerate() {
+            slots.finish_group(group, received, film);
+        }
     }
 
     /// Gathers the members and lenders of a group; none if there are no lenders.
@@ -237,8 +248,12 @@ impl Connections {
             }
         }
         for group in &self.groups {
-            let Self { members, lenders, pairs, received, .. } = self;
-            dispatch(isa, Receive { group, members, lenders, pairs, slots, received });
+            let Self { members, lenders, pairs, received, by_group, .. } = self;
+            dispatch(isa, Receive { group, members, lenders, pairs, slots, of: None, received });
+            for (number, received) in by_group.iter_mut().enumerate() {
+                let of = Some(number);
+                dispatch(isa, Receive { group, members, lenders, pairs, slots, of, received });
+            }
             if self.counts {
                 count_senders(group, &self.members, &self.pairs, &mut self.received);
             }
@@ -260,6 +275,8 @@ struct Receive<'a> {
     lenders: &'a [(u32, u32)],
     pairs: &'a Pairs,
     slots: &'a PathSlots,
+    /// The light group whose light is received, or that of all lights.
+    of: Option<usize>,
     received: &'a mut [Received],
 }
 
@@ -267,7 +284,7 @@ impl Kernel for Receive<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { group, pairs, slots, received, .. } = self;
+        let Self { group, pairs, slots, of, received, .. } = self;
         let members = &self.members[group.members.clone()];
         let lenders = &self.lenders[group.lenders.clone()];
         let mut sums = [[0.0; LARGEST + PADDING]; 3];
@@ -277,16 +294,16 @@ impl Kernel for Receive<'_> {
             let start = group.pairs + row * group.row();
             let density = &pairs.density[start..][..group.row()];
             let slot = &slots.slots[*at as usize];
-            let own = *own as usize;
+            let (own, shared) = (*own as usize, slots.shared(*at as usize, of));
             if density[own] <= 0.0 {
                 // Because of rounding, the path might not find its own vertex again: it keeps its light.
-                let kept = slot.weight * slot.shared;
+                let kept = slot.weight * shared;
                 for (sum, more) in sums.iter_mut().zip([kept.r, kept.g, kept.b]) {
                     sum[own] += more;
                 }
                 continue;
             }
-            let part = slot.shared * (1.0 / densities[row]);
+            let part = shared * (1.0 / densities[row]);
             let part = [part.r, part.g, part.b].map(<L::Queue as Float>::splat);
             for at in (0..members.len()).step_by(L::Queue::WIDTH) {
                 let found = L::Queue::load(&density[at..]).gt(Float::zero());

@@ -21,6 +21,7 @@ mod path_slots;
 pub mod probe;
 
 use crate::film::{Film, Region};
+use crate::integrator::path::light_groups::GroupLight;
 use crate::integrator::path::unpack_pixel;
 use crate::math::Rgb;
 pub use connect::Connections;
@@ -31,6 +32,8 @@ pub use path_slots::PathSlots;
 pub trait Sink {
     /// Adds what a sample's path has gathered since its radiance was last taken.
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb);
+    /// Adds light of a group, which is also part of a radiance that [`Sink::deposit`] adds.
+    fn deposit_to_group(&mut self, light: &GroupLight);
 }
 
 impl Sink for Film {
@@ -38,6 +41,12 @@ impl Sink for Film {
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb) {
         let (x, y) = unpack_pixel(pixel);
         self.add(x, y, sample, radiance);
+    }
+
+    #[inline(always)]
+    fn deposit_to_group(&mut self, light: &GroupLight) {
+        let (x, y) = unpack_pixel(light.pixel);
+        self.add_to_group(x, y, light.sample, light.group, light.light);
     }
 }
 
@@ -49,6 +58,13 @@ impl Sink for ClippedSink<'_> {
         let (x, y) = unpack_pixel(pixel);
         if contains(&self.0.region(), x, y) {
             self.0.deposit(pixel, sample, radiance);
+        }
+    }
+
+    fn deposit_to_group(&mut self, light: &GroupLight) {
+        let (x, y) = unpack_pixel(light.pixel);
+        if contains(&self.0.region(), x, y) {
+            self.0.deposit_to_group(light);
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::film::{Film, FilmScale, Region};
 use crate::integrator::RenderSetup;
 use crate::integrator::observe::{self, Observer};
 use crate::integrator::path::camera_path::generate;
+use crate::integrator::path::light_groups::GroupLight;
 use crate::integrator::path::{Path, pack_pixel, unpack_pixel};
 use crate::integrator::setup::reuse_groups::{BLOCK, PIXELS};
 use crate::integrator::transport::reusable::ReusableVertex;
@@ -79,6 +80,9 @@ pub struct PathSlots {
     /// The light found behind second vertices, in quanta, because paths that fork there end in any order. Empty if no
     /// path can fork.
     pub(super) found: Vec<[i64; 3]>,
+    /// The number of light groups, and what the paths find of each: all of a path's groups one after another.
+    pub(super) group_count: usize,
+    pub(super) groups: Vec<GroupSlot>,
     /// First hits: t, u, v; primitive and instance.
     pub(super) hits: [Vec<f32>; 3],
     pub(super) ids: [Vec<u32>; 2],
@@ -99,6 +103,8 @@ impl PathSlots {
             measured: Vec::new(),
             slots: vec![PathSlot::EMPTY; count],
             found: vec![[0; 3]; if setup.may_fork() { count } else { 0 }],
+            group_count: setup.light_groups(),
+            groups: vec![GroupSlot::default(); count * setup.light_groups()],
             hits: std::array::from_fn(|_| vec![0.0; count]),
             ids: std::array::from_fn(|_| vec![0; count]),
         }
@@ -106,7 +112,7 @@ impl PathSlots {
 
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
-        let found = size_of_val(&self.found[..]);
+        let found = size_of_val(&self.found[..]) + size_of_val(&self.groups[..]);
         self.slots.len() * (size_of::<PathSlot>() + 5 * size_of::<u32>()) + found
     }
 
@@ -151,6 +157,7 @@ impl PathSlots {
                 }
             }
         }
+        self.groups.fill(GroupSlot::default());
         !self.units.is_empty()
     }
 
@@ -223,12 +230,47 @@ impl PathSlots {
         slot.take(radiance, part);
     }
 
+    #[inline(always)]
+    fn of_group(&mut self, light: &GroupLight) -> (&mut GroupSlot, &PathSlot) {
+        let index = self.index((light.pixel, light.sample));
+        (&mut self.groups[index * self.group_count + light.group as usize], &self.slots[index])
+    }
+
+    /// Stores light of a group that leaves a path's second vertex: what it emits, and that of photons.
+    pub fn second_of_group(&mut self, light: &GroupLight) {
+        let (group, _) = self.of_group(light);
+        let part = if light.is_given { &mut group.shared } else { &mut group.own };
+        *part = *part + Color::splat(light.light);
+    }
+
+    /// Stores what a light of a group has sent to a path's second vertex.
+    pub fn lit_by_group(&mut self, light: &GroupLight) {
+        let (group, slot) = self.of_group(light);
+        let part = if let SecondVertex::Near(shared) = &slot.offer { shared.light } else { Color::black() };
+        group.take(Color::splat(light.light), part);
+    }
+
+    /// The light that a path gives, of all lights or of a group.
+    pub(super) fn shared(&self, slot: usize, group: Option<usize>) -> Color<f32> {
+        match group {
+            None => self.slots[slot].shared,
+            Some(group) => self.groups[slot * self.group_count + group].shared,
+        }
+    }
+
     /// Divides what the units' paths have found behind their second vertices, if they may fork. All have ended.
     pub fn settle(&mut self) {
         let quantum = self.unit.quantum();
         for (slot, found) in self.slots[..self.units.len() * PIXELS].iter_mut().zip(&mut self.found) {
             let [r, g, b] = std::mem::take(found).map(|sum| (sum as f64 * quantum) as f32);
             slot.take(Color::new(r, g, b), slot.onward);
+        }
+        let slots = &self.slots[..self.units.len() * PIXELS];
+        for (slot, groups) in slots.iter().zip(self.groups.chunks_mut(self.group_count.max(1))) {
+            for group in groups {
+                let [r, g, b] = std::mem::take(&mut group.found).map(|sum| (sum as f64 * quantum) as f32);
+                group.take(Color::new(r, g, b), slot.onward);
+            }
         }
     }
 
@@ -251,6 +293,19 @@ impl PathSlots {
         }
     }
 
+    /// Adds the light of a group that the paths keep and take to the pixels of a film.
+    pub(super) fn finish_group(&self, group: usize, received: &[Received], film: &mut Film) {
+        let region = film.region();
+        let slots = self.slots[..self.units.len() * PIXELS].iter().zip(received);
+        for ((slot, received), groups) in slots.zip(self.groups.chunks(self.group_count)) {
+            let (x, y) = unpack_pixel(slot.pixel);
+            if contains(&region, x, y) {
+                let light = slot.weight * groups[group].own + received.radiance;
+                film.add_to_group(x, y, slot.sample, group as u32, light.into());
+            }
+        }
+    }
+
     /// The first hits of some slots.
     #[inline(always)]
     pub(super) fn hits<F: Float>(&self, places: F::Int, mask: F::Mask) -> HitLanes<F> {
@@ -263,6 +318,27 @@ impl PathSlots {
             primitive: F::Int::gather(primitive, places, mask),
             instance: F::Int::gather(instance, places, mask),
         }
+    }
+}
+
+/// What a path has found of a light group: see the fields of [`PathSlot`] and [`PathSlots::found`].
+#[derive(Clone, Copy)]
+pub(super) struct GroupSlot {
+    own: Color<f32>,
+    shared: Color<f32>,
+    found: [i64; 3],
+}
+
+impl Default for GroupSlot {
+    fn default() -> Self {
+        Self { own: Color::black(), shared: Color::black(), found: [0; 3] }
+    }
+}
+
+impl GroupSlot {
+    fn take(&mut self, radiance: Color<f32>, shared: Color<f32>) {
+        self.shared = self.shared + radiance * shared;
+        self.own = self.own + radiance * shared.complement();
     }
 }
 
@@ -303,6 +379,13 @@ impl Sink for PathSlots {
             // The film counts values that are not finite.
             slot.own = slot.own + light;
         }
+    }
+
+    fn deposit_to_group(&mut self, light: &GroupLight) {
+        let counted = self.unit.counted(light.light);
+        let (group, _) = self.of_group(light);
+        // In quanta, because a path's light may be found in any order.
+        group.found = [0, 1, 2].map(|channel| group.found[channel].saturating_add(counted[channel]));
     }
 }
 

@@ -86,7 +86,7 @@ impl Worker {
         statistics: &mut RayStatistics,
         observer: &mut dyn Observer,
     ) -> Film {
-        let mut film = Film::new(tile, work.setup.unit);
+        let mut film = work.setup.film(tile);
         match self {
             Worker::Wavefront(wave) => wave.render(work, &mut film, samples.clone(), statistics, observer),
             Worker::Recursive(recursion) => {

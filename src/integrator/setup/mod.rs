@@ -4,7 +4,7 @@ pub mod reuse_groups;
 
 use std::sync::Arc;
 
-use crate::film::FilmScale;
+use crate::film::{Film, FilmScale, Region};
 use crate::integrator::path::bounces::BounceLimits;
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
@@ -126,6 +126,17 @@ impl RenderSetup {
             around_square,
             around,
         }
+    }
+
+    /// The number of light groups.
+    #[inline(always)]
+    pub fn light_groups(&self) -> usize {
+        self.scene.light_groups.len()
+    }
+
+    /// An empty film for a region.
+    pub fn film(&self, region: Region) -> Film {
+        Film::new(region, self.unit).with_light_groups(self.light_groups())
     }
 
     /// The camera with the size of the image.

@@ -14,12 +14,13 @@ use super::reusable::{self, ReuseRoles};
 use super::scatter_vertex::{Fork, ScatterVertex};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
+use crate::integrator::path::light_groups::GroupQueue;
 use crate::integrator::path::mis::{emission_mis_weight, power_heuristic, selection_probability};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::termination::is_last;
 use crate::integrator::photons::PhotonMaps;
 use crate::integrator::photons::gather::{GatheredLight, elsewhere};
-use crate::math::Color;
+use crate::math::{Color, NONE};
 use crate::sampling::draw::draw_2d;
 use crate::sampling::{Dimension, SampleKey};
 use crate::scene::{CompiledScene, MaterialRecord};
@@ -46,14 +47,15 @@ pub struct VertexOutcome<F: Float> {
     pub reuse: Option<ReuseRoles<F>>,
 }
 
-/// Returns the final radiance of paths that have hit nothing.
+/// Returns the light that paths find which have hit nothing, and the lanes whose light is the environment's.
 #[inline(always)]
 pub fn miss<F: Float>(
     setup: &RenderSetup,
     photons: Option<PhotonMaps>,
     path: &Path<F>,
     mask: F::Mask,
-) -> Color<F> {
+) -> (Color<F>, F::Mask) {
+    let mut around = mask;
     let scene = &setup.scene;
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let found = mask & path.pdf.gt(F::zero());
@@ -71,9 +73,11 @@ pub fn miss<F: Float>(
         light = light * photons.left_to_path(path, density, false, mask);
     }
     if let Some(backdrop) = environment::backdrop(&scene.environment, path.direction) {
-        light = Color::select(path.bounce_counts.eq(F::Int::splat(0)), backdrop, light);
+        let is_seen = path.bounce_counts.eq(F::Int::splat(0));
+        light = Color::select(is_seen, backdrop, light);
+        around = around & !is_seen;
     }
-    path.radiance + limited(setup, path, path.throughput * light)
+    (limited(setup, path, path.throughput * light), around)
 }
 
 /// Clamps light by the settings; never what the camera sees directly or straight through surfaces.
@@ -83,13 +87,19 @@ pub(in crate::integrator) fn limited<F: Float>(
     path: &Path<F>,
     light: Color<F>,
 ) -> Color<F> {
-    let Some(most) = setup.clamp else { return light };
-    let largest = light.max_component();
-    let bright = largest.gt(F::splat(most)) & !path.bounce_counts.eq(F::Int::splat(0));
-    light * F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
+    if setup.clamp.is_none() { light } else { light * limit(setup, path, light) }
 }
 
-/// Evaluates hits on one material.
+/// The part of light that the settings leave.
+#[inline(always)]
+fn limit<F: Float>(setup: &RenderSetup, path: &Path<F>, light: Color<F>) -> F {
+    let Some(most) = setup.clamp else { return F::one() };
+    let largest = light.max_component();
+    let bright = largest.gt(F::splat(most)) & !path.bounce_counts.eq(F::Int::splat(0));
+    F::select(bright, F::splat(most) / largest.max(F::splat(1e-30)), F::one())
+}
+
+/// Evaluates hits on one material. The light that paths find there is also added to `found`, by its light group.
 #[inline(always)]
 pub fn hit<F: Float>(
     setup: &RenderSetup,
@@ -98,6 +108,7 @@ pub fn hit<F: Float>(
     hit: &HitLanes<F>,
     material: u32,
     mask: F::Mask,
+    found: &mut GroupQueue,
 ) -> VertexOutcome<F> {
     let scene = &setup.scene;
     let record = &scene.materials[material as usize];
@@ -124,8 +135,11 @@ pub fn hit<F: Float>(
             return out;
         }
     }
-    let radiance = emitted(setup, photons, path, hit, &point, arrives);
-    out.radiance = Color::select(arrives, radiance, path.radiance);
+    let light = emitted(setup, photons, path, hit, &point, arrives);
+    if record.group != NONE {
+        found.add(path, F::Int::splat(record.group), light, false, arrives);
+    }
+    out.radiance = Color::select(arrives, path.radiance + light, path.radiance);
     let boundary = boundary(scene, path, &surface, record, arrives);
     let gone = arrives & boundary.gone;
     let elsewhere = flight.scattered | gone;
@@ -157,9 +171,9 @@ pub fn hit<F: Float>(
     };
     // Most surfaces are matte. Code that is specialized for them is shorter: it omits operations without effect.
     let scattered = if point.has().is_matte() {
-        F::outlined(Scatter::<F, true>(&vertex))
+        F::outlined(Scatter::<F, true>(&vertex, found))
     } else {
-        F::outlined(Scatter::<F, false>(&vertex))
+        F::outlined(Scatter::<F, false>(&vertex, found))
     };
     if elsewhere.any() {
         // All other lanes already have their direction.
@@ -177,6 +191,46 @@ pub fn hit<F: Float>(
     out
 }
 
+/// Gathers the light of photons once more, group by group.
+struct GatherGroups<'v, 'a, F: Float> {
+    vertex: &'v ScatterVertex<'a, F>,
+    bsdf: &'v Bsdf<F>,
+    /// What all groups together have brought.
+    all: &'v GatheredLight<F>,
+    roles: &'v Option<ReuseRoles<F>>,
+    found: &'v mut GroupQueue,
+}
+
+impl<F: Float> Outlined for GatherGroups<'_, '_, F> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { vertex, bsdf, all, roles, found } = self;
+        let ScatterVertex { setup, path, here, .. } = *vertex;
+        let here = here & all.light.max_component().gt(F::zero());
+        if !here.any() {
+            return;
+        }
+        let nobody = F::Mask::from_bits(0);
+        let gives = if let Some(roles) = roles { roles.gives } else { nobody };
+        let [kept, _] = divided(path, all, gives);
+        let limit = limit(setup, path, kept);
+        for group in 0..setup.light_groups() as u32 {
+            let [kept, given] = divided(path, &vertex.gathered(bsdf, Some(group)), gives);
+            let group = F::Int::splat(group);
+            found.add(path, group, kept * limit, false, here);
+            found.add(path, group, given, true, here);
+        }
+    }
+}
+
+/// The light of photons that a path keeps, and that which its vertex gives.
+#[inline(always)]
+fn divided<F: Float>(path: &Path<F>, gathered: &GatheredLight<F>, gives: F::Mask) -> [Color<F>; 2] {
+    let given = Color::select(gives, path.throughput * gathered.diffuse, Color::black());
+    [path.throughput * gathered.light - given, given]
+}
+
 /// Returns the light that a path gathers and keeps; the light that its vertex gives is added by path reuse.
 #[inline(always)]
 fn own_light<F: Float>(
@@ -184,11 +238,10 @@ fn own_light<F: Float>(
     gathered: &GatheredLight<F>,
     shared: &mut Option<ReuseRoles<F>>,
 ) -> Color<F> {
-    let light = path.throughput * gathered.light;
-    let Some(shared) = shared else { return light };
-    shared.reusable.gathered =
-        Color::select(shared.gives, path.throughput * gathered.diffuse, Color::black());
-    light - shared.reusable.gathered
+    let Some(shared) = shared else { return path.throughput * gathered.light };
+    let [kept, given] = divided(path, gathered, shared.gives);
+    shared.reusable.gathered = given;
+    kept
 }
 
 /// The boundary at a surface of that material: the bodies on both sides.
@@ -232,21 +285,21 @@ struct Scattered<F: Float> {
 }
 
 /// [`ScatterVertex::scatter`] as a function of its own, for surfaces that are all [`LobeFlags::MATTE`], or not.
-struct Scatter<'v, 'a, F: Float, const MATTE: bool>(&'v ScatterVertex<'a, F>);
+struct Scatter<'v, 'a, F: Float, const MATTE: bool>(&'v ScatterVertex<'a, F>, &'v mut GroupQueue);
 
 impl<F: Float, const MATTE: bool> Outlined for Scatter<'_, '_, F, MATTE> {
     type Output = Scattered<F>;
     #[inline(always)]
     fn run(self) -> Scattered<F> {
-        let Self(vertex) = self;
-        vertex.scatter(if MATTE { LobeFlags::MATTE } else { vertex.point.has() })
+        let Self(vertex, found) = self;
+        vertex.scatter(if MATTE { LobeFlags::MATTE } else { vertex.point.has() }, found)
     }
 }
 
 impl<F: Float> ScatterVertex<'_, F> {
     /// Samples one light and draws one direction at a surface with the given lobes.
     #[inline(always)]
-    fn scatter(&self, has: LobeFlags) -> Scattered<F> {
+    fn scatter(&self, has: LobeFlags, found: &mut GroupQueue) -> Scattered<F> {
         let Self { setup, path, surface, point, key, here, draws, .. } = *self;
         let boundary = &self.boundary;
         let bsdf = bsdf(has, setup, path, point, &boundary.outside, key, draws);
@@ -269,6 +322,9 @@ impl<F: Float> ScatterVertex<'_, F> {
             let light = (light.0.ray.direction, light.1);
             let vertex = reusable::EvaluatedVertex { point, bsdf: &bsdf, light, drawn: &drawn };
             shared = Some(reusable::roles(path, &vertex, here));
+        }
+        if self.photons.is_some() && setup.light_groups() > 0 {
+            F::outlined(GatherGroups { vertex: self, bsdf: &bsdf, all: &gathered, roles: &shared, found });
         }
         Scattered { shadow: light.0, next, goes_on, fork, gathered, shared }
     }
@@ -299,7 +355,7 @@ pub(in crate::integrator) fn bsdf<F: Float>(
     Bsdf::new(has, parameters, setup.lobes, point.to_viewer, mask)
 }
 
-/// The path's radiance, including the surface's emission.
+/// The light that paths find by the surface's emission.
 #[inline(always)]
 fn emitted<F: Float>(
     setup: &RenderSetup,
@@ -311,15 +367,15 @@ fn emitted<F: Float>(
 ) -> Color<F> {
     if point.material.unlit {
         // Its colour is visible even to a camera within a body.
-        return path.radiance + path.throughput * (point.base_color() * F::splat(1.0 / setup.around_square));
+        return path.throughput * (point.base_color() * F::splat(1.0 / setup.around_square));
     }
     if !point.material.emits() {
-        return path.radiance;
+        return Color::black();
     }
     let mut light = point.emission() * emission_mis_weight(setup, path, hit, mask);
     if let Some(photons) = photons {
         light = light * photons.left_of_hit(path, hit, mask);
     }
     let found = medium::emitted(setup, path.bodies, path.throughput * light, mask);
-    path.radiance + limited(setup, path, found)
+    limited(setup, path, found)
 }

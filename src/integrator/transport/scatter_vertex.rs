@@ -3,7 +3,9 @@
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::{Path, camera_path};
 use crate::integrator::photons::PhotonMaps;
-use crate::integrator::photons::gather::{DRAWN, GatheredLight, behind, first_radius, leaving};
+use crate::integrator::photons::gather::{
+    DRAWN, GatheredLight, PhotonsWanted, behind, first_radius, leaving,
+};
 use crate::integrator::setup::RenderSetup;
 use crate::math::hash::SampleKey;
 use crate::shading::boundary::Boundary;
@@ -51,7 +53,7 @@ impl<F: Float> ScatterVertex<'_, F> {
         light: &mut ShadowRay<F>,
         next: &mut Path<F>,
     ) -> GatheredLight<F> {
-        let Self { setup, path, surface, here, width, .. } = *self;
+        let Self { setup, path, surface, .. } = *self;
         let bends = next.scatterings.eq(path.scatterings);
         if self.point.material.makes_caustics() {
             let emission = &photons.plan.emission;
@@ -61,18 +63,33 @@ impl<F: Float> ScatterVertex<'_, F> {
             next.landing = F::Int::select(bends, behind::<F>(path.landing), path.landing);
             return GatheredLight::nothing();
         }
-        let width = width * F::splat(photons.plan.pixels) / camera_path::footprint::<F>(path.sample);
-        let radius = first_radius(path, width, surface);
+        let radius = self.first_radius(photons);
         let is_drawn = path.bounce_counts.eq(F::Int::splat(0));
         let word = leaving(surface, radius, drawn.direction, drawn.pdf);
         let word = F::Int::select(is_drawn, word | F::Int::splat(DRAWN), word);
         next.landing = F::Int::select(bends, word, path.landing);
+        self.gathered(bsdf, None)
+    }
+
+    /// The radius within which the first sample gathers photons.
+    #[inline(always)]
+    fn first_radius(&self, photons: PhotonMaps) -> F {
+        let Self { path, surface, width, .. } = *self;
+        let width = width * F::splat(photons.plan.pixels) / camera_path::footprint::<F>(path.sample);
+        first_radius(path, width, surface)
+    }
+
+    /// The light of photons that leaves the vertex towards the viewer: of one light group, or of all lights.
+    #[inline(always)]
+    pub(in crate::integrator) fn gathered(&self, bsdf: &Bsdf<F>, group: Option<u32>) -> GatheredLight<F> {
+        let Self { setup, path, surface, here, .. } = *self;
         // Photons that the camera sees directly are splatted instead.
-        let mask = here & bsdf.scatters() & !is_drawn;
-        if !mask.any() {
+        let mask = here & bsdf.scatters() & !path.bounce_counts.eq(F::Int::splat(0));
+        let Some(photons) = self.photons.filter(|_| mask.any() && !self.point.material.makes_caustics())
+        else {
             return GatheredLight::nothing();
-        }
-        let gives = setup.sharing.is_some();
-        photons.gather((setup.max_depth, gives), path, surface, bsdf, radius, mask)
+        };
+        let what = PhotonsWanted { max_depth: setup.max_depth, diffuse: setup.sharing.is_some(), group };
+        photons.gather(what, path, surface, bsdf, self.first_radius(photons), mask)
     }
 }

@@ -7,14 +7,16 @@
 
 use super::medium::MOST;
 use crate::integrator::RenderSetup;
+use crate::integrator::path::light_groups::GroupQueue;
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::{Path, camera_path};
 use crate::integrator::photons::PhotonMaps;
-use crate::integrator::photons::gather::{Receiver, first_radius};
-use crate::math::{Color, Ray, Vector};
+use crate::integrator::photons::gather::{PhotonsWanted, Receiver, first_radius};
+use crate::math::{Color, NONE, Ray, Vector};
 use crate::sampling::Dimension;
 use crate::sampling::hash::combine;
 use crate::sampling::pattern::point_of_many;
+use crate::scene::CompiledScene;
 use crate::scene::bodies::NOWHERE;
 use crate::shading::blinn_phong::BlinnPhongParams;
 use crate::shading::boundary::Boundary;
@@ -23,15 +25,18 @@ use crate::shading::whitted_params::Shaded;
 use crate::shading::{HitLanes, Surface, emitter, environment, fresnel};
 use crate::simd::{Float, Int, Mask};
 
-/// Returns the final radiance of paths that have hit nothing.
+/// Returns the light that paths find which have hit nothing, and the lanes whose light is the environment's.
 #[inline(always)]
-pub fn miss<F: Float>(setup: &RenderSetup, path: &Path<F>) -> Color<F> {
+pub fn miss<F: Float>(setup: &RenderSetup, path: &Path<F>, mask: F::Mask) -> (Color<F>, F::Mask) {
+    let mut around = mask;
     let environment = &setup.scene.environment;
     let mut light = environment::radiance(environment, path.direction, F::Mask::first(F::WIDTH));
     if let Some(backdrop) = environment::backdrop(environment, path.direction) {
-        light = Color::select(path.pdf.eq(F::zero()), backdrop, light);
+        let is_seen = path.pdf.eq(F::zero());
+        light = Color::select(is_seen, backdrop, light);
+        around = around & !is_seen;
     }
-    path.radiance + path.throughput * light
+    (path.throughput * light, around)
 }
 
 /// The least cosine between directions that count as one.
@@ -76,7 +81,7 @@ pub struct WhittedScatter<F: Float> {
 }
 
 /// Evaluates a hit: returns what the lights need, the path's continuations, and its radiance including the surface's
-/// emission.
+/// emission. The light that paths find there is also added to `found`, by its light group.
 #[inline(always)]
 pub fn hit<F: Float>(
     setup: &RenderSetup,
@@ -84,6 +89,7 @@ pub fn hit<F: Float>(
     path: &Path<F>,
     hit: &HitLanes<F>,
     mask: F::Mask,
+    found: &mut GroupQueue,
 ) -> (WhittedVertex<F>, WhittedScatter<F>, Color<F>) {
     let scene = &setup.scene;
     let surface = Surface::new(&scene.geometry, &path.ray(), hit, mask);
@@ -95,6 +101,10 @@ pub fn hit<F: Float>(
     }
     let own = shaded.emission + shaded.model.diffuse * Color::splat(scene.ambient);
     let mut radiance = path.radiance + path.throughput * own;
+    if setup.light_groups() > 0 {
+        let group = groups_of(scene, surface.material, mask);
+        found.add(path, group, path.throughput * shaded.emission, false, mask);
+    }
     // Photons that the camera sees directly are splatted instead.
     let indirect = mask & !path.depth.eq(F::Int::splat(0));
     if let Some(photons) = photons
@@ -104,8 +114,14 @@ pub fn hit<F: Float>(
         let answer = WhittedReceiver { model: &shaded.model, normal, own, to_viewer: -path.direction };
         let width = width * F::splat(photons.plan.pixels) / camera_path::footprint::<F>(path.sample);
         let first = first_radius(path, width, &surface);
-        let found = photons.gather((setup.max_depth, false), path, &surface, &answer, first, indirect).light;
-        radiance = Color::select(indirect, radiance + path.throughput * found, radiance);
+        let mut wanted = PhotonsWanted { max_depth: setup.max_depth, diffuse: false, group: None };
+        let light = photons.gather(wanted, path, &surface, &answer, first, indirect).light;
+        radiance = Color::select(indirect, radiance + path.throughput * light, radiance);
+        for group in 0..setup.light_groups() as u32 {
+            wanted.group = Some(group);
+            let light = photons.gather(wanted, path, &surface, &answer, first, indirect).light;
+            found.add(path, F::Int::splat(group), path.throughput * light, false, indirect);
+        }
     }
     let scatter = scatter(setup, &Path { width, ..*path }, &surface, &shaded, &boundary, mask);
     let vertex = WhittedVertex {
@@ -116,6 +132,21 @@ pub fn hit<F: Float>(
         model: shaded.model,
     };
     (vertex, scatter, radiance)
+}
+
+/// The light groups of materials.
+#[inline(always)]
+fn groups_of<I: Int>(scene: &CompiledScene, material: I, mask: I::Mask) -> I {
+    let mut materials = [0; 16];
+    material.store(&mut materials);
+    let mut groups = [NONE; 16];
+    let mut bits = mask.bits();
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits - 1;
+        groups[lane] = scene.materials[materials[lane] as usize].group;
+    }
+    I::load(&groups)
 }
 
 /// The Blinn-Phong model as a receiver of photons.

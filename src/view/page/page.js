@@ -190,6 +190,7 @@ function takeState(next) {
   showError();
   showFindings(previous);
   showControls();
+  showLights();
   showQueues();
   showPhotons();
   noticeNewPicture();
@@ -208,6 +209,7 @@ const shown = { serial: -1, look: "" };
 const askForImage = newestOnly(async () => {
   if (!state) return;
   const look = { layer: view.layer, exposure: view.isAuto ? "auto" : view.exposure, tonemap: view.tonemap };
+  if (mix.some(({ factor, color }) => factor !== 1 || color !== WHITE)) look.mix = JSON.stringify(mix.map(lightFactor));
   const isThere = shown.serial >= state.serial && shown.look === JSON.stringify(look);
   if (isThere) return;
   const asked = state.serial;
@@ -283,6 +285,67 @@ function connectLook() {
   });
   for (const id of ["exposure", "exposure-number"]) on(id, "input", (event) => setExposure(event.target.valueAsNumber));
   on("auto-exposure", "change", (event) => setAutoExposure(event.target.checked));
+}
+
+// ---- Light groups, which the page mixes without rendering ----
+
+const WHITE = "#ffffff";
+let mix = []; // for each light group {name, factor, color}
+
+/** The factor of a group's light: linear red, green and blue. */
+function lightFactor({ factor, color }) {
+  const bytes = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16) / 255);
+  return bytes.map((part) => factor * (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4));
+}
+
+function showLights() {
+  const names = state.light_groups;
+  byId("lights-panel").hidden = names.length === 0;
+  if (names.length === mix.length && names.every((name, index) => mix[index].name === name)) return;
+  const before = new Map(mix.map((group) => [group.name, group]));
+  mix = names.map((name) => before.get(name) ?? { name, factor: 1, color: WHITE });
+  byId("lights").replaceChildren(...mix.flatMap(lightRow));
+}
+
+/** A label, a slider, and the same as a number beside a colour. */
+function lightRow(group, index) {
+  const label = element("label", "", group.name);
+  label.htmlFor = `light-${index}`;
+  label.title = group.name;
+  const input = (id, type, value, facts) => Object.assign(element("input"), { id: `${id}-${index}`, type, value, ...facts });
+  const slider = input("light", "range", group.factor, { min: 0, max: 4, step: "any" });
+  const number = input("light-number", "number", group.factor, { min: 0, step: "any", ariaLabel: `${group.name}: factor` });
+  const color = input("light-color", "color", group.color, { ariaLabel: `${group.name}: colour`, title: "Colour" });
+  slider.addEventListener("input", () => setLight(group, { factor: rounded(slider.valueAsNumber, 3) }, number));
+  number.addEventListener("input", () => setLight(group, { factor: Math.max(0, number.valueAsNumber || 0) }, slider));
+  color.addEventListener("input", () => setLight(group, { color: color.value }));
+  return [label, slider, element("span", "with-color", number, color)];
+}
+
+function setLight(group, change, shown = null) {
+  Object.assign(group, change);
+  if (shown) shown.value = group.factor;
+  askForImage();
+}
+
+function resetLights() {
+  for (const group of mix) Object.assign(group, { factor: 1, color: WHITE });
+  byId("lights").replaceChildren(...mix.flatMap(lightRow));
+  askForImage();
+}
+
+/** The command that mixes a film of the scene like the image, for a shell. */
+function mixCommand() {
+  const changed = mix.filter(({ factor, color }) => factor !== 1 || color !== WHITE);
+  const value = (group) => (group.color === WHITE ? group.factor : `(${lightFactor(group).map((part) => rounded(part, 4)).join(", ")})`);
+  const quoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
+  const sets = changed.map((group) => ` --set ${quoted(`${JSON.stringify(group.name)}.power_w *= ${value(group)}`)}`);
+  return `rayfront mix ${quoted(state.name.replace(/\.[^.]*$/, ".film"))}${sets.join("")} -o mix.png`;
+}
+
+function connectLights() {
+  on("reset-lights", "click", resetLights);
+  on("copy-mix", "click", () => copy(mixCommand(), "the command"));
 }
 
 // ---- The server's state: name, status, error, findings ----
@@ -1007,6 +1070,7 @@ function keyInImage({ target, key, shiftKey }) {
 // ---- Start ----
 
 connectLook();
+connectLights();
 connectControls();
 connectPointer();
 connectExplanation();

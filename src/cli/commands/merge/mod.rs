@@ -18,10 +18,10 @@ use crate::cli::job::{
     save, uneven_blur, write_to_stdout,
 };
 use crate::cli::{failure::Failure, output};
-use crate::film::SampleRanges;
+use crate::film::{FilmChannel, SampleRanges};
 use crate::formats::film_file::{self, FilmFile, FilmHeader};
 use crate::formats::picture::supported;
-use crate::render::{MemoryEstimate, RenderState, on_threads};
+use crate::render::{MemoryEstimate, RenderState, Session, film_channels, light_channels, on_threads};
 use crate::world::Adaptive;
 
 /// `rayfront merge`.
@@ -273,6 +273,23 @@ fn of_other_pixels() -> Failure {
     Failure::file("the films are of other pixels than the image: render them again")
 }
 
+/// Returns the channels of an image besides colour, and the names of the ids in them. Those that the film does not hold
+/// need a session.
+fn channels_of(
+    header: &FilmHeader,
+    gathered: &RenderState,
+    session: Option<(&Session, &Job)>,
+) -> (Vec<FilmChannel>, Option<String>) {
+    let aovs = &header.settings.aov;
+    let mut channels = match session {
+        Some((session, _)) => session.channels(aovs),
+        None => film_channels(gathered, aovs),
+    };
+    let manifest = session.and_then(|(session, job)| aov::manifest(&channels, &job.names, session.scene()));
+    channels.extend(light_channels(&gathered.film, &header.light_groups));
+    (channels, manifest)
+}
+
 fn write_images(
     arguments: &Merge,
     outputs: &Outputs,
@@ -307,14 +324,9 @@ fn write_images(
         output::note(format_args!("warning: {fault}"));
     }
     let picture = OutputImage::new(&header, &gathered.film, arguments.output.bits);
-    let (channels, manifest) = match (&session, &job) {
-        (Some(session), Some(job)) if !images.is_empty() || outputs.stdout_image.is_some() => {
-            let channels = session.channels(&header.settings.aov);
-            let manifest = aov::manifest(&channels, &job.names, session.scene());
-            (channels, manifest)
-        }
-        _ => (crate::render::film_channels(gathered, &header.settings.aov), None),
-    };
+    let shows = !images.is_empty() || outputs.stdout_image.is_some();
+    let held = session.zip(job.as_ref()).filter(|_| shows);
+    let (channels, manifest) = channels_of(&header, gathered, held);
     picture.write(&images, &channels, manifest.clone(), &mut saved);
     let mut written: Vec<PathBuf> = saved.images.iter().chain(&saved.film).cloned().collect();
     let denoised = session.filter(|_| arguments.output.denoise).and_then(|session| session.denoised());

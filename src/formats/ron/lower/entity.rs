@@ -10,8 +10,8 @@ use crate::world::components::WrittenAt;
 use crate::world::copies::{check_array, check_scatter};
 use crate::world::names::is_same_name;
 use crate::world::{
-    Array, ArrayRow, FocusOn, Model, Modifier, Modifiers, Name, Parent, ScatteredCopies, Stereo, Transform,
-    WithoutCaustics,
+    Array, ArrayRow, FocusOn, LightGroup, Model, Modifier, Modifiers, Name, Parent, ScatteredCopies, Stereo,
+    Transform, WithoutCaustics,
 };
 
 /// The entities before their parents are resolved. Indices are places in `entities`.
@@ -36,9 +36,9 @@ struct Family<'a> {
 }
 
 /// The keys of an entity.
-const ENTITY: [&str; 15] = [
+const ENTITY: [&str; 16] = [
     "name", "parent", "transform", "shape", "gltf", "overrides", "material", "light", "camera", "caustics",
-    "stereo", "focus_on", "array", "scatter", "modifiers",
+    "stereo", "focus_on", "array", "scatter", "modifiers", "group",
 ];
 
 impl<'a> Lowering<'_, 'a> {
@@ -157,7 +157,7 @@ impl<'a> Lowering<'_, 'a> {
     fn entity(
         &mut self,
         (raw, number, below): (Raw<'a>, usize, Option<usize>),
-        given: [Option<Raw<'a>>; 15],
+        given: [Option<Raw<'a>>; 16],
         family: &mut Family<'a>,
     ) -> Result<(), LoadError> {
         let source = self.source;
@@ -181,6 +181,7 @@ impl<'a> Lowering<'_, 'a> {
             array,
             scatter,
             modifiers,
+            group,
         ] = given;
         if let (Some(_), Some(material), None) = (gltf, material, shape) {
             let reason = "a glTF file has materials of its own: overrides: {\"its name\": …} replaces one";
@@ -219,6 +220,9 @@ impl<'a> Lowering<'_, 'a> {
             if !source.flag(raw)? {
                 builder.add(WithoutCaustics);
             }
+        }
+        if let Some(raw) = group {
+            builder.add(LightGroup(source.string(raw, "the name of a light group")?));
         }
         self.camera_of_entity(camera, [stereo, focus_on], &mut builder)?;
         family.focused.extend(focus_on.map(|raw| (index, raw)));

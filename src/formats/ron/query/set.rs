@@ -16,7 +16,7 @@ use crate::world::{MaterialId, Shape, Transform, World};
 
 /// Assignment (`=`) and the arithmetic assignment operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Operator {
+pub(super) enum Operator {
     Set,
     Times,
     Over,
@@ -41,12 +41,12 @@ enum Target {
 }
 
 /// A parsed statement.
-struct Statement<'a> {
+pub(super) struct Statement<'a> {
     text: &'a str,
     /// The field names, from the component's field inwards.
-    path: Vec<&'a str>,
-    operator: Operator,
-    value: &'a str,
+    pub(super) path: Vec<&'a str>,
+    pub(super) operator: Operator,
+    pub(super) value: &'a str,
 }
 
 /// Executes one statement. Returns the number of entities or materials that it changed, at least 1.
@@ -179,7 +179,7 @@ fn default_of(name: &str) -> Option<&'static str> {
     }
 }
 
-fn statement<'a>(text: &'a str, mut reader: QueryReader<'a>) -> Result<Statement<'a>, QueryError> {
+pub(super) fn statement<'a>(text: &'a str, mut reader: QueryReader<'a>) -> Result<Statement<'a>, QueryError> {
     let mut path = Vec::new();
     while reader.accept(".") {
         let (name, rest) = scan::split_identifier(reader.rest.trim_start());

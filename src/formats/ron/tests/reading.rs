@@ -38,6 +38,7 @@ fn settings_are_read_and_have_defaults() {
             auto_exposure: true,
             build_quality: BuildQuality::High,
             copied_triangles: 1000,
+            light_groups: true,
             aov: vec![Aov::Normal, Aov::Depth],
         }
     );

@@ -46,13 +46,14 @@ fn portrait(world: &World, entity: hecs::Entity) -> String {
         format!("{named:?} {textures:?}")
     });
     format!(
-        "{:?} {parent:?} {:?} {:?} {material:?} {:?} {:?} {} {:?} {:?}",
+        "{:?} {parent:?} {:?} {:?} {material:?} {:?} {:?} {} {:?} {:?} {:?}",
         entities.get::<&Name>(entity).ok().map(|name| name.0.clone()),
         entities.get::<&Transform>(entity).ok().map(|transform| *transform),
         entities.get::<&Shape>(entity).ok().map(|shape| (*shape).clone()),
         entities.get::<&Light>(entity).ok().map(|light| (*light).clone()),
         entities.get::<&Camera>(entity).ok().map(|camera| *camera),
         entities.satisfies::<&WithoutCaustics>(entity),
+        entities.get::<&LightGroup>(entity).ok().map(|group| (*group).clone()),
         entities.get::<&Stereo>(entity).ok().map(|stereo| *stereo),
         entities.get::<&FocusOn>(entity).ok().map(|focused| world.name_of(focused.0)),
     )
@@ -87,7 +88,7 @@ fn written_text_is_compact_and_omits_defaults() {
          clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
-         exposure: Auto, build_quality: High, copied_triangles: 1000, aov: [Normal, Depth]),",
+         exposure: Auto, build_quality: High, copied_triangles: 1000, light_groups: true, aov: [Normal, Depth]),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
         "        (name: \"child\", parent: \"ball\", shape: Sphere(radius_m: 0.25), material: \"glass\"),",
@@ -403,6 +404,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 auto_exposure,
                 build_quality,
                 copied_triangles,
+                light_groups: auto_exposure,
                 roulette_depth,
                 clamp,
                 sampler,

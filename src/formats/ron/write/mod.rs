@@ -26,8 +26,8 @@ use crate::files;
 use crate::math::{DVec3, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Array, Camera, FocusOn, FromModel, Light, MaterialId, Model, Modifiers, Name, Overrides, Parent,
-    ScatteredCopies, Shape, Stereo, Transform, WithoutCaustics, World,
+    Array, Camera, FocusOn, FromModel, Light, LightGroup, MaterialId, Model, Modifiers, Name, Overrides,
+    Parent, ScatteredCopies, Shape, Stereo, Transform, WithoutCaustics, World,
 };
 
 /// The longest entity on one line, in characters; longer entities take a line for each key.
@@ -133,6 +133,7 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
         keys.extend(get.get::<&Light>(entity).ok().map(|it| ("light", best(&|p| components::form(&*it, p)))));
         let without_caustics = get.satisfies::<&WithoutCaustics>(entity);
         keys.extend(without_caustics.then(|| ("caustics", "false".to_owned())));
+        keys.extend(get.get::<&LightGroup>(entity).ok().map(|it| ("group", format!("{:?}", it.0))));
         keys.extend(
             get.get::<&Camera>(entity).ok().map(|it| ("camera", best(&|p| components::form(&*it, p)))),
         );
@@ -267,6 +268,9 @@ fn one_entity(
     }
     if world.entities.satisfies::<(&Light, &WithoutCaustics)>(entity) {
         keys.push("caustics: false".to_owned());
+    }
+    if let Ok(group) = world.entities.get::<&LightGroup>(entity) {
+        keys.push(format!("group: {}", quote(&group.0)?));
     }
     if let Ok(camera) = world.entities.get::<&Camera>(entity) {
         keys.push(format!("camera: {}", components::form(&*camera, paths).map_err(within)?));

@@ -14,17 +14,18 @@ use crate::film::{Film, Region};
 use crate::integrator::observe::stop::{Stop, Watch};
 use crate::integrator::observe::{self, Continuation, Observer};
 use crate::integrator::path::any_hit::{LightRay, PathRay, culling};
+use crate::integrator::path::light_groups::{GroupQueue, group_of};
 use crate::integrator::path::shadow::{ShadowRay, connect};
 use crate::integrator::path::{Path, camera_path, pack_pixel};
 use crate::integrator::photons::PhotonMaps;
 use crate::integrator::reuse::probe::{MeasuredBlock, plain};
-use crate::integrator::reuse::{Connections, PathSlots};
+use crate::integrator::reuse::{Connections, PathSlots, Sink};
 use crate::integrator::transport::decide::decide;
 use crate::integrator::transport::path_tracing::{self, VertexOutcome};
 use crate::integrator::transport::transparent_shadow::arriving;
 use crate::integrator::transport::whitted::{self, WhittedScatter, WhittedVertex};
 use crate::integrator::{RayStatistics, RenderSetup, Work};
-use crate::math::{Hit, Rgb};
+use crate::math::{Color, Hit, Rgb};
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
 use crate::simd::Isa;
@@ -41,6 +42,8 @@ pub struct Recursion {
 struct RecursionBuffers {
     stack: Stack,
     forks: SmallVec<[Path<f32>; 32]>,
+    /// The light that paths have found, by group.
+    found: GroupQueue,
 }
 
 impl Recursion {
@@ -48,7 +51,10 @@ impl Recursion {
     pub fn new(setup: &RenderSetup) -> Self {
         let shared = setup.sharing.map(|_| (PathSlots::new(setup, 1), Connections::default()));
         let stack = Stack::new(&setup.scene.bvh);
-        Self { buffers: RecursionBuffers { stack, forks: SmallVec::new() }, shared }
+        Self {
+            buffers: RecursionBuffers { stack, forks: SmallVec::new(), found: GroupQueue::default() },
+            shared,
+        }
     }
 
     /// Renders a range of samples of all the film's pixels.
@@ -143,6 +149,7 @@ impl<'a> Tile<'a> {
                             Transport::Path => self.trace(path),
                         };
                         film.add(x, y, sample, radiance);
+                        self.deposit_groups(film);
                     }
                 }
             }
@@ -195,14 +202,16 @@ impl<'a> Tile<'a> {
                 self.observer.report(&observe::ray(&path, hit));
             }
             if hit.is_miss() {
-                let radiance = whitted::miss(setup, &path);
+                let (light, around) = whitted::miss(setup, &path, true);
+                let radiance = path.radiance + light;
+                self.find_around(&path, light, around);
                 if self.looks {
                     self.observer.report(&observe::end(&path, radiance));
                 }
                 return radiance.into();
             }
             let (vertex, scatter, radiance) =
-                whitted::hit(setup, self.photons, &path, &HitLanes::one(&hit), true);
+                whitted::hit(setup, self.photons, &path, &HitLanes::one(&hit), true, &mut self.buffers.found);
             path.radiance = radiance;
             if self.looks {
                 let (own, shading) = (vertex.geometric_normal, vertex.normal);
@@ -249,7 +258,9 @@ impl<'a> Tile<'a> {
             self.observer.report(&observe::ray(path, hit));
         }
         if hit.is_miss() {
-            path.radiance = path_tracing::miss(setup, self.photons, path, true);
+            let (light, around) = path_tracing::miss(setup, self.photons, path, true);
+            path.radiance = path.radiance + light;
+            self.find_around(path, light, around);
             if self.looks {
                 self.observer.report(&observe::end(path, path.radiance));
             }
@@ -257,7 +268,8 @@ impl<'a> Tile<'a> {
         }
         let lane = HitLanes::one(&hit);
         let material = material_of(&setup.scene.geometry, &lane, true).0;
-        let outcome = path_tracing::hit(setup, self.photons, path, &lane, material, true);
+        let found = &mut self.buffers.found;
+        let outcome = path_tracing::hit(setup, self.photons, path, &lane, material, true, found);
         path.radiance = outcome.radiance;
         if self.looks {
             let decision = decide(setup, self.photons, path, &lane, material);
@@ -280,10 +292,30 @@ impl<'a> Tile<'a> {
         let light = arriving(setup, isa, path, &outcome.shadow, &mut self.buffers.stack);
         if let Some(light) = light {
             path.radiance = connect(path.radiance, light);
+            self.find_of(path, outcome.shadow.emitter.0, light);
         }
         if self.looks {
             self.observer.report(&observe::path_shadow(path, light.is_none(), path.radiance));
         }
+    }
+
+    /// Adds the light of an emitter that a path has found to that of its group.
+    fn find_of(&mut self, path: &Path<f32>, emitter: u32, light: Color<f32>) {
+        if self.setup.light_groups() > 0 {
+            let group = group_of(self.setup, emitter);
+            self.buffers.found.add(path, Wrapping(group), light, false, true);
+        }
+    }
+
+    /// Adds the environment's light that a path has found to that of its group, if `around`.
+    fn find_around(&mut self, path: &Path<f32>, light: Color<f32>, around: bool) {
+        let group = self.setup.scene.around_group;
+        self.buffers.found.add(path, Wrapping(group), light, false, around);
+    }
+
+    /// Moves the light found by group to a sink.
+    fn deposit_groups(&mut self, sink: &mut dyn Sink) {
+        self.buffers.found.drain().for_each(|light| sink.deposit_to_group(&light));
     }
 
     /// Returns the continued path, if it goes on.
@@ -349,6 +381,7 @@ impl<'a> Tile<'a> {
                 }
                 if !blocked {
                     path.radiance = connect(path.radiance, shadow.contribution);
+                    self.find_of(path, shadow.emitter.0, shadow.contribution);
                 }
             }
         }

@@ -10,6 +10,7 @@ use crate::integrator::observe::Observer;
 use crate::integrator::path::Path;
 use crate::integrator::path::shadow::connect;
 use crate::integrator::photons::map::Photon;
+use crate::integrator::photons::splat::Splat;
 use crate::integrator::photons::{LandedPhotons, PhotonPlan};
 use crate::integrator::transport::photon_tracing;
 use crate::integrator::transport::transparent_shadow::arriving;
@@ -75,7 +76,9 @@ impl Tile<'_> {
                 let bounces = path.depth.0 - path.scatterings.0;
                 let (from, density) = (-path.direction, photon_tracing::density(&path));
                 let photon = Photon::new(outcome.position, [r, g, b], from, outcome.normal, bounces, density);
-                landed.add(path.pixel.0, photon, outcome.place, light);
+                let (number, (column, row)) = (path.pixel.0, outcome.place);
+                let group = plan.group_of(path.sample.0, number);
+                landed.add(number, photon, Splat { column, row, light, group });
             }
             waiting.extend(outcome.passed.filter(|passed| passed.mask).map(|passed| passed.next));
             waiting.extend(outcome.goes_on.then_some(outcome.next));

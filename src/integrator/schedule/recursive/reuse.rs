@@ -75,7 +75,7 @@ impl<'a> Tile<'a> {
     pub(super) fn probe(&mut self, slots: &mut PathSlots) {
         slots.start_pilot();
         let setup = self.setup;
-        let mut film = Film::new(slots.whole_blocks(setup.size), setup.unit);
+        let mut film = setup.film(slots.whole_blocks(setup.size));
         let mut begun = Vec::with_capacity(PIXELS);
         while !self.stopped && slots.advance(setup.size, &mut |pixel, sample| begun.push((pixel, sample))) {
             for (pixel, sample) in begun.drain(..) {
@@ -93,8 +93,12 @@ impl<'a> Tile<'a> {
         let first = self.vertex(&mut path, hit);
         let of = (path.pixel.0, path.sample.0);
         let mut film = ClippedSink(film);
-        let Some(outcome) = first else { return film.deposit(of.0, of.1, path.radiance.into()) };
+        let Some(outcome) = first else {
+            film.deposit(of.0, of.1, path.radiance.into());
+            return self.deposit_groups(&mut film);
+        };
         self.light(&mut path, &outcome);
+        self.deposit_groups(&mut film);
         let lane = HitLanes::one(&hit);
         let material = material_of(&self.setup.scene.geometry, &lane, true).0;
         slots.first(of, &lane, material, outcome.reuse.as_ref().is_some_and(|shared| shared.takes));
@@ -119,6 +123,7 @@ impl<'a> Tile<'a> {
     fn end(&mut self, path: Path<f32>, sink: &mut dyn Sink) {
         let found = self.trace(path);
         sink.deposit(path.pixel.0, path.sample.0, found);
+        self.deposit_groups(sink);
     }
 
     /// Follows all forks to their ends.
@@ -138,13 +143,16 @@ impl<'a> Tile<'a> {
             slots.miss(self.setup, of, path.direction);
         }
         let Some(outcome) = self.vertex(&mut path, hit) else {
-            return slots.deposit(of.0, of.1, path.radiance.into());
+            slots.deposit(of.0, of.1, path.radiance.into());
+            return self.deposit_groups(slots);
         };
         let reusable = outcome.reuse.as_ref().and_then(|shared| shared.gives.then_some(&shared.reusable));
         slots.second(of, path.radiance, reusable);
+        self.buffers.found.drain().for_each(|light| slots.second_of_group(&light));
         self.put_aside(&mut path);
         self.light(&mut path, &outcome);
         slots.lit(of, path.radiance);
+        self.buffers.found.drain().for_each(|light| slots.lit_by_group(&light));
         self.fork(&outcome);
         let next = self.onward(&path, &outcome);
         self.put_aside(&mut path);

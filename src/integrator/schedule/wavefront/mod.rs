@@ -78,6 +78,7 @@ impl Wave {
                     self.shadows(setup, isa, clock);
                 }
             }
+            self.found.drain().for_each(|light| film.deposit_to_group(&light));
             self.report_ends(clock.observer);
             self.advance(film, clock);
         }
@@ -114,8 +115,9 @@ impl Wave {
         sink: Option<&mut (dyn Sink + '_)>,
         clock: &mut StageClock,
     ) {
-        let (paths, hits) = (&mut self.paths, &mut self.hits);
-        dispatch(isa, RetireStage { setup, photons, paths, hits, sink, observer: &mut *clock.observer });
+        let Self { paths, hits, found, .. } = self;
+        let observer = &mut *clock.observer;
+        dispatch(isa, RetireStage { setup, photons, paths, hits, sink, observer, found });
         clock.stage(Stage::Retire);
     }
 
@@ -155,6 +157,7 @@ impl Wave {
             goes_on: &mut self.goes_on,
             reflect: &mut self.reflect,
             refract: &mut self.refract,
+            found: &mut self.found,
         };
         dispatch(isa, stage);
         clock.statistics.rays.reflect += self.reflect.columns.len() as u64;
@@ -183,6 +186,7 @@ impl Wave {
             forks: &mut self.refract,
             shadow: &mut self.shadow,
             roles: asks.then_some(&mut self.roles),
+            found: &mut self.found,
         };
         dispatch(isa, stage);
         clock.statistics.rays.scatter += self.reflect.columns.len() as u64;

@@ -5,6 +5,7 @@ use super::shadow_queue::ShadowQueue;
 use super::stages::{lanes, numbered};
 use crate::integrator::path::Path;
 use crate::integrator::path::columns::{Columns, PADDING};
+use crate::integrator::path::light_groups::GroupQueue;
 use crate::integrator::photons::{PhotonMaps, PhotonPlan};
 use crate::integrator::transport::path_tracing;
 use crate::integrator::transport::photon_tracing::{self, PhotonOutcome};
@@ -106,6 +107,8 @@ pub struct ShadePathsStage<'a> {
     pub shadow: &'a mut ShadowQueue,
     /// The roles of the hits in path reuse, if required.
     pub roles: Option<&'a mut HitRoles>,
+    /// The light that paths find, by group.
+    pub found: &'a mut GroupQueue,
 }
 
 impl Kernel for ShadePathsStage<'_> {
@@ -125,7 +128,8 @@ impl Kernel for ShadePathsStage<'_> {
                 } else {
                     (self.paths.gather(places, valid), self.hits.gather(places, valid))
                 };
-                let outcome = path_tracing::hit(self.setup, self.photons, &path, &hit, material, valid);
+                let outcome =
+                    path_tracing::hit(self.setup, self.photons, &path, &hit, material, valid, self.found);
                 let goes_on: <L::Queue as Float>::Int =
                     Int::select(outcome.goes_on, Int::splat(1), Int::splat(0));
                 put_back::<L::Queue>(self.paths, self.goes_on, places, outcome.radiance, goes_on, valid);

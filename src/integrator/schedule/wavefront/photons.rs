@@ -10,6 +10,7 @@ use super::wave::{StageClock, Wave};
 use crate::integrator::observe::Observer;
 use crate::integrator::path::columns::Columns;
 use crate::integrator::photons::map::Photon;
+use crate::integrator::photons::splat::Splat;
 use crate::integrator::photons::{LandedPhotons, PhotonPlan};
 use crate::integrator::transport::photon_tracing;
 use crate::integrator::{RayStatistics, Stage};
@@ -41,7 +42,7 @@ impl Wave {
             self.retire(&plan.setup, None, isa, None, clock);
             self.scatter_photons(plan, isa, &mut ended, clock);
             self.shadows(&plan.setup, isa, clock);
-            self.land(&mut ended, landed);
+            self.land(plan, sample, &mut ended, landed);
             self.paths.columns.clear();
             self.paths.fill_from(&mut self.reflect);
             self.paths.fill_from(&mut self.refract);
@@ -90,7 +91,7 @@ impl Wave {
     }
 
     /// Collects the photons that have ended, with what has arrived at the camera.
-    fn land(&mut self, ended: &mut EndQueue, landed: &mut LandedPhotons) {
+    fn land(&mut self, plan: &PhotonPlan, sample: u32, ended: &mut EndQueue, landed: &mut LandedPhotons) {
         let [r, g, b] = self.paths.radiance();
         let queue = &ended.0;
         for i in 0..queue.len() {
@@ -103,8 +104,9 @@ impl Wave {
             let density = f32::from_bits(density);
             let photon = Photon::new(vector(0), flux, vector(6), vector(9), bounces, density);
             let from = from as usize;
-            let place = (queue.floats(12)[i], queue.floats(13)[i]);
-            landed.add(number, photon, place, Color::new(r[from], g[from], b[from]));
+            let [column, row] = [12, 13].map(|column| queue.floats(column)[i]);
+            let light = Color::new(r[from], g[from], b[from]);
+            landed.add(number, photon, Splat { column, row, light, group: plan.group_of(sample, number) });
         }
         ended.0.clear();
     }

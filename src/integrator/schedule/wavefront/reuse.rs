@@ -78,7 +78,7 @@ impl Wave {
         slots.start_pilot();
         let setup = &pilot.setup;
         let setups = SharedAndPlain { setup, plain: &plain(setup) };
-        let mut film = Film::new(slots.whole_blocks(setup.size), setup.unit);
+        let mut film = setup.film(slots.whole_blocks(setup.size));
         let (mut aside, mut observer) = (RayStatistics::default(), Spilled(&mut *clock.observer));
         let mut own = StageClock { statistics: &mut aside, last: clock.last, observer: &mut observer };
         while self.trace_units(setups, photons, isa, &mut film, slots, &mut own) {
@@ -162,6 +162,7 @@ impl Wave {
         self.shade_paths(setup, photons, isa, asks, clock);
         self.report_paths(setup, photons, isa, clock.observer);
         self.shadows(setup, isa, clock);
+        self.found.drain().for_each(|light| sink.deposit_to_group(&light));
         self.report_ends(clock.observer);
     }
 
@@ -229,12 +230,14 @@ impl Wave {
         for ((path, emitted), reusable) in self.paths.found().zip(&self.roles.reusable) {
             slots.second(path, emitted, reusable.as_ref());
         }
+        self.found.drain().for_each(|light| slots.second_of_group(&light));
         self.put_aside(clock);
         self.shadows(setup, isa, clock);
         self.report_ends(clock.observer);
         for (path, radiance) in self.paths.found() {
             slots.lit(path, radiance);
         }
+        self.found.drain().for_each(|light| slots.lit_by_group(&light));
         self.put_aside(clock);
         self.advance(slots, clock);
     }

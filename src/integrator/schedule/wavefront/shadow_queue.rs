@@ -21,7 +21,7 @@ pub const SHADOW_BYTES: usize = Columns::<10, 1>::ITEM + 2 * Columns::<0, 1>::IT
 pub struct ShadowQueue {
     /// Origin, direction, end, contribution; the hit that each ray is for.
     rays: Columns<10, 1>,
-    /// The emitters at their ends, if some can be hit.
+    /// The emitters at their ends, if some can be hit or there are light groups.
     emitters: Option<Columns<0, 1>>,
     /// The bodies in which they begin, if these affect what arrives.
     pub(super) bodies: Option<Columns<0, 1>>,
@@ -38,7 +38,8 @@ impl ShadowQueue {
         let passes = if any(|material| material.passes_shadow_rays) { capacity } else { 0 };
         Self {
             rays: Columns::new(capacity),
-            emitters: setup.scene.emitters.can_be_hit().then(|| Columns::new(capacity)),
+            emitters: (setup.scene.emitters.can_be_hit() || setup.light_groups() > 0)
+                .then(|| Columns::new(capacity)),
             bodies: (any(|m| m.body != 0) && any(|m| m.attenuates() || m.passes_shadow_rays))
                 .then(|| Columns::new(capacity)),
             passes: (0..passes).map(|_| AtomicBool::new(false)).collect(),

@@ -3,11 +3,12 @@
 use super::shadow_queue::ShadowAnyHit;
 use super::wave::{StageClock, Wave};
 use crate::bvh::{self, Coherence};
+use crate::integrator::path::light_groups::{GroupLight, group_of};
 use crate::integrator::path::shadow::{ShadowRay, connect};
 use crate::integrator::transport::path_tracing::limited;
 use crate::integrator::transport::transparent_shadow::arriving;
 use crate::integrator::{RenderSetup, Stage};
-use crate::math::Color;
+use crate::math::{Color, NONE, Rgb};
 use crate::scene::bodies::Body;
 use crate::simd::Isa;
 use crate::world::Transport;
@@ -22,6 +23,7 @@ impl Wave {
         let (bvh, occluded) = (&setup.scene.bvh, &mut self.occluded[..count]);
         bvh::any(isa, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
         self.weaken(setup, isa, count);
+        self.find_by_group(setup, count);
         let ([r, g, b], targets) = self.shadow.contributions();
         let [to_r, to_g, to_b] = self.paths.radiance_mut();
         for i in 0..count {
@@ -36,6 +38,24 @@ impl Wave {
         self.report_shadows(setup, isa, clock.observer);
         self.shadow.clear();
         clock.stage(Stage::Shadow);
+    }
+
+    /// Adds the contributions of unblocked rays to the light that is found by group. Photons' rays, which go to the
+    /// camera, end at no emitter.
+    fn find_by_group(&mut self, setup: &RenderSetup, count: usize) {
+        if setup.light_groups() == 0 {
+            return;
+        }
+        let ([r, g, b], targets) = self.shadow.contributions();
+        let (pixels, samples) = self.paths.pixels();
+        for i in (0..count).filter(|i| self.occluded[*i] == 0) {
+            let (target, group) = (targets[i] as usize, group_of(setup, self.shadow.emitter(i)));
+            if group != NONE {
+                let (pixel, sample) = (pixels[target], samples[target]);
+                let light = Rgb::new(r[i], g[i], b[i]);
+                self.found.push(GroupLight { pixel, sample, group, light, is_given: false });
+            }
+        }
     }
 
     /// Attenuates the contributions of unblocked rays by the surfaces that they go straight through, and in the bodies

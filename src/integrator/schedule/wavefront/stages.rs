@@ -7,6 +7,7 @@ use super::vertices::VertexQueue;
 use crate::integrator::RenderSetup;
 use crate::integrator::observe::{self, Observer};
 use crate::integrator::path::camera_path;
+use crate::integrator::path::light_groups::GroupQueue;
 use crate::integrator::photons::PhotonMaps;
 use crate::integrator::reuse::Sink;
 use crate::integrator::transport::{path_tracing, whitted};
@@ -70,6 +71,8 @@ pub struct RetireStage<'a, 's> {
     pub sink: Option<&'a mut (dyn Sink + 's)>,
     /// The observer of ended paths.
     pub observer: &'a mut dyn Observer,
+    /// Room for the misses' light by group, empty.
+    pub found: &'a mut GroupQueue,
 }
 
 impl Kernel for RetireStage<'_, '_> {
@@ -86,10 +89,16 @@ impl Kernel for RetireStage<'_, '_> {
             if missed.any()
                 && let Some(sink) = &mut self.sink
             {
-                let radiance = match self.setup.transport {
-                    Transport::Whitted => whitted::miss(self.setup, &path),
+                let (light, around) = match self.setup.transport {
+                    Transport::Whitted => whitted::miss(self.setup, &path, missed),
                     Transport::Path => path_tracing::miss(self.setup, self.photons, &path, missed),
                 };
+                let radiance = path.radiance + light;
+                let group = self.setup.scene.around_group;
+                if group != NONE {
+                    self.found.add(&path, Int::splat(group), light, false, around);
+                    self.found.drain().for_each(|light| sink.deposit_to_group(&light));
+                }
                 let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
                 let (mut pixel, mut sample) = ([0; 16], [0; 16]);
                 radiance.r.store(&mut r);
@@ -141,6 +150,8 @@ pub struct ShadeStage<'a> {
     pub reflect: &'a mut PathQueue,
     /// Refracted paths.
     pub refract: &'a mut PathQueue,
+    /// The light that paths find, by group.
+    pub found: &'a mut GroupQueue,
 }
 
 impl Kernel for ShadeStage<'_> {
@@ -152,7 +163,8 @@ impl Kernel for ShadeStage<'_> {
             let valid = lanes::<L::Queue>(count - at);
             let path = self.paths.load::<L::Queue>(at);
             let hit = self.hits.load::<L::Queue>(at);
-            let (vertex, scatter, radiance) = whitted::hit(self.setup, self.photons, &path, &hit, valid);
+            let (vertex, scatter, radiance) =
+                whitted::hit(self.setup, self.photons, &path, &hit, valid, self.found);
             self.vertices.store(at, &vertex);
             let [r, g, b] = self.paths.radiance_mut();
             put(radiance.r, r, at);

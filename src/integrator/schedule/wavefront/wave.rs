@@ -11,6 +11,7 @@ use crate::bvh::Stack;
 use crate::film::Region;
 use crate::integrator::observe::Observer;
 use crate::integrator::path::columns::{Columns, PADDING};
+use crate::integrator::path::light_groups::GroupQueue;
 use crate::integrator::path::pack_pixel;
 use crate::integrator::reuse::{Connections, PathSlots};
 use crate::integrator::setup::reuse_groups::PIXELS;
@@ -34,6 +35,8 @@ pub struct Wave {
     pub(super) goes_on: Vec<u32>,
     pub(super) roles: HitRoles,
     pub(super) shared: Option<ReuseBuffers>,
+    /// The light that paths have found since the last stage that took it, by group.
+    pub(super) found: GroupQueue,
     pub(super) occluded: Vec<u32>,
     pub(super) pixels: Vec<u32>,
     pub(super) samples: Vec<u32>,
@@ -62,6 +65,7 @@ impl Wave {
             goes_on: integers(),
             roles: if shared.is_some() { HitRoles::new(capacity) } else { HitRoles::default() },
             shared,
+            found: GroupQueue::default(),
             occluded: integers(),
             pixels: integers(),
             samples: integers(),

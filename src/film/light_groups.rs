@@ -1,0 +1,122 @@
+//! The light of each light group in a film: sums beside those of all light, so that lamps can be mixed afterwards.
+//!
+//! A film with groups has the same sums of all light as one without. What belongs to no group is the difference, so
+//! that all parts add up to the whole exactly.
+
+use super::sums::{Film, PixelSum, quanta};
+use crate::math::Rgb;
+
+/// The largest number of light groups: each takes 48 bytes for every pixel.
+pub const MOST_LIGHT_GROUPS: usize = 64;
+
+/// The sums of one light group in a pixel, in quanta: even and odd samples; red, green, blue.
+pub type GroupSum = [[i64; 3]; 2];
+
+impl Film {
+    /// Returns the film with room for the sums of that many light groups.
+    pub(crate) fn with_light_groups(mut self, count: usize) -> Film {
+        self.group_count = count;
+        self.groups = vec![GroupSum::default(); count * self.pixels.len()];
+        self
+    }
+
+    /// Returns the film with sums of `count` light groups, pixel by pixel; none if they are not as many as its pixels
+    /// times `count`, or negative.
+    pub(crate) fn with_group_sums(mut self, count: usize, sums: Vec<GroupSum>) -> Option<Film> {
+        let sound = sums.as_flattened().as_flattened().iter().all(|sum| *sum >= 0);
+        let fits = sound && sums.len() == count * self.pixels.len();
+        (self.group_count, self.groups) = (count, sums);
+        fits.then_some(self)
+    }
+
+    /// The number of light groups.
+    pub fn light_groups(&self) -> usize {
+        self.group_count
+    }
+
+    /// The sums of all groups, pixel by pixel.
+    pub(crate) fn group_sums(&self) -> &[GroupSum] {
+        &self.groups
+    }
+
+    /// Adds light of a group, which is also part of a radiance that [`Film::add`] adds.
+    #[inline(always)]
+    pub(crate) fn add_to_group(&mut self, x: u32, y: u32, sample: u32, group: u32, light: Rgb) {
+        let place = self.region.index(x, y) * self.group_count + group as usize;
+        let sum = &mut self.groups[place][(sample & 1) as usize];
+        let counted = light * self.inverse;
+        sum[0] = sum[0].saturating_add(quanta(counted.r));
+        sum[1] = sum[1].saturating_add(quanta(counted.g));
+        sum[2] = sum[2].saturating_add(quanta(counted.b));
+    }
+
+    /// The mean radiance of a light group's light, pixel by pixel.
+    pub fn group_radiance(&self, group: usize) -> Vec<Rgb> {
+        let quantum = self.unit.quantum();
+        let pixels = self.pixels.iter().zip(self.groups.chunks(self.group_count.max(1)));
+        pixels.map(|(pixel, sums)| PixelSum { sum: sums[group], ..*pixel }.mean(quantum)).collect()
+    }
+
+    /// The mean radiance of the light that belongs to no group.
+    pub fn ungrouped_radiance(&self) -> Vec<Rgb> {
+        self.mixed(&vec![Rgb::BLACK; self.group_count]).radiance()
+    }
+
+    /// Returns the film of the same scene with each light group's light multiplied by a factor. With factors of 1 it is
+    /// this film.
+    pub fn mixed(&self, factors: &[Rgb]) -> Film {
+        let mut mixed = self.clone();
+        let groups = mixed.groups.chunks_mut(self.group_count.max(1));
+        for (pixel, sums) in mixed.pixels.iter_mut().zip(groups) {
+            for (sums, factor) in sums.iter_mut().zip(factors) {
+                for (total, sum) in pixel.sum.iter_mut().zip(sums) {
+                    for ((total, sum), factor) in total.iter_mut().zip(sum).zip(factor.to_array()) {
+                        let scaled = (f64::from(factor) * *sum as f64).round() as i64;
+                        *total = total.saturating_add(scaled.saturating_sub(*sum));
+                        *sum = scaled;
+                    }
+                }
+            }
+            // Each group's light was rounded for itself.
+            pixel.sum.as_flattened_mut().iter_mut().for_each(|sum| *sum = (*sum).max(0));
+        }
+        mixed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{FilmScale, Region};
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Unchanged factors give the same film to the bit, and a mix is the sum of scaled parts.
+        #[test]
+        fn mixes_are_sums_of_scaled_groups(
+            lights in prop::collection::vec((0u32..3, 0u32..2, 0.0f32..50.0, 0u32..4), 1..40),
+            factors in prop::array::uniform3(0.0f32..3.0),
+        ) {
+            let region = Region::whole([2, 1]);
+            let mut film = Film::new(region, FilmScale::default()).with_light_groups(3);
+            let (mut expected, mut counts) = ([0.0f64; 2], [0u32; 2]);
+            for (group, x, light, sample) in lights {
+                film.count(x, 0, sample);
+                counts[x as usize] += 1;
+                let light = Rgb::new(light, 0.5 * light, 0.0);
+                film.add(x, 0, sample, light);
+                film.add_to_group(x, 0, sample, group, light);
+                expected[x as usize] += f64::from(light.r * factors[group as usize]);
+            }
+            prop_assert_eq!(&film.mixed(&[Rgb::WHITE; 3]), &film);
+            let mixed = film.mixed(&factors.map(Rgb::splat)).radiance();
+            for x in 0..2 {
+                let mean = expected[x] / f64::from(counts[x].max(1));
+                prop_assert!((f64::from(mixed[x].r) - mean).abs() < 1e-4 * mean.max(1.0));
+                prop_assert!((mixed[x].g * 2.0 - mixed[x].r).abs() < 1e-4 * mixed[x].r.max(1.0));
+            }
+            let nothing = film.ungrouped_radiance();
+            prop_assert!(nothing.iter().all(|rest| rest.max_component() == 0.0), "{:?}", nothing);
+        }
+    }
+}

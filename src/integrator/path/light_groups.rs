@@ -1,0 +1,81 @@
+//! Light that paths have found, by light group: what is added to a path's radiance is also added to its group's sums.
+
+use super::Path;
+use crate::integrator::RenderSetup;
+use crate::math::{Color, NONE, Rgb};
+use crate::simd::{Float, Int, Mask};
+
+/// Light of a group that a sample's path has found.
+#[derive(Clone, Copy)]
+pub struct GroupLight {
+    /// The packed pixel.
+    pub pixel: u32,
+    /// The sample.
+    pub sample: u32,
+    /// The light group.
+    pub group: u32,
+    /// The radiance that reaches the film.
+    pub light: Rgb,
+    /// True if the path's second vertex gives the light to its neighbours.
+    pub is_given: bool,
+}
+
+/// A queue of light by group. It stays empty if the scene has no light groups.
+#[derive(Default)]
+pub struct GroupQueue(Vec<GroupLight>);
+
+impl GroupQueue {
+    /// Adds the light that paths have found, to the group of each lane or, in lanes with [`NONE`], to none.
+    #[inline(always)]
+    pub fn add<F: Float>(
+        &mut self,
+        path: &Path<F>,
+        group: F::Int,
+        light: Color<F>,
+        is_given: bool,
+        mask: F::Mask,
+    ) {
+        let mask = mask & !group.eq(F::Int::splat(NONE)) & light.max_component().gt(F::zero());
+        if !mask.any() {
+            return;
+        }
+        let (mut pixel, mut sample, mut groups) = ([0; 16], [0; 16], [0; 16]);
+        let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+        path.pixel.store(&mut pixel);
+        path.sample.store(&mut sample);
+        group.store(&mut groups);
+        light.r.store(&mut r);
+        light.g.store(&mut g);
+        light.b.store(&mut b);
+        let mut bits = mask.bits();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let light = Rgb::new(r[lane], g[lane], b[lane]);
+            self.push(GroupLight {
+                pixel: pixel[lane],
+                sample: sample[lane],
+                group: groups[lane],
+                light,
+                is_given,
+            });
+        }
+    }
+
+    /// Adds the light of one path.
+    #[inline(always)]
+    pub fn push(&mut self, light: GroupLight) {
+        self.0.push(light);
+    }
+
+    /// Takes all light.
+    pub fn drain(&mut self) -> impl Iterator<Item = GroupLight> {
+        self.0.drain(..)
+    }
+}
+
+/// The light group of an emitter, or [`NONE`].
+#[inline(always)]
+pub fn group_of(setup: &RenderSetup, emitter: u32) -> u32 {
+    setup.scene.emitters.group.get(emitter as usize).copied().unwrap_or(NONE)
+}
