@@ -14,6 +14,7 @@ mod gallery;
 mod gears;
 mod glass;
 mod knot;
+mod letters;
 mod mesh;
 mod noise;
 mod outline;
@@ -70,6 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{name}.ply: {} triangles", mesh.triangle_count());
     }
     textures::save_all(&assets, &terrain)?;
+    std::fs::write(assets.join("letters.ttf"), letters::file())?;
     std::fs::write(scenes.join("sphereflake.ron"), sphereflake::scene())?;
     println!("where the going train of the clock runs:");
     for arbor in clock::train() {

@@ -8,7 +8,8 @@ use crate::error::Diagnostic;
 use crate::film::MOST_LIGHT_GROUPS as MOST;
 use crate::math::NONE;
 use crate::scene::MaterialRecord;
-use crate::world::{Light, LightGroup, MaterialId, Parent, Shape, World};
+use crate::world::fields::Forms;
+use crate::world::{Light, LightGroup, MaterialId, Name, Parent, Shape, World};
 
 /// The groups by name, and those of entities.
 #[derive(Debug, Default)]
@@ -31,9 +32,8 @@ impl LightGroups {
             if light.is_none() && !has_emission(world, entity, materials) {
                 continue;
             }
-            let Some(name) =
-                named(world, entity).or_else(|| world.settings.light_groups.then(|| world.name_of(entity)))
-            else {
+            let own = || world.settings.light_groups.then(|| groups.own_name(world, entity));
+            let Some(name) = named(world, entity).or_else(own) else {
                 is_surrounded |= light.is_some_and(|light| light.is_around());
                 continue;
             };
@@ -53,6 +53,19 @@ impl LightGroups {
     /// The group of what an entity emits, or [`NONE`].
     pub(super) fn of(&self, entity: Entity) -> u32 {
         self.of_entity.get(&entity).copied().unwrap_or(NONE)
+    }
+
+    /// The name of an entity, or, without one, that of its light or shape: "sky", "point 2".
+    fn own_name(&self, world: &World, entity: Entity) -> String {
+        if world.entities.satisfies::<&Name>(entity) {
+            return world.name_of(entity);
+        }
+        let light = world.entities.get::<&Light>(entity).ok().map(|light| Light::FORMS[light.form()]);
+        let shape = world.entities.get::<&Shape>(entity).ok().map(|shape| Shape::FORMS[shape.form()]);
+        let form = light.or(shape).unwrap_or("light").to_lowercase();
+        let numbered = (2..=MOST).map(|number| format!("{form} {number}"));
+        let free = std::iter::once(form.clone()).chain(numbered).find(|name| !self.names.contains(name));
+        free.unwrap_or(form)
     }
 
     fn number_of(&mut self, name: String) -> u32 {

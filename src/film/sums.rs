@@ -433,7 +433,7 @@ impl Film {
 
 /// Rounds to the nearest quantum; negative values and NaN count as 0.
 #[inline(always)]
-pub(super) fn quanta(radiance: f32) -> i64 {
+fn quanta(radiance: f32) -> i64 {
     let limited = if radiance > 0.0 { radiance } else { 0.0 };
     let limited = if limited < MAX_RADIANCE { limited } else { MAX_RADIANCE };
     (limited as f64 * (1.0 / QUANTUM) + 0.5) as i64

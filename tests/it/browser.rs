@@ -259,6 +259,42 @@ fn page_draws_photons_in_a_browser() {
     assert_eq!(browser.complaints(), [""; 0]);
 }
 
+/// The page mixes lamps without rendering, and copies the command that does so.
+#[test]
+fn page_mixes_lamps_in_a_browser() {
+    if std::env::var_os("RAYFRONT_BROWSER").is_none() {
+        eprintln!("not asked for: RAYFRONT_BROWSER is not set");
+        return;
+    }
+    let shown = Shown::with(super::view::SCENE, &["--light-groups"]);
+    let browser = Browser::new(1400, 900);
+    browser.open(&shown.address());
+    browser.when("the last sample", DONE);
+    std::thread::sleep(Duration::from_millis(300));
+    let first = browser.run(PIXELS);
+    let serial = shown.when("a status", |_| true)["serial"].clone();
+    let set = |id: &str, value: &str| {
+        let input = format!("const i = document.getElementById('{id}'); i.value = '{value}';");
+        browser.run(&format!("{input} i.dispatchEvent(new Event('input', {{bubbles: true}})); return true;"));
+    };
+    set("light-0", "0.25");
+    browser.when("a darker lamp", &changed(&first));
+    let darker = browser.run(PIXELS);
+    set("light-color-0", "#ff0000");
+    browser.when("a red lamp", &changed(&darker));
+    browser.photograph("lights.png");
+    browser.run(
+        "navigator.clipboard.writeText = (text) => { window.copied = text; return Promise.resolve(); }; \
+         document.getElementById('copy-mix').click(); return true;",
+    );
+    let command = browser.when("the command", "return window.copied;");
+    assert_eq!(command, r#"rayfront mix 'scene.film' --set '"lamp".power_w *= (0.25, 0, 0)' -o mix.png"#);
+    browser.run("document.getElementById('reset-lights').click(); return true;");
+    browser.when("the lamp as it was", &same(&first));
+    assert_eq!(shown.when("a status", |_| true)["serial"], serial, "nothing was rendered for it");
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
 /// A script that returns true if the page shows other pixels than these.
 fn changed(pixels: &Value) -> String {
     format!("const pixels = (() => {{ {PIXELS} }})(); return pixels && pixels[0] !== {};", pixels[0])

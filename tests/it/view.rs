@@ -12,7 +12,7 @@ use super::program::{Folder, Place, folder};
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A scene in a folder of its own.
-const SCENE: &str = r#"(
+pub const SCENE: &str = r#"(
     settings: (size: (96, 54), samples: 4, transport: Path),
     materials: { "paint": (diffuse: (0.8, 0.2, 0.1)) },
     entities: [

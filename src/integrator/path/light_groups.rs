@@ -16,13 +16,16 @@ pub struct GroupLight {
     pub group: u32,
     /// The radiance that reaches the film.
     pub light: Rgb,
-    /// True if the path's second vertex gives the light to its neighbours.
-    pub is_given: bool,
 }
 
-/// A queue of light by group. It stays empty if the scene has no light groups.
+/// Light by group, until it is added to a film. There is none if the scene has no light groups.
 #[derive(Default)]
-pub struct GroupQueue(Vec<GroupLight>);
+pub struct GroupQueue {
+    /// The light that paths keep.
+    pub kept: Vec<GroupLight>,
+    /// The light that paths' second vertices give to their neighbours.
+    pub given: Vec<GroupLight>,
+}
 
 impl GroupQueue {
     /// Adds the light that paths have found, to the group of each lane or, in lanes with [`NONE`], to none.
@@ -47,30 +50,14 @@ impl GroupQueue {
         light.r.store(&mut r);
         light.g.store(&mut g);
         light.b.store(&mut b);
+        let queue = if is_given { &mut self.given } else { &mut self.kept };
         let mut bits = mask.bits();
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
             let light = Rgb::new(r[lane], g[lane], b[lane]);
-            self.push(GroupLight {
-                pixel: pixel[lane],
-                sample: sample[lane],
-                group: groups[lane],
-                light,
-                is_given,
-            });
+            queue.push(GroupLight { pixel: pixel[lane], sample: sample[lane], group: groups[lane], light });
         }
-    }
-
-    /// Adds the light of one path.
-    #[inline(always)]
-    pub fn push(&mut self, light: GroupLight) {
-        self.0.push(light);
-    }
-
-    /// Takes all light.
-    pub fn drain(&mut self) -> impl Iterator<Item = GroupLight> {
-        self.0.drain(..)
     }
 }
 

@@ -295,6 +295,9 @@ impl Kernel for Receive<'_> {
             let density = &pairs.density[start..][..group.row()];
             let slot = &slots.slots[*at as usize];
             let (own, shared) = (*own as usize, slots.shared(*at as usize, of));
+            if of.is_some() && shared.max_component() <= 0.0 {
+                continue;
+            }
             if density[own] <= 0.0 {
                 // Because of rounding, the path might not find its own vertex again: it keeps its light.
                 let kept = slot.weight * shared;

@@ -21,7 +21,7 @@ mod path_slots;
 pub mod probe;
 
 use crate::film::{Film, Region};
-use crate::integrator::path::light_groups::GroupLight;
+use crate::integrator::path::light_groups::{GroupLight, GroupQueue};
 use crate::integrator::path::unpack_pixel;
 use crate::math::Rgb;
 pub use connect::Connections;
@@ -32,8 +32,16 @@ pub use path_slots::PathSlots;
 pub trait Sink {
     /// Adds what a sample's path has gathered since its radiance was last taken.
     fn deposit(&mut self, pixel: u32, sample: u32, radiance: Rgb);
-    /// Adds light of a group, which is also part of a radiance that [`Sink::deposit`] adds.
-    fn deposit_to_group(&mut self, light: &GroupLight);
+    /// Adds light of groups, which is also part of the radiance that [`Sink::deposit`] adds.
+    fn deposit_to_groups(&mut self, lights: &[GroupLight]);
+    /// Takes all light by group that paths keep.
+    #[inline(always)]
+    fn take_groups(&mut self, found: &mut GroupQueue) {
+        if !found.kept.is_empty() {
+            self.deposit_to_groups(&found.kept);
+            found.kept.clear();
+        }
+    }
 }
 
 impl Sink for Film {
@@ -43,10 +51,11 @@ impl Sink for Film {
         self.add(x, y, sample, radiance);
     }
 
-    #[inline(always)]
-    fn deposit_to_group(&mut self, light: &GroupLight) {
-        let (x, y) = unpack_pixel(light.pixel);
-        self.add_to_group(x, y, light.sample, light.group, light.light);
+    fn deposit_to_groups(&mut self, lights: &[GroupLight]) {
+        for light in lights {
+            let (x, y) = unpack_pixel(light.pixel);
+            self.add_to_group(x, y, light.sample, light.group, light.light);
+        }
     }
 }
 
@@ -61,10 +70,13 @@ impl Sink for ClippedSink<'_> {
         }
     }
 
-    fn deposit_to_group(&mut self, light: &GroupLight) {
-        let (x, y) = unpack_pixel(light.pixel);
-        if contains(&self.0.region(), x, y) {
-            self.0.deposit_to_group(light);
+    fn deposit_to_groups(&mut self, lights: &[GroupLight]) {
+        let region = self.0.region();
+        for light in lights {
+            let (x, y) = unpack_pixel(light.pixel);
+            if contains(&region, x, y) {
+                self.0.add_to_group(x, y, light.sample, light.group, light.light);
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::film::{Film, FilmScale, Region};
 use crate::integrator::RenderSetup;
 use crate::integrator::observe::{self, Observer};
 use crate::integrator::path::camera_path::generate;
-use crate::integrator::path::light_groups::GroupLight;
+use crate::integrator::path::light_groups::{GroupLight, GroupQueue};
 use crate::integrator::path::{Path, pack_pixel, unpack_pixel};
 use crate::integrator::setup::reuse_groups::{BLOCK, PIXELS};
 use crate::integrator::transport::reusable::ReusableVertex;
@@ -236,18 +236,26 @@ impl PathSlots {
         (&mut self.groups[index * self.group_count + light.group as usize], &self.slots[index])
     }
 
-    /// Stores light of a group that leaves a path's second vertex: what it emits, and that of photons.
-    pub fn second_of_group(&mut self, light: &GroupLight) {
-        let (group, _) = self.of_group(light);
-        let part = if light.is_given { &mut group.shared } else { &mut group.own };
-        *part = *part + Color::splat(light.light);
+    /// Stores light by group that leaves second vertices: what they emit, and that of photons.
+    pub fn second_by_group(&mut self, found: &mut GroupQueue) {
+        for light in found.kept.drain(..) {
+            let (group, _) = self.of_group(&light);
+            group.own = group.own + Color::splat(light.light);
+        }
+        for light in found.given.drain(..) {
+            let (group, _) = self.of_group(&light);
+            group.shared = group.shared + Color::splat(light.light);
+        }
     }
 
-    /// Stores what a light of a group has sent to a path's second vertex.
-    pub fn lit_by_group(&mut self, light: &GroupLight) {
-        let (group, slot) = self.of_group(light);
-        let part = if let SecondVertex::Near(shared) = &slot.offer { shared.light } else { Color::black() };
-        group.take(Color::splat(light.light), part);
+    /// Stores what lights of groups have sent to second vertices.
+    pub fn lit_by_group(&mut self, found: &mut GroupQueue) {
+        for light in found.kept.drain(..) {
+            let (group, slot) = self.of_group(&light);
+            let part =
+                if let SecondVertex::Near(shared) = &slot.offer { shared.light } else { Color::black() };
+            group.take(Color::splat(light.light), part);
+        }
     }
 
     /// The light that a path gives, of all lights or of a group.
@@ -301,7 +309,9 @@ impl PathSlots {
             let (x, y) = unpack_pixel(slot.pixel);
             if contains(&region, x, y) {
                 let light = slot.weight * groups[group].own + received.radiance;
-                film.add_to_group(x, y, slot.sample, group as u32, light.into());
+                if light.max_component() > 0.0 {
+                    film.add_to_group(x, y, slot.sample, group as u32, light.into());
+                }
             }
         }
     }
@@ -381,11 +391,13 @@ impl Sink for PathSlots {
         }
     }
 
-    fn deposit_to_group(&mut self, light: &GroupLight) {
-        let counted = self.unit.counted(light.light);
-        let (group, _) = self.of_group(light);
-        // In quanta, because a path's light may be found in any order.
-        group.found = [0, 1, 2].map(|channel| group.found[channel].saturating_add(counted[channel]));
+    fn deposit_to_groups(&mut self, lights: &[GroupLight]) {
+        for light in lights {
+            let counted = self.unit.counted(light.light);
+            let (group, _) = self.of_group(light);
+            // In quanta, because a path's light may be found in any order.
+            group.found = [0, 1, 2].map(|channel| group.found[channel].saturating_add(counted[channel]));
+        }
     }
 }
 

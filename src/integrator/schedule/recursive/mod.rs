@@ -315,7 +315,7 @@ impl<'a> Tile<'a> {
 
     /// Moves the light found by group to a sink.
     fn deposit_groups(&mut self, sink: &mut dyn Sink) {
-        self.buffers.found.drain().for_each(|light| sink.deposit_to_group(&light));
+        sink.take_groups(&mut self.buffers.found);
     }
 
     /// Returns the continued path, if it goes on.

@@ -148,11 +148,11 @@ impl<'a> Tile<'a> {
         };
         let reusable = outcome.reuse.as_ref().and_then(|shared| shared.gives.then_some(&shared.reusable));
         slots.second(of, path.radiance, reusable);
-        self.buffers.found.drain().for_each(|light| slots.second_of_group(&light));
+        slots.second_by_group(&mut self.buffers.found);
         self.put_aside(&mut path);
         self.light(&mut path, &outcome);
         slots.lit(of, path.radiance);
-        self.buffers.found.drain().for_each(|light| slots.lit_by_group(&light));
+        slots.lit_by_group(&mut self.buffers.found);
         self.fork(&outcome);
         let next = self.onward(&path, &outcome);
         self.put_aside(&mut path);

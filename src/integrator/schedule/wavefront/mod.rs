@@ -78,7 +78,7 @@ impl Wave {
                     self.shadows(setup, isa, clock);
                 }
             }
-            self.found.drain().for_each(|light| film.deposit_to_group(&light));
+            film.take_groups(&mut self.found);
             self.report_ends(clock.observer);
             self.advance(film, clock);
         }

@@ -162,7 +162,7 @@ impl Wave {
         self.shade_paths(setup, photons, isa, asks, clock);
         self.report_paths(setup, photons, isa, clock.observer);
         self.shadows(setup, isa, clock);
-        self.found.drain().for_each(|light| sink.deposit_to_group(&light));
+        sink.take_groups(&mut self.found);
         self.report_ends(clock.observer);
     }
 
@@ -230,14 +230,14 @@ impl Wave {
         for ((path, emitted), reusable) in self.paths.found().zip(&self.roles.reusable) {
             slots.second(path, emitted, reusable.as_ref());
         }
-        self.found.drain().for_each(|light| slots.second_of_group(&light));
+        slots.second_by_group(&mut self.found);
         self.put_aside(clock);
         self.shadows(setup, isa, clock);
         self.report_ends(clock.observer);
         for (path, radiance) in self.paths.found() {
             slots.lit(path, radiance);
         }
-        self.found.drain().for_each(|light| slots.lit_by_group(&light));
+        slots.lit_by_group(&mut self.found);
         self.put_aside(clock);
         self.advance(slots, clock);
     }

@@ -3,7 +3,7 @@
 use super::shadow_queue::ShadowAnyHit;
 use super::wave::{StageClock, Wave};
 use crate::bvh::{self, Coherence};
-use crate::integrator::path::light_groups::{GroupLight, group_of};
+use crate::integrator::path::light_groups::GroupLight;
 use crate::integrator::path::shadow::{ShadowRay, connect};
 use crate::integrator::transport::path_tracing::limited;
 use crate::integrator::transport::transparent_shadow::arriving;
@@ -46,14 +46,15 @@ impl Wave {
         if setup.light_groups() == 0 {
             return;
         }
-        let ([r, g, b], targets) = self.shadow.contributions();
-        let (pixels, samples) = self.paths.pixels();
-        for i in (0..count).filter(|i| self.occluded[*i] == 0) {
-            let (target, group) = (targets[i] as usize, group_of(setup, self.shadow.emitter(i)));
+        let (groups, Self { found, shadow, paths, occluded, .. }) = (&setup.scene.emitters.group[..], self);
+        let ([r, g, b], targets) = shadow.contributions();
+        let (pixels, samples) = paths.pixels();
+        found.kept.reserve(count);
+        for i in (0..count).filter(|i| occluded[*i] == 0) {
+            let group = groups.get(shadow.emitter(i) as usize).copied().unwrap_or(NONE);
             if group != NONE {
-                let (pixel, sample) = (pixels[target], samples[target]);
-                let light = Rgb::new(r[i], g[i], b[i]);
-                self.found.push(GroupLight { pixel, sample, group, light, is_given: false });
+                let (target, light) = (targets[i] as usize, Rgb::new(r[i], g[i], b[i]));
+                found.kept.push(GroupLight { pixel: pixels[target], sample: samples[target], group, light });
             }
         }
     }

@@ -97,7 +97,7 @@ impl Kernel for RetireStage<'_, '_> {
                 let group = self.setup.scene.around_group;
                 if group != NONE {
                     self.found.add(&path, Int::splat(group), light, false, around);
-                    self.found.drain().for_each(|light| sink.deposit_to_group(&light));
+                    sink.take_groups(self.found);
                 }
                 let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
                 let (mut pixel, mut sample) = ([0; 16], [0; 16]);
