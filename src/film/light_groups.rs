@@ -125,7 +125,8 @@ mod tests {
                 prop_assert!((mixed[x].g * 2.0 - mixed[x].r).abs() < 1e-4 * mixed[x].r.max(1.0));
             }
             let nothing = film.ungrouped_radiance();
-            prop_assert!(nothing.iter().all(|rest| rest.max_component() == 0.0), "{:?}", nothing);
+            // Halves of quanta are rounded up in the film, and to even numbers in groups.
+            prop_assert!(nothing.iter().all(|rest| rest.max_component() <= 40.0 * QUANTUM as f32), "{:?}", nothing);
         }
     }
 }

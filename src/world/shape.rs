@@ -148,6 +148,18 @@ forms! {
             /// as of `Prism`
             segments: Option<u32> = None, OptionalWhole(3, Shape::MOST_SEGMENTS);
         },
+        /// Balls that flow into each other where they are near: a smooth closed surface. The image lies in the rectangle around
+        /// all of them, upright seen from +Z.
+        Metaballs {
+            /// the middles of the balls (x, y, z)
+            points: Vec<Vec3> = Vec::new(), Path, required;
+            /// the radius of each ball by itself, or a list of one for each
+            radius_m: Vec<f32> = vec![0.5], Numbers(Range::Above0);
+            /// the distance up to which a ball flows into others, in radii; above 1
+            reach: f32 = 2.0, Number(Range::FromTo(1.05, 16.0));
+            /// chords around each ball; as of `Prism`
+            segments: Option<u32> = None, OptionalWhole(3, Shape::MOST_SEGMENTS);
+        },
         /// Words of solid letters in the XY plane that face +Z, half of their depth to either side of it. The baseline of
         /// the first line is the X axis. The image lies in the rectangle around all letters, upright on their fronts.
         Text {

@@ -240,6 +240,54 @@ pub const STRIPS: &[Strip] = &[
         zoom: 1,
     },
     Strip {
+        name: "modifiers",
+        scene: &[
+            r#"(
+    settings: (samples: 64, transport: Path),
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 26), transform: LookAt(from: (1.6, 2, 3.6), to: (0, 0.48, 0))),
+        (light: Environment(radiance: 0.5)),
+        (light: Area(power_w: 120, size_m: 1), transform: LookAt(from: (-3, 4, 2), to: (0, 0, 0))),
+        (shape: Grid(size_m: 20, columns: 1, rows: 1), material: (diffuse: 0.5)),
+        (shape: VALUE, material: (diffuse: (0.75, 0.35, 0.15)), transform: (translate: (0, 0.5, 0))),"#,
+            END,
+        ],
+        values: &[
+            "Box(size_m: 1)",
+            "Box(size_m: 1), modifiers: [Subdivide(levels: 1)]",
+            "Box(size_m: 1), modifiers: [Subdivide(levels: 4)]",
+            "Box(size_m: 1), modifiers: [Subdivide(levels: 4, crease_degrees: 80)]",
+            "Sphere(radius_m: 0.5), modifiers: [Displace(texture: Noise(scale: 6), height_m: 0.25)]",
+            "Box(size_m: 1), modifiers: [Subdivide(levels: 6, smooth: false), Displace(texture: Bricks(space: Object, scale: 5), height_m: 0.03)]",
+            "Torus(radius_m: 0.5, tube_radius_m: 0.25, segments: 16), modifiers: [Normals(smooth_degrees: 0)]",
+        ],
+        zoom: 1,
+    },
+    Strip {
+        name: "copies",
+        scene: &[
+            r#"(
+    settings: (samples: 64, transport: Path),
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 28), transform: LookAt(from: (1.2, 2.4, 4.2), to: (0, 0.3, 0))),
+        (light: Environment(radiance: 0.5)),
+        (light: Area(power_w: 160, size_m: 1), transform: LookAt(from: (-3, 5, 2), to: (0, 0, 0))),
+        (shape: Grid(size_m: 20, columns: 1, rows: 1), material: (diffuse: 0.5)),
+        (name: "hill", shape: Sphere(radius_m: 0.9), transform: (scale: (1, 0.6, 1)), material: (diffuse: (0.3, 0.4, 0.2))),
+        (shape: Cone(radius_m: 0.06, height_m: 0.3), material: (diffuse: (0.8, 0.45, 0.12)), VALUE),"#,
+            END,
+        ],
+        values: &[
+            "array: (count: 9, step: (translate: (0.2, 0, 0))), transform: (translate: (-0.8, 0.15, 1.05))",
+            "array: [(count: 6, step: (translate: (0.3, 0, 0))), (count: 3, step: (translate: (0, 0, 0.25)))], transform: (translate: (-0.75, 0.15, 0.9))",
+            "array: (count: 24, step: (rotate_degrees: (0, 15, 0))), transform: (translate: (1.15, 0.15, 0))",
+            r#"scatter: (on: "hill", count: 150), transform: (translate: (0, 0.14, 0))"#,
+            r#"scatter: (on: "hill", count: 150, align: 0), transform: (translate: (0, 0.14, 0))"#,
+            r#"scatter: (on: "hill", count: 150, scale: (0.3, 1.6), seed: 2), transform: (translate: (0, 0.14, 0))"#,
+        ],
+        zoom: 1,
+    },
+    Strip {
         name: "tone_curves",
         scene: &[
             r#"(

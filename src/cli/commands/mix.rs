@@ -7,13 +7,13 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::args::{OutputOptions, PictureLook, WorkOptions};
-use crate::cli::job::{Job, OutputImage, Outputs, Saved, gathered_of, mixed};
+use crate::cli::job::{Job, OutputImage, Outputs, Saved, aov, gathered_of, mixed};
 use crate::cli::{failure::Failure, output};
 use crate::film::Film;
 use crate::formats::film_file::{self, FilmFile};
 use crate::formats::picture::supported;
 use crate::math::Rgb;
-use crate::render::{light_channels, on_threads};
+use crate::render::on_threads;
 
 /// `rayfront mix`.
 #[derive(Args, Debug)]
@@ -104,7 +104,7 @@ fn write(
 ) -> Result<(), Failure> {
     let FilmFile { header, .. } = file;
     let picture = OutputImage::new(header, film, arguments.output.bits);
-    let channels = light_channels(film, &header.light_groups);
+    let channels = aov::light_layers(film, header, outputs);
     let mut denoised = None;
     if arguments.output.denoise {
         let (path, work) = (&arguments.film, &arguments.work);

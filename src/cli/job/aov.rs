@@ -5,8 +5,11 @@ use std::path::PathBuf;
 
 use serde_json::{Map, Value};
 
-use crate::film::FilmChannel;
-use crate::render::names_of_ids;
+use super::outputs::Outputs;
+use crate::film::{Film, FilmChannel};
+use crate::formats::film_file::FilmHeader;
+use crate::formats::picture::ImageEncoding;
+use crate::render::{light_channels, names_of_ids};
 use crate::scene::CompiledScene;
 use crate::world::Aov;
 
@@ -26,6 +29,13 @@ pub fn with_file(outputs: &[PathBuf], aovs: &[Aov]) -> Vec<PathBuf> {
         outputs.push(beside);
     }
     outputs
+}
+
+/// Returns the layers of light groups, if some output can hold them.
+pub fn light_layers(film: &Film, header: &FilmHeader, outputs: &Outputs) -> Vec<FilmChannel> {
+    let is_held =
+        outputs.stdout_image == Some(ImageEncoding::OpenExr) || outputs.images.iter().any(|path| holds(path));
+    if is_held { light_channels(film, &header.light_groups) } else { Vec::new() }
 }
 
 /// Returns the names of the ids in a file, as JSON in ASCII; `None` if there are no ids.

@@ -20,7 +20,7 @@ use crate::error::Diagnostic;
 use crate::formats::film_file::{self, FilmFile, FilmHeader};
 use crate::formats::picture::{ImageEncoding, fits, supported};
 use crate::integrator::Stop;
-use crate::render::{MemoryEstimate, Options, Progress, Session, light_channels};
+use crate::render::{MemoryEstimate, Options, Progress, Session};
 use crate::study::explain::Recipe;
 use crate::world::{Settings, SourceFiles};
 
@@ -177,7 +177,8 @@ fn finish(
     let picture = OutputImage::new(&header, session.film(), wanted.bits);
     let has_layers = !images.is_empty() || wanted.outputs.stdout_image == Some(ImageEncoding::OpenExr);
     let mut channels = if has_layers { session.channels(&header.settings.aov) } else { Vec::new() };
-    channels.extend(light_channels(session.film(), &header.light_groups));
+    let layered = Outputs { images: images.to_vec(), ..wanted.outputs.clone() };
+    channels.extend(aov::light_layers(session.film(), &header, &layered));
     let manifest = aov::manifest(&channels, &names, session.scene());
     picture.write(images, &channels, manifest.clone(), &mut saved);
     if let Some(encoding) = wanted.outputs.stdout_image {

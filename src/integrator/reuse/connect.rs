@@ -66,8 +66,8 @@ pub struct Connections {
     pairs: Pairs,
     /// Indexed by slot.
     received: Vec<Received>,
-    /// The same by light group.
-    by_group: Vec<Vec<Received>>,
+    /// The radiance by light group.
+    by_group: Vec<Vec<Color<f32>>>,
     /// True if the second vertices that give light are counted.
     counts: bool,
     /// The number of rays so far.
@@ -146,7 +146,8 @@ impl Connections {
             + size_of_val(&self.blocked[..])
             + size_of_val(&self.t_min[..])
             + self.pairs.density.capacity() * 4 * size_of::<f32>()
-            + (1 + self.by_group.len()) * self.received.capacity() * size_of::<Received>()
+            + self.received.capacity() * size_of::<Received>()
+            + self.by_group.len() * self.received.capacity() * size_of::<Color<f32>>()
     }
 
     /// Connects the groups of all units and adds what their paths have found to the film. `any` finds the blocked rays.
@@ -168,7 +169,7 @@ impl Connections {
         self.by_group.resize_with(setup.light_groups(), Vec::new);
         for received in &mut self.by_group {
             received.clear();
-            received.resize(self.received.len(), nothing);
+            received.resize(self.received.len(), Color::black());
         }
         self.counts = observer.is_active();
         for (index, unit) in slots.units.clone().enumerate() {
@@ -189,9 +190,7 @@ impl Connections {
         }
         self.trace(setup, isa, slots, observer, any);
         slots.finish(&self.received, film, observer);
-        for (group, received) in self.by_group.iter().enumerate() {
-            slots.finish_group(group, received, film);
-        }
+        slots.finish_groups(&self.by_group, film);
     }
 
     /// Gathers the members and lenders of a group; none if there are no lenders.
@@ -249,11 +248,7 @@ impl Connections {
         }
         for group in &self.groups {
             let Self { members, lenders, pairs, received, by_group, .. } = self;
-            dispatch(isa, Receive { group, members, lenders, pairs, slots, of: None, received });
-            for (number, received) in by_group.iter_mut().enumerate() {
-                let of = Some(number);
-                dispatch(isa, Receive { group, members, lenders, pairs, slots, of, received });
-            }
+            dispatch(isa, Receive { group, members, lenders, pairs, slots, received, by_group });
             if self.counts {
                 count_senders(group, &self.members, &self.pairs, &mut self.received);
             }
@@ -275,21 +270,50 @@ struct Receive<'a> {
     lenders: &'a [(u32, u32)],
     pairs: &'a Pairs,
     slots: &'a PathSlots,
-    /// The light group whose light is received, or that of all lights.
-    of: Option<usize>,
     received: &'a mut [Received],
+    by_group: &'a mut [Vec<Color<f32>>],
 }
 
 impl Kernel for Receive<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { group, pairs, slots, of, received, .. } = self;
+        let members = &self.members[self.group.members.clone()];
+        let lenders = &self.lenders[self.group.lenders.clone()];
+        let mut densities = [0.0; LARGEST];
+        self.group.add_densities(self.pairs, &mut densities[..lenders.len()]);
+        let [r, g, b] = self.sums::<L>(None, &densities);
+        for (place, at) in members.iter().enumerate() {
+            self.received[*at as usize].radiance = Color::new(r[place], g[place], b[place]);
+        }
+        for group in 0..self.by_group.len() {
+            if self.has_light(group) {
+                let [r, g, b] = self.sums::<L>(Some(group), &densities);
+                for (place, at) in members.iter().enumerate() {
+                    self.by_group[group][*at as usize] = Color::new(r[place], g[place], b[place]);
+                }
+            }
+        }
+    }
+}
+
+/// Red, green and blue of each member.
+type ReceivedSums = [[f32; LARGEST + PADDING]; 3];
+
+impl Receive<'_> {
+    /// True if some lender has light of a light group.
+    fn has_light(&self, group: usize) -> bool {
+        let lenders = &self.lenders[self.group.lenders.clone()];
+        lenders.iter().any(|(at, _)| self.slots.shared(*at as usize, Some(group)).max_component() > 0.0)
+    }
+
+    /// What the members take of a light group, or of all lights, given the sum of all densities for each lender.
+    #[inline(always)]
+    fn sums<L: Lanes>(&self, of: Option<usize>, densities: &[f32; LARGEST]) -> ReceivedSums {
+        let Self { group, pairs, slots, .. } = *self;
         let members = &self.members[group.members.clone()];
         let lenders = &self.lenders[group.lenders.clone()];
         let mut sums = [[0.0; LARGEST + PADDING]; 3];
-        let mut densities = [0.0; LARGEST];
-        group.add_densities(pairs, &mut densities[..lenders.len()]);
         for (row, (at, own)) in lenders.iter().enumerate() {
             let start = group.pairs + row * group.row();
             let density = &pairs.density[start..][..group.row()];
@@ -317,10 +341,7 @@ impl Kernel for Receive<'_> {
                 }
             }
         }
-        let [r, g, b] = &sums;
-        for (place, at) in members.iter().enumerate() {
-            received[*at as usize].radiance = Color::new(r[place], g[place], b[place]);
-        }
+        sums
     }
 }
 

@@ -301,14 +301,17 @@ impl PathSlots {
         }
     }
 
-    /// Adds the light of a group that the paths keep and take to the pixels of a film.
-    pub(super) fn finish_group(&self, group: usize, received: &[Received], film: &mut Film) {
+    /// Adds the light of each group that the paths keep and take to the pixels of a film.
+    pub(super) fn finish_groups(&self, received: &[Vec<Color<f32>>], film: &mut Film) {
         let region = film.region();
-        let slots = self.slots[..self.units.len() * PIXELS].iter().zip(received);
-        for ((slot, received), groups) in slots.zip(self.groups.chunks(self.group_count)) {
+        let slots = self.slots[..self.units.len() * PIXELS].iter().enumerate();
+        for ((index, slot), own) in slots.zip(self.groups.chunks(self.group_count.max(1))) {
             let (x, y) = unpack_pixel(slot.pixel);
-            if contains(&region, x, y) {
-                let light = slot.weight * groups[group].own + received.radiance;
+            if !slot.begun || !contains(&region, x, y) {
+                continue;
+            }
+            for (group, (own, received)) in own.iter().zip(received).enumerate() {
+                let light = slot.weight * own.own + received[index];
                 if light.max_component() > 0.0 {
                     film.add_to_group(x, y, slot.sample, group as u32, light.into());
                 }

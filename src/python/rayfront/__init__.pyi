@@ -534,6 +534,18 @@ class _Max(Variant):
     ) -> Variant: ...
 
 Max: _Max
+
+class _Metaballs(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        points: ArrayLike,
+        radius_m: ArrayLike = ...,
+        reach: _Number = ...,
+        segments: int = ...,
+    ) -> Variant: ...
+
+Metaballs: _Metaballs
 Metal: Variant
 
 class _Min(Variant):

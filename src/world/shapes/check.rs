@@ -60,18 +60,16 @@ impl Shape {
             }
             Shape::Tube { points, radius_m, curve, .. } => {
                 check_curve("points", points.iter().copied(), *curve, false)?;
-                if radius_m.len() != 1 && radius_m.len() != points.len() {
-                    let [radii, points] = [radius_m.len(), points.len()];
-                    let reason = format!(
-                        "radius_m has {radii} numbers for {points} points: give one for each, or one"
-                    );
-                    return fault(&["radius_m"], reason);
-                }
+                check_radii(radius_m, points)?;
                 if radius_m.iter().all(|radius| *radius == 0.0) {
                     return fault(&["radius_m"], "radius_m must be above 0 somewhere".to_owned());
                 }
                 Ok(())
             }
+            Shape::Metaballs { points, .. } if points.is_empty() => {
+                fault(&["points"], "there are no balls: give at least one point".to_owned())
+            }
+            Shape::Metaballs { points, radius_m, .. } => check_radii(radius_m, points),
             Shape::Text { text, .. } if text.chars().all(char::is_whitespace) => {
                 fault(&["text"], "the text is blank".to_owned())
             }
@@ -112,6 +110,16 @@ fn check_prism(outline: &[Vec2], holes: &[Vec<Vec2>], curve: Spline) -> Result<(
         false => (&["holes"], "holes must be within the outline, and apart from it and from each other"),
     };
     Err(ShapeFault { fields, item, reason: reason.to_owned() })
+}
+
+/// Checks that there is a radius for each point, or one for all.
+fn check_radii(radii: &[f32], points: &[Vec3]) -> Result<(), ShapeFault> {
+    if radii.len() == 1 || radii.len() == points.len() {
+        return Ok(());
+    }
+    let [radii, points] = [radii.len(), points.len()];
+    let reason = format!("radius_m has {radii} numbers for {points} points: give one for each, or one");
+    Err(ShapeFault { fields: &["radius_m"], item: None, reason })
 }
 
 /// Checks the number of a curve's points, and that neighbours differ.

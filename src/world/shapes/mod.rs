@@ -7,6 +7,7 @@ mod curves;
 mod extrude;
 mod grid;
 mod lathe;
+mod metaballs;
 mod prism;
 mod revolve;
 mod rounded_box;
@@ -18,6 +19,7 @@ use crate::math::{DVec3, Vec3};
 use crate::world::{Align, Assets, Mesh, Shape, Spline, Strands, TubeEnds};
 
 pub(crate) use check::ShapeFault;
+use metaballs::{Ball, MetaballStyle};
 use text::TextStyle;
 pub(crate) use text::check_font;
 use tube::TubeStyle;
@@ -114,6 +116,14 @@ impl Shape {
                 let style = TubeStyle { curve: *curve, ends: *ends, segments: *segments, fineness };
                 tube::mesh(strands_of(strands, *radius_m), style)
             }
+            Shape::Metaballs { points, radius_m, reach, segments } => {
+                let balls: Vec<Ball> = with_radii(points, radius_m)
+                    .into_iter()
+                    .map(|(middle, radius)| Ball { middle, radius })
+                    .collect();
+                let (reach, segments) = (f64::from(*reach), *segments);
+                metaballs::mesh(&balls, MetaballStyle { reach, segments, fineness })
+            }
             Shape::Text { text, font, size_m, depth_m, bevel_m, align, segments } => {
                 let font = assets.fonts.get(font.0 as usize)?;
                 let [size_m, depth_m, bevel_m] = [*size_m, *depth_m, *bevel_m];
@@ -152,6 +162,7 @@ impl Shape {
             | Shape::Lathe { segments, .. }
             | Shape::Tube { segments, .. }
             | Shape::Strands { segments, .. }
+            | Shape::Metaballs { segments, .. }
             | Shape::Text { segments, .. } => segments.is_none(),
             Shape::Prism { curve, segments, .. } => *curve != Spline::Linear && segments.is_none(),
             _ => false,
@@ -219,6 +230,11 @@ impl Shape {
                     Vec3::new(left, below, -0.5 * depth_m),
                     Vec3::new(right, *size_m, 0.5 * depth_m),
                 ]);
+            }
+            Shape::Metaballs { points, radius_m, reach, .. } => {
+                let [low, high] = around(points.iter().copied())?;
+                let radius = reach * radius_m.iter().copied().fold(0.0, f32::max);
+                return Some([low - radius, high + radius]);
             }
             Shape::Tube { points, radius_m, .. } => {
                 let [low, high] = around(points.iter().copied())?;

@@ -21,7 +21,7 @@ use crate::cli::{failure::Failure, output};
 use crate::film::{FilmChannel, SampleRanges};
 use crate::formats::film_file::{self, FilmFile, FilmHeader};
 use crate::formats::picture::supported;
-use crate::render::{MemoryEstimate, RenderState, Session, film_channels, light_channels, on_threads};
+use crate::render::{MemoryEstimate, RenderState, Session, film_channels, on_threads};
 use crate::world::Adaptive;
 
 /// `rayfront merge`.
@@ -279,6 +279,7 @@ fn channels_of(
     header: &FilmHeader,
     gathered: &RenderState,
     session: Option<(&Session, &Job)>,
+    outputs: &Outputs,
 ) -> (Vec<FilmChannel>, Option<String>) {
     let aovs = &header.settings.aov;
     let mut channels = match session {
@@ -286,7 +287,7 @@ fn channels_of(
         None => film_channels(gathered, aovs),
     };
     let manifest = session.and_then(|(session, job)| aov::manifest(&channels, &job.names, session.scene()));
-    channels.extend(light_channels(&gathered.film, &header.light_groups));
+    channels.extend(aov::light_layers(&gathered.film, header, outputs));
     (channels, manifest)
 }
 
@@ -326,7 +327,8 @@ fn write_images(
     let picture = OutputImage::new(&header, &gathered.film, arguments.output.bits);
     let shows = !images.is_empty() || outputs.stdout_image.is_some();
     let held = session.zip(job.as_ref()).filter(|_| shows);
-    let (channels, manifest) = channels_of(&header, gathered, held);
+    let (channels, manifest) =
+        channels_of(&header, gathered, held, &Outputs { images: images.clone(), ..outputs.clone() });
     picture.write(&images, &channels, manifest.clone(), &mut saved);
     let mut written: Vec<PathBuf> = saved.images.iter().chain(&saved.film).cloned().collect();
     let denoised = session.filter(|_| arguments.output.denoise).and_then(|session| session.denoised());
