@@ -62,21 +62,18 @@ pub fn compile_after(
     let seen = (&camera, &textures.output, origin);
     let (shapes, copies) = meshes_and_copies(world, &order, &transforms, seen, before)?;
     let (mut materials, mut material_names) = materials::compile(&world.assets, world.settings.transport);
-    let groups = light_groups::LightGroups::new(world, &order, &materials);
-    let records = (&mut materials, &mut material_names);
-    let lights::CompiledLights { lamps, panels } =
-        lights::compile(world, &order, &transforms, &copies, &groups, records)?;
+    let groups = &light_groups::LightGroups::new(world, &order, &materials);
+    let (order, transforms) = (&order[..], &transforms);
+    let placed = geometry::PlacedWorld { world, order, transforms, copies: &copies, shapes: &shapes, groups };
+    let (lamps, panels) = lights::compile(&placed, &mut materials, &mut material_names)?;
     let open_surfaces = Memo::reuse_or_make(
         before.map(|before| &before.open_surfaces),
-        open_surfaces::OpenSurfaceInputs::new(world, &order, &transforms, &shapes),
+        open_surfaces::OpenSurfaceInputs::new(world, order, transforms, &shapes),
         |inputs| Ok::<_, CompileError>(open_surfaces::find(inputs)),
     )?;
     let open = open_surfaces.output.iter().map(|sheet| (sheet.entity, sheet)).collect();
     let mut sheets =
         materials::TwoSidedVariants::new(&mut materials, &mut material_names, world.settings.transport);
-    let (order, transforms) = (&order[..], &transforms);
-    let placed =
-        geometry::PlacedWorld { world, order, transforms, copies: &copies, shapes: &shapes, groups: &groups };
     let inputs = geometry::GeometryInputs::new(&placed, panels, &open, &mut sheets)?;
     let mut sheets = sheets.end();
     let bodies = materials::number_bodies(&mut materials, world.settings.transport);
@@ -128,14 +125,13 @@ pub fn compile_after(
         around_group: groups.around,
         ambient: world.settings.ambient,
         bounds,
-        light_groups: Vec::new(),
+        light_groups: groups.names.clone(),
         warnings: Vec::new(),
     };
     scene.warnings = warnings(&scene, world);
     scene.warnings.extend(open_surfaces::told(&open_surfaces.output));
-    scene.warnings.extend(groups.too_many());
-    scene.light_groups = groups.names;
-    scene.warnings.extend(many_light_meshes(emitters.output.left_out, world));
+    let too_many = many_light_meshes(emitters.output.left_out, world);
+    scene.warnings.extend(groups.too_many().into_iter().chain(too_many));
     let scene = Arc::new(scene);
     Ok(MemoizedScene { scene, textures, environment, shapes, open_surfaces, geometry, emitters })
 }

@@ -119,18 +119,14 @@ pub(super) fn compile(
         let emitter = push(&mut out, kind::ENVIRONMENT, flag::VISIBLE | flags, row);
         out.group[emitter as usize] = *around_group;
     }
-    for (light, without) in lights.iter().zip(without_caustics) {
-        if *without && light.emitter != NONE {
-            out.flags[light.emitter as usize] |= flag::WITHOUT_PHOTONS;
-        }
-    }
-    for emitter in 0..out.len() {
+    for (emitter, group) in out.group.iter_mut().enumerate() {
         if let Some(material) = surfaces.materials.get(out.material[emitter] as usize) {
-            out.group[emitter] = material.group;
+            *group = material.group;
         }
     }
-    for (light, group) in lights.iter().zip(groups) {
+    for ((light, without), group) in lights.iter().zip(without_caustics).zip(groups) {
         if light.emitter != NONE {
+            out.flags[light.emitter as usize] |= if *without { flag::WITHOUT_PHOTONS } else { 0 };
             out.group[light.emitter as usize] = *group;
         }
     }

@@ -28,6 +28,10 @@ impl LightGroups {
         let mut groups = LightGroups { around: NONE, ..LightGroups::default() };
         let mut is_surrounded = false;
         for &entity in order {
+            // Also without light at this moment: all moments of an exposure have the same groups.
+            if let Ok(group) = world.entities.get::<&LightGroup>(entity) {
+                groups.number_of(group.0.clone());
+            }
             let light = world.entities.get::<&Light>(entity).ok();
             if light.is_none() && !has_emission(world, entity, materials) {
                 continue;

@@ -2,15 +2,14 @@
 
 use hecs::Entity;
 
-use super::copies::Copies;
-use super::light_groups::LightGroups;
+use super::geometry::PlacedWorld;
 use super::materials;
 use super::photometric::{self, BeamCone};
 use super::sky::{Air, SUN_ANGLE};
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::MaterialRecord;
-use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
+use crate::world::transforms::{direction, entity_error, point};
 use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, TextureId, World};
 
 /// A light entity in world space.
@@ -107,25 +106,16 @@ pub(super) struct WorldLights {
     pub around_group: u32,
 }
 
-/// The compiled light entities.
-#[derive(Default)]
-pub(super) struct CompiledLights {
-    pub lamps: WorldLights,
-    /// The surfaces of lights that rays can hit.
-    pub panels: Vec<LightMesh>,
-}
-
-/// Compiles the lights. Materials of visible lights are added to those of the assets.
+/// Compiles the lights: returns them, and the surfaces of those that rays can hit. Materials of these are added to those
+/// of the assets.
 pub(super) fn compile(
-    world: &World,
-    order: &[Entity],
-    transforms: &WorldTransforms,
-    copies: &Copies,
-    groups: &LightGroups,
-    (materials, names): (&mut Vec<MaterialRecord>, &mut Vec<String>),
-) -> Result<CompiledLights, CompileError> {
-    let mut out = CompiledLights::default();
-    out.lamps.around_group = groups.around;
+    placed: &PlacedWorld,
+    materials: &mut Vec<MaterialRecord>,
+    names: &mut Vec<String>,
+) -> Result<(WorldLights, Vec<LightMesh>), CompileError> {
+    let PlacedWorld { world, order, transforms, copies, groups, .. } = *placed;
+    let (mut lamps, mut panels) = (WorldLights::default(), Vec::new());
+    lamps.around_group = groups.around;
     let mut around = None;
     for &entity in order {
         let Ok(light) = world.entities.get::<&world::Light>(entity) else { continue };
@@ -142,14 +132,14 @@ pub(super) fn compile(
                         let material = materials.len() as u32;
                         materials.push(MaterialRecord { group: groups.of(entity), ..surface(radiance) });
                         names.push(format!("light of {}", world.name_of(entity)));
-                        out.panels.push(LightMesh { corners: cut_out(corners, *outline), material, entity });
+                        panels.push(LightMesh { corners: cut_out(corners, *outline), material, entity });
                         material
                     });
                     let [corner, first, _, second] = corners;
                     let edges = [first - corner, second - corner];
                     let (samples, pattern) = (*samples, *pattern);
                     let outline = *outline;
-                    out.lamps.all.push(WorldLight::Area {
+                    lamps.all.push(WorldLight::Area {
                         corner,
                         edges,
                         outline,
@@ -172,28 +162,21 @@ pub(super) fn compile(
                     let across = (along - axis * along.dot(axis)).normalize();
                     let (place, profile) = (point(matrix, Vec3::ZERO), *profile);
                     let (axes, scale) = ([axis, across], 1.0 / mean);
-                    out.lamps.all.push(WorldLight::Photometric {
-                        place,
-                        intensity,
-                        scale,
-                        axes,
-                        profile,
-                        beam,
-                    });
+                    lamps.all.push(WorldLight::Photometric { place, intensity, scale, axes, profile, beam });
                 }
-                sky @ world::Light::Sky { .. } => out.lamps.all.extend(sun(sky, matrix)),
-                other => out.lamps.all.push(punctual(other, matrix)),
+                sky @ world::Light::Sky { .. } => lamps.all.extend(sun(sky, matrix)),
+                other => lamps.all.push(punctual(other, matrix)),
             }
         }
         let sends_none = world.entities.satisfies::<&world::WithoutCaustics>(entity);
         if light.is_around() {
             around.get_or_insert(sends_none);
         }
-        out.lamps.without_caustics.resize(out.lamps.all.len(), sends_none);
-        out.lamps.groups.resize(out.lamps.all.len(), groups.of(entity));
+        lamps.without_caustics.resize(lamps.all.len(), sends_none);
+        lamps.groups.resize(lamps.all.len(), groups.of(entity));
     }
-    out.lamps.around_without_caustics = around.unwrap_or(false);
-    Ok(out)
+    lamps.around_without_caustics = around.unwrap_or(false);
+    Ok((lamps, panels))
 }
 
 /// The corners of an area light, counter-clockwise as seen from the emitting side, and the area between them.

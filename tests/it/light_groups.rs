@@ -49,13 +49,14 @@ fn room(settings: &str) -> World {
 }
 
 /// The ways in which the parts of a film's light may be found.
-const WAYS: [&str; 6] = [
+const WAYS: [&str; 7] = [
     "transport: Whitted",
     "transport: Path, sharing: Off, caustics: Off",
     "transport: Path, sharing: 16, caustics: Off, copied_triangles: 0",
     "transport: Path, sharing: Off, caustics: (photons: 1)",
     "transport: Path, sharing: 8, caustics: (photons: 1), clamp: 4",
     "transport: Whitted, caustics: (photons: 1), background: 0.2",
+    "transport: Path, adaptive: On, caustics: Off",
 ];
 
 /// What lies between the whole film and its groups, and what these sum up to, both relative to the whole.
@@ -232,6 +233,27 @@ fn parts_with_light_groups_merge_to_the_whole() {
     here.out("scene.ron --shard 0/2 -o other.film");
     here.fails(1, "merge part-0.film other.film -o a.png", &["light_groups"]);
     here.out("resume all.film --spp 20 -o more.exr");
+}
+
+/// Lamps that are switched on while the shutter is open: a film has the same groups at all moments.
+#[test]
+fn groups_stay_the_same_while_the_shutter_is_open() {
+    let scene = r#"(
+        settings: (size: (24, 18), samples: 8, transport: Path),
+        entities: [
+            (camera: Pinhole(vertical_fov_degrees: 40), transform: (translate: (0, 0, 5))),
+            (shape: Sphere(radius_m: 1), material: (diffuse: 0.5)),
+            (name: "bulb", GROUP shape: Sphere(radius_m: 0.3), transform: (translate: (2, 1, 1)),
+             material: (emission: Keys([(0, 0), (0.5, 30)], Step))),
+        ],
+    )"#;
+    let here = program::folder(&scene.replace("GROUP", "group: \"bulb\","));
+    let line = "scene.ron --fps 1 --shutter 1 --moments 4 --overwrite -o scene.film";
+    here.out(&format!("{line} --light-groups"));
+    let share = here.json("mix scene.film")["light_groups"][0]["share"].as_f64();
+    assert!(share.is_some_and(|share| share > 0.99), "{share:?}");
+    here.write("scene.ron", scene.replace("GROUP", ""));
+    here.fails(1, &format!("{line} --light-groups"), &["give each that shines a group"]);
 }
 
 /// An image file's layers of light add up to the image.

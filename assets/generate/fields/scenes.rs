@@ -256,7 +256,7 @@ pub const STRIPS: &[Strip] = &[
             "Box(size_m: 1)",
             "Box(size_m: 1), modifiers: [Subdivide(levels: 1)]",
             "Box(size_m: 1), modifiers: [Subdivide(levels: 4)]",
-            "Box(size_m: 1), modifiers: [Subdivide(levels: 4, crease_degrees: 80)]",
+            "Cylinder(radius_m: 0.5, height_m: 1, segments: 8), modifiers: [Subdivide(levels: 4, crease_degrees: 60)]",
             "Sphere(radius_m: 0.5), modifiers: [Displace(texture: Noise(scale: 6), height_m: 0.25)]",
             "Box(size_m: 1), modifiers: [Subdivide(levels: 6, smooth: false), Displace(texture: Bricks(space: Object, scale: 5), height_m: 0.03)]",
             "Torus(radius_m: 0.5, tube_radius_m: 0.25, segments: 16), modifiers: [Normals(smooth_degrees: 0)]",

@@ -189,6 +189,10 @@ impl Job {
         if let Some(what) = found.source.difference(scene) {
             return Err(Failure::file(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }
+        if found.setup.scene.light_groups != self.header.light_groups {
+            let reason = "its lights are of other groups at another moment: give each that shines a group";
+            return Err(Failure::file(format!("{}: {reason}", scene.path.display())));
+        }
         // A film has only one unit.
         let setup = RenderSetup { unit: self.setup.unit, ..found.setup };
         (self.setup, self.moment) = (Arc::new(setup), moment);

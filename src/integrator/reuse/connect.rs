@@ -307,7 +307,7 @@ impl Receive<'_> {
         lenders.iter().any(|(at, _)| self.slots.shared(*at as usize, Some(group)).max_component() > 0.0)
     }
 
-    /// What the members take of a light group, or of all lights, given the sum of all densities for each lender.
+    /// The light that members take of a light group, or of all lights, given the sum of all densities for each lender.
     #[inline(always)]
     fn sums<L: Lanes>(&self, of: Option<usize>, densities: &[f32; LARGEST]) -> ReceivedSums {
         let Self { group, pairs, slots, .. } = *self;

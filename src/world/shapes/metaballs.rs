@@ -13,7 +13,7 @@ use crate::world::Mesh;
 
 /// The density of a ball of radius r at a distance d is (1 − d² / (k r)²)², times what makes it 1 at d = r.
 #[derive(Clone, Copy)]
-pub(super) struct Ball {
+pub(super) struct Metaball {
     pub middle: DVec3,
     pub radius: f64,
 }
@@ -37,7 +37,7 @@ const TETRAHEDRA: [[usize; 4]; 6] =
 const STEPS: u32 = 10;
 
 /// The density at a point, and its gradient.
-fn density(balls: &[Ball], reach: f64, point: DVec3) -> (f64, DVec3) {
+fn density(balls: &[Metaball], reach: f64, point: DVec3) -> (f64, DVec3) {
     let scale = (1.0 - reach.powi(-2)).powi(-2);
     let (mut sum, mut gradient) = (0.0, DVec3::ZERO);
     for ball in balls {
@@ -53,14 +53,14 @@ fn density(balls: &[Ball], reach: f64, point: DVec3) -> (f64, DVec3) {
 }
 
 /// A grid of densities around the balls.
-struct Grid {
+struct DensityGrid {
     low: DVec3,
     step: f64,
     counts: [usize; 3],
     densities: Vec<f32>,
 }
 
-impl Grid {
+impl DensityGrid {
     fn point(&self, index: usize) -> DVec3 {
         let [columns, rows, _] = self.counts;
         let place = [index % columns, index / columns % rows, index / (columns * rows)];
@@ -78,7 +78,7 @@ impl Grid {
 }
 
 /// The mesh of the surface where the density is 1. The image lies in the rectangle around all balls in the XY plane.
-pub(super) fn mesh(balls: &[Ball], style: MetaballStyle) -> Result<Mesh, CompileError> {
+pub(super) fn mesh(balls: &[Metaball], style: MetaballStyle) -> Result<Mesh, CompileError> {
     let MetaballStyle { reach, segments, fineness } = style;
     let (mut low, mut high) = (DVec3::MAX, DVec3::MIN);
     // Edges are up to √3 steps long.
@@ -95,7 +95,7 @@ pub(super) fn mesh(balls: &[Ball], style: MetaballStyle) -> Result<Mesh, Compile
     let points: usize = counts.iter().product();
     let _claim = memory::reserve("the densities of metaballs", 4 * points as u64)?;
     // Nothing lies at the grid's border.
-    let mut grid = Grid { low: low - 0.5 * step, step, counts, densities: vec![0.0; points] };
+    let mut grid = DensityGrid { low: low - 0.5 * step, step, counts, densities: vec![0.0; points] };
     fill(&mut grid, balls, reach);
 
     let cells = cells(&grid);
@@ -118,7 +118,7 @@ pub(super) fn mesh(balls: &[Ball], style: MetaballStyle) -> Result<Mesh, Compile
 }
 
 /// Adds the density of each ball where it reaches.
-fn fill(grid: &mut Grid, balls: &[Ball], reach: f64) {
+fn fill(grid: &mut DensityGrid, balls: &[Metaball], reach: f64) {
     let [columns, rows, layers] = grid.counts;
     for ball in balls {
         let radius = DVec3::splat(reach * ball.radius);
@@ -138,7 +138,7 @@ fn fill(grid: &mut Grid, balls: &[Ball], reach: f64) {
 }
 
 /// The cells that the surface passes through.
-fn cells(grid: &Grid) -> Vec<usize> {
+fn cells(grid: &DensityGrid) -> Vec<usize> {
     let [columns, rows, layers] = grid.counts;
     let mut cells = Vec::new();
     for z in 0..layers - 1 {
@@ -156,11 +156,11 @@ fn cells(grid: &Grid) -> Vec<usize> {
 }
 
 struct Surface<'a> {
-    balls: &'a [Ball],
+    balls: &'a [Metaball],
     reach: f64,
     low: DVec3,
     size: DVec3,
-    grid: &'a Grid,
+    grid: &'a DensityGrid,
     /// The vertices on edges between two points of the grid.
     known: HashMap<[usize; 2], u32>,
     builder: MeshBuilder,
@@ -264,8 +264,8 @@ mod tests {
             let (points, radii): (Vec<Vec3>, Vec<f32>) = balls.iter().map(|(p, r)| (Vec3::from(*p), *r)).unzip();
             let mesh = made(&shape(&points, &radii, reach), Fineness::Relative(1e-2));
             prop_assert!(is_closed(&mesh) && volume_of(&mesh) > 0.0);
-            let balls: Vec<Ball> = points.iter().zip(&radii)
-                .map(|(point, radius)| Ball { middle: point.as_dvec3(), radius: f64::from(*radius) }).collect();
+            let balls: Vec<Metaball> = points.iter().zip(&radii)
+                .map(|(point, radius)| Metaball { middle: point.as_dvec3(), radius: f64::from(*radius) }).collect();
             for (position, normal) in mesh.positions.iter().zip(&mesh.normals) {
                 let (value, gradient) = density(&balls, f64::from(reach), position.as_dvec3());
                 prop_assert!((value - 1.0).abs() < 1e-3 * (1.0 + gradient.length()), "{}", value);

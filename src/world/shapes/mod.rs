@@ -19,7 +19,7 @@ use crate::math::{DVec3, Vec3};
 use crate::world::{Align, Assets, Mesh, Shape, Spline, Strands, TubeEnds};
 
 pub(crate) use check::ShapeFault;
-use metaballs::{Ball, MetaballStyle};
+use metaballs::{Metaball, MetaballStyle};
 use text::TextStyle;
 pub(crate) use text::check_font;
 use tube::TubeStyle;
@@ -117,9 +117,9 @@ impl Shape {
                 tube::mesh(strands_of(strands, *radius_m), style)
             }
             Shape::Metaballs { points, radius_m, reach, segments } => {
-                let balls: Vec<Ball> = with_radii(points, radius_m)
+                let balls: Vec<Metaball> = with_radii(points, radius_m)
                     .into_iter()
-                    .map(|(middle, radius)| Ball { middle, radius })
+                    .map(|(middle, radius)| Metaball { middle, radius })
                     .collect();
                 let (reach, segments) = (f64::from(*reach), *segments);
                 metaballs::mesh(&balls, MetaballStyle { reach, segments, fineness })
