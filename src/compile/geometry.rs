@@ -133,15 +133,11 @@ impl GeometryInputs {
                 // A plane's corners may go around either way: it is a sheet, visible from both sides.
                 material = Some(sheets.of(material.unwrap_or(MaterialId::DEFAULT)));
             }
-            if groups.of(entity) != NONE {
-                match (material, &shape) {
-                    (Some(own), _) => material = Some(sheets.in_group(own, groups.of(entity))),
-                    (None, Shape::Mesh(id)) => {
-                        sheets.all_in_group(&made.meshes[id.0 as usize], groups.of(entity), &mut replaced);
-                    }
-                    (None, _) => {}
-                }
-            }
+            let own = match &shape {
+                Shape::Mesh(id) => &made.meshes[id.0 as usize].triangle_materials[..],
+                _ => &[],
+            };
+            sheets.put_in_group(groups.of(entity), &mut material, own, &mut replaced);
             let matrix = made.placement(world, entity, &shape, &transforms[&entity]);
             let copies = copies.of(entity).cloned();
             shapes.push(PlacedShape { entity: entity.id(), shape, matrix, copies, material, replaced });
@@ -188,8 +184,8 @@ pub(super) fn compile(
     let mut builder = GeometryBuilder::default();
     builder.geometry.keeps_object_space = inputs.keeps_object_space;
     let (mut placed, mut copies) = (Vec::new(), Vec::new());
-    let uses = count_uses(inputs);
-    let copied = choose_copied(inputs, &uses);
+    let uses = size::count_uses(inputs);
+    let copied = size::choose_copied(inputs, &uses);
     let _claim = size::check(inputs, &uses, &copied)?;
     builder.reserve(inputs, &uses, &copied);
     for placed_shape in &inputs.shapes {
@@ -241,36 +237,6 @@ pub(super) fn compile(
     let (geometry, placed, bvh) = builder.finish(inputs, placed, before);
     let (geometry, placed, copies) = (Arc::new(geometry), Arc::new(placed), Arc::new(copies));
     Ok((CompiledGeometry { geometry, placed, copies }, bvh))
-}
-
-/// Chooses the meshes that are copied to world space at all of their places: those whose copies are smallest, as many
-/// as the limit allows.
-fn choose_copied(inputs: &GeometryInputs, uses: &[u32]) -> Vec<bool> {
-    // Vertices count, too: a mesh may have any number that no triangle uses.
-    let size = |mesh: &ByPtr<Mesh>| mesh.0.triangles.len().max(mesh.0.positions.len()) as u64;
-    let sizes = inputs.meshes.iter().map(size);
-    let extra: Vec<u64> = uses.iter().zip(sizes).map(|(n, size)| n.saturating_sub(1) as u64 * size).collect();
-    let mut meshes: Vec<usize> = (0..extra.len()).collect();
-    meshes.sort_by_key(|mesh| extra[*mesh]);
-    let mut copied = vec![false; extra.len()];
-    let mut left = inputs.copied_triangles as u64;
-    for mesh in meshes {
-        let Some(rest) = left.checked_sub(extra[mesh]) else { break };
-        copied[mesh] = true;
-        left = rest;
-    }
-    copied
-}
-
-/// The number of entities that place each mesh.
-fn count_uses(inputs: &GeometryInputs) -> Vec<u32> {
-    let mut uses = vec![0; inputs.meshes.len()];
-    for placed in &inputs.shapes {
-        if let Shape::Mesh(id) = placed.shape {
-            uses[id.0 as usize] += placed.places() as u32;
-        }
-    }
-    uses
 }
 
 fn plain_part(material: MaterialId) -> Part {

@@ -11,7 +11,7 @@ use crate::scene::material::{
 };
 use crate::world::assets::Assets;
 use crate::world::{
-    self, AlphaMode, BlinnPhong, BumpMap, ColorInput, Highlight, Iridescence, MaterialId, Mesh, NormalMap,
+    self, AlphaMode, BlinnPhong, BumpMap, ColorInput, Highlight, Iridescence, MaterialId, NormalMap,
     ScalarInput, Transport,
 };
 
@@ -171,7 +171,7 @@ impl<'a> TwoSidedVariants<'a> {
     }
 
     /// The material whose light belongs to a light group.
-    pub fn in_group(&mut self, id: MaterialId, group: u32) -> MaterialId {
+    fn in_group(&mut self, id: MaterialId, group: u32) -> MaterialId {
         let record = self.materials[id.0 as usize];
         if !record.emits() {
             return id;
@@ -179,9 +179,23 @@ impl<'a> TwoSidedVariants<'a> {
         self.add(id, RecordVariant::InGroup(group), MaterialRecord { group, ..record })
     }
 
-    /// Adds to the replacements of a mesh's materials those whose light belongs to a light group.
-    pub fn all_in_group(&mut self, mesh: &Mesh, group: u32, replaced: &mut Vec<[MaterialId; 2]>) {
-        let mut own = mesh.triangle_materials.clone();
+    /// Puts the light of an entity into a light group, unless it is [`NONE`]: that of its material, or, without one, that
+    /// of its mesh's own materials, whose replacements change.
+    pub fn put_in_group(
+        &mut self,
+        group: u32,
+        material: &mut Option<MaterialId>,
+        own: &[MaterialId],
+        replaced: &mut Vec<[MaterialId; 2]>,
+    ) {
+        if group == NONE {
+            return;
+        }
+        if let Some(own) = material {
+            *own = self.in_group(*own, group);
+            return;
+        }
+        let mut own = own.to_vec();
         own.sort_unstable();
         own.dedup();
         for own in own {

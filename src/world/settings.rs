@@ -79,7 +79,7 @@ fields! {
         /// memory and are slower to trace
         copied_triangles: u32 = 1 << 18, Whole(0, Settings::MOST_COPIED_TRIANGLES);
         /// whether the film sums up the light of each lamp by itself, so that lamps can be mixed afterwards: each light,
-        /// shining entity and environment without a `group` is one of its own name
+        /// emissive entity and environment without a `group` is one of its own name
         light_groups: bool = false, Flag;
         /// what the image holds besides light
         aov: Vec<Aov> = Vec::new(), Aovs;

@@ -1,11 +1,40 @@
-//! The size of compiled geometry: what it may be, and the memory that it takes.
+//! The size of compiled geometry: which meshes are copied, what it may be, and the memory that it takes.
 
 use super::{ByPtr, GeometryInputs, PlacedShape};
 use crate::bvh::build::builder::peak_bytes;
-
 use crate::error::CompileError;
 use crate::memory::{self, Reservation};
-use crate::world::Shape;
+use crate::world::{Mesh, Shape};
+
+/// Chooses the meshes that are copied to world space at all of their places: those whose copies are smallest, as many
+/// as the limit allows.
+pub(super) fn choose_copied(inputs: &GeometryInputs, uses: &[u32]) -> Vec<bool> {
+    // Vertices count, too: a mesh may have any number that no triangle uses.
+    let size = |mesh: &ByPtr<Mesh>| mesh.0.triangles.len().max(mesh.0.positions.len()) as u64;
+    let sizes = inputs.meshes.iter().map(size);
+    let extra: Vec<u64> = uses.iter().zip(sizes).map(|(n, size)| n.saturating_sub(1) as u64 * size).collect();
+    let mut meshes: Vec<usize> = (0..extra.len()).collect();
+    meshes.sort_by_key(|mesh| extra[*mesh]);
+    let mut copied = vec![false; extra.len()];
+    let mut left = inputs.copied_triangles as u64;
+    for mesh in meshes {
+        let Some(rest) = left.checked_sub(extra[mesh]) else { break };
+        copied[mesh] = true;
+        left = rest;
+    }
+    copied
+}
+
+/// The number of entities that place each mesh.
+pub(super) fn count_uses(inputs: &GeometryInputs) -> Vec<u32> {
+    let mut uses = vec![0; inputs.meshes.len()];
+    for placed in &inputs.shapes {
+        if let Shape::Mesh(id) = placed.shape {
+            uses[id.0 as usize] += placed.places() as u32;
+        }
+    }
+    uses
+}
 
 /// Checks sizes and reserves memory for geometry and trees. Ids have 31 bits, and lanes address three floats a vertex
 /// with 31 bits.

@@ -7,6 +7,7 @@ use smallvec::SmallVec;
 
 use super::partition::Partition;
 use super::path_slots::{PathSlots, Received, SecondVertex, path_of, unit_at};
+use super::receive::{GatheredGroup, PADDING, Pairs, Receive, count_senders};
 use crate::bvh::{AnyHitFilter, Crossing, HitPredicate, Rays};
 use crate::film::Film;
 use crate::integrator::RenderSetup;
@@ -27,26 +28,6 @@ use crate::simd::{Float, Int, Isa, Kernel, Lanes, Mask, Outlined, dispatch};
 
 /// The number of rays that are traced together, if enough are left.
 const RAYS: usize = 1 << 13;
-/// The padding of arrays, at least the width of any lane type.
-const PADDING: usize = 16;
-/// The largest number of members of a group.
-const LARGEST: usize = 64;
-
-/// A gathered group: its range of members, its range of lenders (members whose second vertices give), and its first
-/// pair.
-struct GatheredGroup {
-    members: std::ops::Range<usize>,
-    lenders: std::ops::Range<usize>,
-    pairs: usize,
-}
-
-impl GatheredGroup {
-    /// The distance between the pairs of one lender and those of the next.
-    fn row(&self) -> usize {
-        self.members.len() + PADDING
-    }
-}
-
 /// A function that finds for each ray whether it is blocked. The second argument holds the ends of the ray bundles,
 /// each of which leads to one second vertex.
 pub type Any<'a> = dyn FnMut(Rays, &[u32], &mut [u32], &mut dyn Observer) + 'a;
@@ -72,14 +53,6 @@ pub struct Connections {
     counts: bool,
     /// The number of rays so far.
     pub traced: u64,
-}
-
-/// For each lender and each member of its group: the density with which the member draws the second vertex, and what it
-/// would take of a radiance of 1, both as seen from the member.
-#[derive(Default)]
-struct Pairs {
-    density: Vec<f32>,
-    value: [Vec<f32>; 3],
 }
 
 /// A queue of rays: origin, direction, end; index of the pair, slot of the origin.
@@ -260,117 +233,6 @@ impl Connections {
         self.lenders.clear();
         self.pairs.density.clear();
         self.pairs.value.iter_mut().for_each(Vec::clear);
-    }
-}
-
-/// Sums up what the members of a group take from its lenders.
-struct Receive<'a> {
-    group: &'a GatheredGroup,
-    members: &'a [u32],
-    lenders: &'a [(u32, u32)],
-    pairs: &'a Pairs,
-    slots: &'a PathSlots,
-    received: &'a mut [Received],
-    by_group: &'a mut [Vec<Color<f32>>],
-}
-
-impl Kernel for Receive<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let members = &self.members[self.group.members.clone()];
-        let lenders = &self.lenders[self.group.lenders.clone()];
-        let mut densities = [0.0; LARGEST];
-        self.group.add_densities(self.pairs, &mut densities[..lenders.len()]);
-        let [r, g, b] = self.sums::<L>(None, &densities);
-        for (place, at) in members.iter().enumerate() {
-            self.received[*at as usize].radiance = Color::new(r[place], g[place], b[place]);
-        }
-        for group in 0..self.by_group.len() {
-            if self.has_light(group) {
-                let [r, g, b] = self.sums::<L>(Some(group), &densities);
-                for (place, at) in members.iter().enumerate() {
-                    self.by_group[group][*at as usize] = Color::new(r[place], g[place], b[place]);
-                }
-            }
-        }
-    }
-}
-
-/// Red, green and blue of each member.
-type ReceivedSums = [[f32; LARGEST + PADDING]; 3];
-
-impl Receive<'_> {
-    /// True if some lender has light of a light group.
-    fn has_light(&self, group: usize) -> bool {
-        let lenders = &self.lenders[self.group.lenders.clone()];
-        lenders.iter().any(|(at, _)| self.slots.shared(*at as usize, Some(group)).max_component() > 0.0)
-    }
-
-    /// The light that members take of a light group, or of all lights, given the sum of all densities for each lender.
-    #[inline(always)]
-    fn sums<L: Lanes>(&self, of: Option<usize>, densities: &[f32; LARGEST]) -> ReceivedSums {
-        let Self { group, pairs, slots, .. } = *self;
-        let members = &self.members[group.members.clone()];
-        let lenders = &self.lenders[group.lenders.clone()];
-        let mut sums = [[0.0; LARGEST + PADDING]; 3];
-        for (row, (at, own)) in lenders.iter().enumerate() {
-            let start = group.pairs + row * group.row();
-            let density = &pairs.density[start..][..group.row()];
-            let slot = &slots.slots[*at as usize];
-            let (own, shared) = (*own as usize, slots.shared(*at as usize, of));
-            if of.is_some() && shared.max_component() <= 0.0 {
-                continue;
-            }
-            if density[own] <= 0.0 {
-                // Because of rounding, the path might not find its own vertex again: it keeps its light.
-                let kept = slot.weight * shared;
-                for (sum, more) in sums.iter_mut().zip([kept.r, kept.g, kept.b]) {
-                    sum[own] += more;
-                }
-                continue;
-            }
-            let part = shared * (1.0 / densities[row]);
-            let part = [part.r, part.g, part.b].map(<L::Queue as Float>::splat);
-            for at in (0..members.len()).step_by(L::Queue::WIDTH) {
-                let found = L::Queue::load(&density[at..]).gt(Float::zero());
-                for channel in 0..3 {
-                    let value = L::Queue::load(&pairs.value[channel][start + at..]) * part[channel];
-                    let sum = &mut sums[channel][at..];
-                    (L::Queue::load(sum) + Float::select(found, value, Float::zero())).store(sum);
-                }
-            }
-        }
-        sums
-    }
-}
-
-impl GatheredGroup {
-    /// The sum of all members' densities for each lender. Four run in parallel: each is a chain of additions in a fixed
-    /// order, bound by latency.
-    #[inline(always)]
-    fn add_densities(&self, pairs: &Pairs, sums: &mut [f32]) {
-        let (row, count) = (self.row(), self.members.len());
-        let density = &pairs.density[self.pairs..][..row * sums.len()];
-        for (some, sums) in density.chunks(4 * row).zip(sums.chunks_mut(4)) {
-            let last = sums.len() - 1;
-            let rows = [0, 1, 2, 3].map(|i: usize| &some[i.min(last) * row..][..count]);
-            let mut all = [0.0; 4];
-            for place in 0..count {
-                for (sum, row) in all.iter_mut().zip(rows) {
-                    *sum += row[place];
-                }
-            }
-            sums.copy_from_slice(&all[..=last]);
-        }
-    }
-}
-
-/// Counts the second vertices from which the members of a group take any light.
-fn count_senders(group: &GatheredGroup, members: &[u32], pairs: &Pairs, received: &mut [Received]) {
-    for (place, at) in members[group.members.clone()].iter().enumerate() {
-        let sends = |row: &usize| pairs.density[group.pairs + row * group.row() + place] > 0.0;
-        received[*at as usize].vertices = (0..group.lenders.len()).filter(sends).count() as u32;
     }
 }
 

@@ -19,6 +19,7 @@ mod connect;
 mod partition;
 mod path_slots;
 pub mod probe;
+mod receive;
 
 use crate::film::{Film, Region};
 use crate::integrator::path::light_groups::{GroupLight, GroupQueue};

@@ -334,7 +334,7 @@ impl PathSlots {
     }
 }
 
-/// What a path has found of a light group: see the fields of [`PathSlot`] and [`PathSlots::found`].
+/// The light of a group that a path has found: see the fields of [`PathSlot`] and [`PathSlots::found`].
 #[derive(Clone, Copy)]
 pub(super) struct GroupSlot {
     own: Color<f32>,

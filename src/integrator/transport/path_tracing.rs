@@ -195,7 +195,7 @@ pub fn hit<F: Float>(
 struct GatherGroups<'v, 'a, F: Float> {
     vertex: &'v ScatterVertex<'a, F>,
     bsdf: &'v Bsdf<F>,
-    /// What all groups together have brought.
+    /// The light of all groups together.
     all: &'v GatheredLight<F>,
     roles: &'v Option<ReuseRoles<F>>,
     found: &'v mut GroupQueue,

@@ -100,7 +100,7 @@ pub(super) fn mesh(balls: &[Metaball], style: MetaballStyle) -> Result<Mesh, Com
 
     let cells = cells(&grid);
     // A cell has at most 12 triangles, and about as many new vertices as triangles, halved.
-    let mut surface = Surface {
+    let mut surface = MetaballSurface {
         balls,
         reach,
         size,
@@ -155,7 +155,7 @@ fn cells(grid: &DensityGrid) -> Vec<usize> {
     cells
 }
 
-struct Surface<'a> {
+struct MetaballSurface<'a> {
     balls: &'a [Metaball],
     reach: f64,
     low: DVec3,
@@ -166,7 +166,7 @@ struct Surface<'a> {
     builder: MeshBuilder,
 }
 
-impl Surface<'_> {
+impl MetaballSurface<'_> {
     /// Adds the part of the surface in a tetrahedron, counter-clockwise seen from where the density is lower.
     fn cut(&mut self, corners: [usize; 4]) {
         let inside = corners.map(|corner| self.grid.is_inside(corner));
