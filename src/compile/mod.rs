@@ -2,6 +2,7 @@
 //! function from components to columns, in the order of the entities in the world.
 
 mod camera;
+mod catmull_clark;
 mod classic;
 pub(crate) mod compiled;
 mod contacts;

@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
+use super::catmull_clark;
 use crate::error::CompileError;
 use crate::math::{DVec3, Rgb, Vec2, Vec3, Vector};
 use crate::memory;
 use crate::scene::Textures;
 use crate::scene::material::ScalarParam;
 use crate::shading::texture_lookup::{Coordinates, scalar};
-use crate::world::{Mesh, Modifier, Modifiers};
+use crate::world::{Mesh, Modifier, Modifiers, SubdivisionScheme};
 
 /// The most triangles of a modified mesh.
 const MOST: u64 = 1 << 28;
@@ -24,8 +25,8 @@ pub(super) fn modified(
     let mut mesh = Mesh { tangents: Vec::new(), ..mesh.clone() };
     for modifier in &modifiers.0 {
         match modifier {
-            Modifier::Subdivide { levels, smooth, crease } => {
-                mesh = subdivided(&mesh, *levels, smooth.then_some(*crease))?;
+            Modifier::Subdivide { levels, scheme, smooth, crease } => {
+                mesh = subdivided(&mesh, *levels, *scheme, smooth.then_some(*crease))?;
             }
             Modifier::Displace { texture: Some((texture, channel)), height_m, midlevel } => {
                 let heights = ScalarParam { factor: 1.0, texture: texture.0, channel: channel.index() };
@@ -78,14 +79,14 @@ pub(super) fn ball(radius: f32) -> Mesh {
 }
 
 /// The places of a mesh's vertices, of which several may be one place: seams of texture coordinates and of normals.
-struct MeshPoints {
+pub(super) struct MeshPoints {
     /// The place of each vertex.
-    of: Vec<u32>,
-    positions: Vec<DVec3>,
+    pub of: Vec<u32>,
+    pub positions: Vec<DVec3>,
 }
 
 impl MeshPoints {
-    fn new(mesh: &Mesh) -> MeshPoints {
+    pub fn new(mesh: &Mesh) -> MeshPoints {
         let mut known = HashMap::with_capacity(mesh.positions.len());
         let mut positions = Vec::new();
         let mut number = |position: &Vec3| {
@@ -125,14 +126,21 @@ struct Edge {
 }
 
 /// The key of an edge.
-fn key(a: u32, b: u32) -> [u32; 2] {
+pub(super) fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
 /// A mesh whose triangles are split into four, several times: with a crease angle, smoothed (Loop, "Smooth Subdivision
 /// Surfaces Based on Triangles", 1987; creases after Hoppe and others, "Piecewise Smooth Surface Reconstruction", 1994).
-fn subdivided(mesh: &Mesh, levels: u32, crease: Option<f32>) -> Result<Mesh, CompileError> {
+fn subdivided(
+    mesh: &Mesh,
+    levels: u32,
+    scheme: SubdivisionScheme,
+    crease: Option<f32>,
+) -> Result<Mesh, CompileError> {
     let count = (mesh.triangles.len() as u64).saturating_mul(1 << (2 * levels));
+    // A triangle becomes three quadrilaterals.
+    let count = if scheme == SubdivisionScheme::Loop { count } else { count.saturating_mul(3) / 2 };
     if count > MOST {
         return Err(CompileError::TooLarge(format!(
             "{} subdivided {levels} times has {count} triangles; the most is {MOST}",
@@ -143,8 +151,13 @@ fn subdivided(mesh: &Mesh, levels: u32, crease: Option<f32>) -> Result<Mesh, Com
     let mut mesh = mesh.clone();
     let mut sharp: Option<Vec<[u32; 2]>> = None;
     let mut points = MeshPoints::new(&mesh);
-    for _ in 0..levels {
-        (mesh, points, sharp) = split(&mesh, &points, crease, sharp);
+    match scheme {
+        SubdivisionScheme::CatmullClark => mesh = catmull_clark::subdivided(&mesh, levels, crease),
+        SubdivisionScheme::Loop => {
+            for _ in 0..levels {
+                (mesh, points, sharp) = split(&mesh, &points, crease, sharp);
+            }
+        }
     }
     if let (Some(crease), true) = (crease, levels > 0) {
         mesh = with_normals(&mesh, crease);
@@ -220,7 +233,7 @@ fn split(
             *middle = *middles.entry(key(a, b)).or_insert_with(|| {
                 let edge = numbers[&key(points.of[a as usize], points.of[b as usize])];
                 of.push(first + edge);
-                between(&mut out, mesh, a as usize, b as usize)
+                between(&mut out, mesh, &[a, b])
             });
         }
         let ([a, b, c], [ab, bc, ca]) = (*triangle, middle);
@@ -231,26 +244,30 @@ fn split(
     (out, MeshPoints { of, positions }, Some(children))
 }
 
-/// Adds a vertex between two, and returns its number; its position follows.
-fn between(out: &mut Mesh, mesh: &Mesh, a: usize, b: usize) -> u32 {
-    if !mesh.normals.is_empty() {
-        out.normals.push((mesh.normals[a] + mesh.normals[b]).normalize_or(mesh.normals[a]));
+/// Adds a vertex in the middle of others, and returns its number; its position, for the time being that of the first,
+/// follows.
+pub(super) fn between(out: &mut Mesh, mesh: &Mesh, others: &[u32]) -> u32 {
+    let part = 1.0 / others.len() as f32;
+    let others = || others.iter().map(|vertex| *vertex as usize);
+    if let Some(first) = others().next().and_then(|first| mesh.normals.get(first)) {
+        let sum: Vec3 = others().map(|vertex| mesh.normals[vertex]).sum();
+        out.normals.push(sum.normalize_or(*first));
     }
-    let half = |table: &[Vec2]| (table[a] + table[b]) * 0.5;
+    let mean = |table: &[Vec2]| others().map(|vertex| table[vertex]).sum::<Vec2>() * part;
     if !mesh.uvs.is_empty() {
-        out.uvs.push(half(&mesh.uvs));
+        out.uvs.push(mean(&mesh.uvs));
     }
     if !mesh.uvs1.is_empty() {
-        out.uvs1.push(half(&mesh.uvs1));
+        out.uvs1.push(mean(&mesh.uvs1));
     }
     if !mesh.colors.is_empty() {
-        let [x, y] = [mesh.colors[a], mesh.colors[b]].map(|color| color.to_array());
-        out.colors.push(Rgb::from([0, 1, 2].map(|k: usize| 0.5 * (x[k] + y[k]))));
+        let sum = others().fold(Rgb::BLACK, |sum, vertex| sum + mesh.colors[vertex]);
+        out.colors.push(sum * part);
     }
     if !mesh.alphas.is_empty() {
-        out.alphas.push(0.5 * (mesh.alphas[a] + mesh.alphas[b]));
+        out.alphas.push(part * others().map(|vertex| mesh.alphas[vertex]).sum::<f32>());
     }
-    out.positions.push(mesh.positions[a]);
+    out.positions.extend(others().next().map(|first| mesh.positions[first]));
     out.positions.len() as u32 - 1
 }
 
@@ -339,7 +356,7 @@ fn with_normals(mesh: &Mesh, angle: f32) -> Mesh {
                     out.normals[vertex as usize] = normal;
                     return vertex;
                 }
-                let added = between(&mut out, mesh, vertex as usize, vertex as usize);
+                let added = between(&mut out, mesh, &[vertex]);
                 out.normals.resize(added as usize, Vec3::ZERO);
                 out.normals.push(normal);
                 added
@@ -354,6 +371,8 @@ fn with_normals(mesh: &Mesh, angle: f32) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const LOOP: SubdivisionScheme = SubdivisionScheme::Loop;
 
     fn octahedron() -> Mesh {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
@@ -391,7 +410,7 @@ mod tests {
             triangle_materials: vec![crate::world::MaterialId(3), crate::world::MaterialId(5)],
             ..Mesh::default()
         };
-        let fine = subdivided(&square, 3, None).unwrap();
+        let fine = subdivided(&square, 3, LOOP, None).unwrap();
         assert_eq!((fine.triangles.len(), fine.positions.len()), (128, 81));
         assert!((area(&fine) - 1.0).abs() < 1e-6);
         for (vertex, position) in fine.positions.iter().enumerate() {
@@ -404,7 +423,7 @@ mod tests {
 
     #[test]
     fn smooth_subdivision_rounds_a_closed_mesh_and_keeps_it_closed() {
-        let round = subdivided(&octahedron(), 4, Some(std::f32::consts::PI)).unwrap();
+        let round = subdivided(&octahedron(), 4, LOOP, Some(std::f32::consts::PI)).unwrap();
         assert_eq!(round.triangles.len(), 8 << 8);
         let lengths: Vec<f32> = round.positions.iter().map(|position| position.length()).collect();
         let [least, most] = [f32::min, f32::max].map(|of| lengths.iter().copied().reduce(of).unwrap());
@@ -419,7 +438,7 @@ mod tests {
     #[test]
     fn creases_and_boundaries_stay_sharp() {
         // All edges of an octahedron turn by 70.5°.
-        let sharp = subdivided(&octahedron(), 3, Some(60f32.to_radians())).unwrap();
+        let sharp = subdivided(&octahedron(), 3, LOOP, Some(60f32.to_radians())).unwrap();
         assert!((volume(&sharp) - 4.0 / 3.0).abs() < 1e-5, "{}", volume(&sharp));
         // The boundary of a square: its corners are rounded, its edges stay straight lines in the plane.
         let square = Mesh {
@@ -427,7 +446,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             ..Mesh::default()
         };
-        let fine = subdivided(&square, 3, Some(std::f32::consts::PI)).unwrap();
+        let fine = subdivided(&square, 3, LOOP, Some(std::f32::consts::PI)).unwrap();
         assert!(
             fine.positions.iter().all(|p| p.z == 0.0 && p.min_element() >= 0.0 && p.max_element() <= 1.0)
         );
@@ -453,7 +472,7 @@ mod tests {
 
     #[test]
     fn displacement_moves_along_normals_without_cracks() {
-        let mut ball = subdivided(&octahedron(), 3, Some(std::f32::consts::PI)).unwrap();
+        let mut ball = subdivided(&octahedron(), 3, LOOP, Some(std::f32::consts::PI)).unwrap();
         let before = ball.clone();
         displace(&mut ball, |_, _| 0.25);
         for (moved, still) in ball.positions.iter().zip(&before.positions) {

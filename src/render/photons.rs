@@ -8,12 +8,12 @@ use super::{Options, Session, camera_medium};
 use crate::bvh::{AnyHitFilter, Stack, closest_ray};
 use crate::integrator::path::any_hit::PathRay;
 use crate::integrator::path::camera_path;
-#[cfg(any(feature = "cli", feature = "python"))]
 use crate::integrator::path::light_groups::GroupQueue;
 use crate::integrator::path::{Path, pack_pixel};
 use crate::integrator::photons::emission::PhotonEmission;
 use crate::integrator::photons::gather::first_radius;
 use crate::integrator::photons::map::{Photon, PhotonMap, Radii};
+#[cfg(any(feature = "cli", feature = "python"))]
 use crate::integrator::photons::splat::Splat;
 use crate::integrator::photons::splat::{is_in_image, view};
 use crate::integrator::photons::targets::targets;

@@ -42,7 +42,7 @@ pub use components::*;
 pub use copies::{Array, ArrayRow, ScatteredCopies};
 pub use hecs;
 pub use material::*;
-pub use modifiers::{Modifier, Modifiers};
+pub use modifiers::{Modifier, Modifiers, SubdivisionScheme};
 pub(crate) use orbit_camera::{OrbitCamera, Pose};
 pub use procedure::*;
 pub use settings::*;

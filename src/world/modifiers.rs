@@ -16,14 +16,29 @@ impl Modifiers {
 }
 
 forms! {
+    /// The faces that a subdivision is for.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum SubdivisionScheme, "scheme" {
+        /// Triangles.
+        #[default]
+        Loop,
+        /// Quadrilaterals: two triangles that follow each other and share their first corner are one face again, as files
+        /// and shapes cut it. What remains are triangles, which become three.
+        CatmullClark,
+    }
+}
+
+forms! {
     /// A change of a mesh.
     #[derive(Clone, Debug, PartialEq)]
     pub enum Modifier, "modifier" {
-        /// Splits each triangle into four, `levels` times.
+        /// Splits each face into four, `levels` times.
         Subdivide {
             /// how many times
             levels: u32 = 2, Whole(0, 8);
-            /// whether the surface becomes smooth (Loop 1987); otherwise it keeps its shape
+            /// for triangles (Loop 1987), or for quadrilaterals (Catmull and Clark 1978)
+            scheme: SubdivisionScheme = SubdivisionScheme::Loop, Form;
+            /// whether the surface becomes smooth; otherwise it keeps its shape
             smooth: bool = true, Flag;
             /// edges that are sharper stay sharp
             crease ["crease_degrees"]: f32 = radians(180.0), Degrees(Range::FromTo(0.0, 180.0));

@@ -256,6 +256,7 @@ pub const STRIPS: &[Strip] = &[
             "Box(size_m: 1)",
             "Box(size_m: 1), modifiers: [Subdivide(levels: 1)]",
             "Box(size_m: 1), modifiers: [Subdivide(levels: 4)]",
+            "Box(size_m: 1), modifiers: [Subdivide(levels: 4, scheme: CatmullClark)]",
             "Cylinder(radius_m: 0.5, height_m: 1, segments: 8), modifiers: [Subdivide(levels: 4, crease_degrees: 60)]",
             "Sphere(radius_m: 0.5), modifiers: [Displace(texture: Noise(scale: 6), height_m: 0.25)]",
             "Box(size_m: 1), modifiers: [Subdivide(levels: 6, smooth: false), Displace(texture: Bricks(space: Object, scale: 5), height_m: 0.03)]",

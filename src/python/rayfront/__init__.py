@@ -370,15 +370,15 @@ class Scene:
 # The forms of scene files, except `Mesh`.
 _FORMS = """
     Aces Add Agx Albedo All Alpha Area Auto Bezier Bilinear BlackmanHarris Blend Blinn BlinnPhong Blue Box Bricks
-    Candela Capsule CatmullRom Cells Center Checker Clamp Cone Constant Coverage Curve Cylinder Default Depth
-    Directional Disc Displace Distance Edges Entity Environment Equidistant Equisolid Fast Fisheye Fixed Flat Fractal
-    Gaussian Gradient Green Grid HeightField High Image Independent Intrinsics InverseSquare Jittered Kelvin Keys Lathe
-    Left Linear LookAt Lumens Lux Marble Mask Material Matrix Max Metaballs Metal Min Mirror Mix Multiply Nearest Nits
-    Noise Normal Normals Object Off On Opaque Open OpenCv Orthographic OverUnder Panorama Path PbrNeutral Phong
-    Photographic Photometric Pinhole Plane Point Position Principled Prism Rectangle Red Regular Reinhard Repeat Ridged
-    Right Round Samples ScaleByMaximum SideBySide Sky Smooth Sobol Sphere Spot Srgb Step Stereographic Strands Subdivide
-    Subtract Tent Text Texture ThinLens Torus Triangle Trilinear Tube Turbulence Unbiased Uniform Uv Uv1 Variance
-    Voronoi Whitted Wood
+    Candela Capsule CatmullClark CatmullRom Cells Center Checker Clamp Cone Constant Coverage Curve Cylinder Default
+    Depth Directional Disc Displace Distance Edges Entity Environment Equidistant Equisolid Fast Fisheye Fixed Flat
+    Fractal Gaussian Gradient Green Grid HeightField High Image Independent Intrinsics InverseSquare Jittered Kelvin
+    Keys Lathe Left Linear LookAt Loop Lumens Lux Marble Mask Material Matrix Max Metaballs Metal Min Mirror Mix
+    Multiply Nearest Nits Noise Normal Normals Object Off On Opaque Open OpenCv Orthographic OverUnder Panorama Path
+    PbrNeutral Phong Photographic Photometric Pinhole Plane Point Position Principled Prism Rectangle Red Regular
+    Reinhard Repeat Ridged Right Round Samples ScaleByMaximum SideBySide Sky Smooth Sobol Sphere Spot Srgb Step
+    Stereographic Strands Subdivide Subtract Tent Text Texture ThinLens Torus Triangle Trilinear Tube Turbulence
+    Unbiased Uniform Uv Uv1 Variance Voronoi Whitted Wood
 """.split()
 globals().update({name: Variant(name) for name in _FORMS})
 

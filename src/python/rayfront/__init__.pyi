@@ -305,6 +305,7 @@ class _Capsule(Variant):
     ) -> Variant: ...
 
 Capsule: _Capsule
+CatmullClark: Variant
 CatmullRom: Variant
 Cells: Variant
 Center: Variant
@@ -493,6 +494,7 @@ Lathe: _Lathe
 Left: Variant
 Linear: Variant
 LookAt: Variant
+Loop: Variant
 Lumens: Variant
 Lux: Variant
 
@@ -810,6 +812,7 @@ class _Subdivide(Variant):
         self,
         *,
         levels: int = ...,
+        scheme: Variant = ...,
         smooth: bool = ...,
         crease_degrees: _Number = ...,
     ) -> Variant: ...
