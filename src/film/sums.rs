@@ -154,8 +154,8 @@ pub struct Film {
     /// The sums of light groups: all of a pixel's one after another.
     pub(super) groups: Vec<GroupSum>,
     pub(super) group_count: usize,
-    pub(super) non_finite: RejectedCounts,
-    pub(super) clamped: RejectedCounts,
+    non_finite: RejectedCounts,
+    clamped: RejectedCounts,
 }
 
 /// The number of parts of samples that were changed when they were added, and the first of them.
@@ -186,7 +186,7 @@ impl Film {
         Film::of(region, unit, vec![PixelSum::default(); region.area()])
     }
 
-    pub(super) fn of(region: Region, unit: FilmScale, pixels: Vec<PixelSum>) -> Film {
+    fn of(region: Region, unit: FilmScale, pixels: Vec<PixelSum>) -> Film {
         Film {
             region,
             unit,

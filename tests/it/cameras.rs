@@ -162,7 +162,7 @@ fn poses_of_data_sets_put_known_points_into_known_pixels() {
     }
 }
 
-/// What a camera focuses on is as sharp as through a pinhole; what is behind is not.
+/// A camera shows the point of focus as sharply as a pinhole does, and blurs the points behind.
 #[test]
 fn focus_stays_on_an_entity() {
     let scene = |camera: &str, z: f64| {

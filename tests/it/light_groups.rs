@@ -59,7 +59,7 @@ const WAYS: [&str; 7] = [
     "transport: Path, adaptive: On, caustics: Off",
 ];
 
-/// What lies between the whole film and its groups, and what these sum up to, both relative to the whole.
+/// The largest relative difference between the whole film and the sum of its groups, and the most light of no group.
 fn rest_of(film: &Film) -> (f64, f64) {
     let mut sum = vec![[0.0f64; 3]; film.pixels().len()];
     for group in 0..film.light_groups() {
