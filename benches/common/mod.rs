@@ -196,6 +196,7 @@ pub fn glass() -> BlinnPhong {
 pub fn area_light(watts: f32, samples: u32) -> Light {
     Light::Area {
         power_w: Rgb::splat(watts),
+        radiance: Rgb::BLACK,
         size_m: Vec2::ONE,
         outline: Default::default(),
         samples,

@@ -4,7 +4,7 @@ use super::probes::{ProbeTracer, directions};
 use super::{Checked, finding};
 use crate::error::{Diagnostic, words};
 use crate::math::{Vec3, Vector};
-use crate::scene::{HalfSize, Projection};
+use crate::scene::{HalfSize, Lens, Projection};
 use crate::shading::camera::CameraImage;
 use crate::world::StereoLayout;
 
@@ -30,9 +30,11 @@ fn check_units(checked: &Checked, findings: &mut Vec<Diagnostic>) {
         let meant = angle.to_degrees();
         findings.push(finding("narrow-view", None, what, format!("vertical_fov_degrees: {meant:.0}")));
     }
-    if let Projection::ThinLens { lens_radius, focus_distance, .. } = checked.scene.camera.projection
-        && lens_radius > WIDE * focus_distance
+    if let Projection::ThinLens { lens: Lens { radius: lens_radius, focus, .. }, .. } =
+        checked.scene.camera.projection
+        && lens_radius * focus.length() > WIDE
     {
+        let focus_distance = 1.0 / focus.length();
         let what = format!(
             "the lens's radius is {lens_radius} m, and it focuses on {focus_distance} m: is it in millimetres?"
         );
@@ -46,7 +48,7 @@ fn stretched(checked: &Checked) -> Option<Diagnostic> {
     let Projection::Panorama { half_turns: [across, above] } = camera.projection else { return None };
     let [width, height] = checked.world.settings.size;
     let eyes = match camera.stereo.map(|pair| pair.layout) {
-        None => [1, 1],
+        None | Some(StereoLayout::Left | StereoLayout::Right) => [1, 1],
         Some(StereoLayout::SideBySide) => [2, 1],
         Some(StereoLayout::OverUnder) => [1, 2],
     };

@@ -71,10 +71,10 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
 /// Returns a light's power, irradiance or radiance.
 fn power(light: &Light) -> Rgb {
     match light {
-        Light::Point { power_w, .. }
-        | Light::Spot { power_w, .. }
-        | Light::Photometric { power_w, .. }
-        | Light::Area { power_w, .. } => *power_w,
+        Light::Point { power_w, .. } | Light::Spot { power_w, .. } | Light::Photometric { power_w, .. } => {
+            *power_w
+        }
+        Light::Area { power_w, radiance, .. } => *power_w + *radiance,
         Light::Directional { irradiance, .. } => *irradiance,
         Light::Environment { radiance, .. } | Light::Sky { radiance, .. } => *radiance,
     }

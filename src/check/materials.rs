@@ -7,6 +7,7 @@ use super::{Checked, finding};
 use crate::error::{Diagnostic, Subject};
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, Image, NamedMaterial, Texels};
+use crate::world::fields::for_each_texture;
 use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, Shape, TextureId, World};
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
@@ -40,6 +41,41 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
         color_spaces(world, material, &mut find);
     }
     colors_of_vertices(world, findings);
+    missing_colors(world, findings);
+}
+
+/// Finds entities whose materials look up colours of vertices that their meshes do not have.
+fn missing_colors(world: &World, findings: &mut Vec<Diagnostic>) {
+    let at_vertices = world.assets.vertex_textures();
+    let looks_up = |id: MaterialId| {
+        let mut found = false;
+        let mut material = world.assets.materials[id.0 as usize].material.clone();
+        for_each_texture(material.part(), &mut |id, _| found |= at_vertices[id.0 as usize]);
+        found
+    };
+    let looking: Vec<bool> = (0..world.assets.materials.len() as u32).map(MaterialId).map(looks_up).collect();
+    if !looking.contains(&true) {
+        return;
+    }
+    for entity in world.in_order() {
+        let Ok(shape) = world.entities.get::<&Shape>(entity) else { continue };
+        let mesh = match *shape {
+            Shape::Mesh(id) => world.assets.meshes.get(id.0 as usize),
+            _ => None,
+        };
+        let has_them = mesh.is_some_and(|mesh| !mesh.colors.is_empty() || !mesh.alphas.is_empty());
+        let own = mesh.map_or(&[][..], |mesh| &mesh.triangle_materials);
+        let looks_up = match world.entities.get::<&MaterialId>(entity) {
+            Ok(material) => looking[material.0 as usize],
+            Err(_) => own.iter().any(|material| looking[material.0 as usize]),
+        };
+        if looks_up && !has_them {
+            let what = "its material looks up the colours of vertices, and it has none: they are white";
+            let remedy =
+                "a mesh with colours, such as a glTF file with COLOR_0, or a colour in place of Vertex";
+            findings.push(finding("no-vertex-colors", Some(world.subject(entity)), what, remedy));
+        }
+    }
 }
 
 /// Finds meshes whose vertices are brighter than white.

@@ -6,7 +6,7 @@ use crate::error::CompileError;
 use crate::film::texels::linear_colors;
 use crate::math::{Aabb, DAffine3, DVec3, Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
-use crate::scene::{Aperture, CompiledCamera, HalfSize, Perspective, Projection, StereoPair};
+use crate::scene::{Aperture, CompiledCamera, HalfSize, Lens, Perspective, Projection, StereoPair};
 use crate::world::names::is_same_name;
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
 use crate::world::{self, FisheyeMapping, FocusOn, Image, Shape, Stereo, World};
@@ -76,12 +76,13 @@ pub(super) fn compile(
         half_distance: 0.5 * pair.eye_distance_m,
         convergence: 1.0 / pair.convergence_m,
     });
+    let [right, up] = [right.as_vec3(), up.normalize().as_vec3()];
     let camera = CompiledCamera {
         origin: point(matrix, Vec3::ZERO),
-        right: right.as_vec3(),
-        up: up.normalize().as_vec3(),
+        right,
+        up,
         forward,
-        projection: projection(&camera),
+        projection: projection(&camera, [right, up, forward]),
         stereo,
     };
     Ok((camera, aperture))
@@ -108,7 +109,7 @@ fn middle(world: &World, entity: Entity, matrix: &DAffine3) -> DVec3 {
     matrix.transform_point3(middle)
 }
 
-fn projection(camera: &world::Camera) -> Projection {
+fn projection(camera: &world::Camera, axes: [Vec3; 3]) -> Projection {
     let tangent = |fov: f32| libm::tan(fov as f64 * 0.5) as f32;
     match *camera {
         world::Camera::Pinhole { vertical_fov } => {
@@ -117,8 +118,7 @@ fn projection(camera: &world::Camera) -> Projection {
         world::Camera::ThinLens { vertical_fov, lens_radius_m, focus_distance_m, pattern, .. } => {
             Projection::ThinLens {
                 view: Perspective::upright(tangent(vertical_fov)),
-                lens_radius: lens_radius_m,
-                focus_distance: focus_distance_m,
+                lens: Lens::new(axes, lens_radius_m, focus_distance_m, (1.0, [0.0; 2])),
                 pattern,
             }
         }
@@ -129,17 +129,23 @@ fn projection(camera: &world::Camera) -> Projection {
             f_stop,
             focus_distance_m,
             shift,
+            tilt_degrees,
             pattern,
             ..
         } => {
             let half = HalfSize::LongerSide(0.5 * sensor_width_mm / focal_length_mm);
             let view = Perspective { half, shift: shift.to_array() };
+            let tangents = tilt_degrees.to_array().map(|it| libm::tan(f64::from(it).to_radians()));
             match f_stop {
                 None => Projection::Pinhole(view),
                 Some(f_stop) => Projection::ThinLens {
                     view,
-                    lens_radius: 0.5e-3 * focal_length_mm / f_stop,
-                    focus_distance: focus_distance_m,
+                    lens: Lens::new(
+                        axes,
+                        0.5e-3 * focal_length_mm / f_stop,
+                        focus_distance_m,
+                        (1e-3 * focal_length_mm, tangents),
+                    ),
                     pattern,
                 },
             }

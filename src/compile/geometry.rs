@@ -60,6 +60,8 @@ pub(super) struct GeometryInputs {
     copied_triangles: u32,
     /// True if some texture is in the object's space.
     keeps_object_space: bool,
+    /// True if some texture looks up what is at the vertices.
+    has_vertex_textures: bool,
 }
 
 /// An entity that rays can hit.
@@ -150,6 +152,7 @@ impl GeometryInputs {
             quality: settings.build_quality,
             copied_triangles: settings.copied_triangles,
             keeps_object_space: world.assets.procedures.iter().any(Procedure::is_in_object_space),
+            has_vertex_textures: world.assets.procedures.iter().any(Procedure::is_at_vertices),
         })
     }
 
@@ -183,6 +186,7 @@ pub(super) fn compile(
 ) -> Result<(CompiledGeometry, Arc<Bvh>), CompileError> {
     let mut builder = GeometryBuilder::default();
     builder.geometry.keeps_object_space = inputs.keeps_object_space;
+    builder.geometry.has_vertex_textures = inputs.has_vertex_textures;
     let (mut placed, mut copies) = (Vec::new(), Vec::new());
     let uses = size::count_uses(inputs);
     let copied = size::choose_copied(inputs, &uses);

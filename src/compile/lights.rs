@@ -124,10 +124,11 @@ pub(super) fn compile(
             if light.is_around() { vec![*own] } else { copies.matrices(entity, own).collect() };
         for matrix in &matrices {
             match &*light {
-                world::Light::Area { power_w, size_m, outline, samples, pattern, visible } => {
+                world::Light::Area { power_w, radiance, size_m, outline, samples, pattern, visible } => {
                     let (corners, area) = rectangle(world, entity, matrix, *size_m)?;
                     // A uniform Lambertian emitter: Φ = π A L.
-                    let radiance = *power_w * (1.0 / (std::f32::consts::PI * area * outline.part()));
+                    let radiance =
+                        *radiance + *power_w * (1.0 / (std::f32::consts::PI * area * outline.part()));
                     let material = visible.then(|| {
                         let material = materials.len() as u32;
                         materials.push(MaterialRecord { group: groups.of(entity), ..surface(radiance) });

@@ -9,7 +9,8 @@ use crate::scene::bodies::{Bodies, Body};
 use crate::scene::material::{
     BumpParam, ColorParam, Coverage, Medium, NormalParam, ScalarParam, ThinFilmParam, WhittedParams,
 };
-use crate::world::assets::Assets;
+use crate::world::assets::{Assets, NamedMaterial};
+use crate::world::fields;
 use crate::world::{
     self, AlphaMode, BlinnPhong, BumpMap, ColorInput, Highlight, Iridescence, MaterialId, NormalMap,
     ScalarInput, Transport,
@@ -26,13 +27,21 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<MaterialRec
         }
         world::Material::Principled(material) => from_principled(material, assets),
     };
-    let records = assets.materials.iter().map(|named| record(&named.material));
-    let finish = |record: MaterialRecord| MaterialRecord {
-        textured: record.looks_up(),
-        passes_shadow_rays: transport == Transport::Path && record.lets_straight_on(),
-        ..record
+    let at_vertices = assets.vertex_textures();
+    let finished = |named: &NamedMaterial| {
+        let record = record(&named.material);
+        let mut vertices_are_factors = true;
+        fields::for_each_texture(named.material.clone().part(), &mut |id, _| {
+            vertices_are_factors &= !at_vertices[id.0 as usize];
+        });
+        MaterialRecord {
+            textured: record.looks_up(),
+            vertices_are_factors,
+            passes_shadow_rays: transport == Transport::Path && record.lets_straight_on(),
+            ..record
+        }
     };
-    let records = records.map(finish);
+    let records = assets.materials.iter().map(finished);
     let ids = (0..assets.materials.len() as u32).map(MaterialId);
     (records.collect(), ids.map(|id| assets.material_name(id).into_owned()).collect())
 }
@@ -349,6 +358,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
         film: (m.iridescence.factor.factor > 0.0).then(|| film(&m.iridescence)),
         classic,
         textured: false,
+        vertices_are_factors: true,
     }
 }
 
@@ -478,5 +488,6 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> MaterialRecord {
             ior: m.ior.unwrap_or(0.0),
         },
         textured: false,
+        vertices_are_factors: true,
     }
 }

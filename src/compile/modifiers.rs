@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use super::catmull_clark;
 use crate::error::CompileError;
-use crate::math::{DVec3, Rgb, Vec2, Vec3, Vector};
+use crate::math::{Color, DVec3, Rgb, Vec2, Vec3, Vector};
 use crate::memory;
 use crate::scene::Textures;
 use crate::scene::material::ScalarParam;
-use crate::shading::texture_lookup::{Coordinates, scalar};
+use crate::shading::texture_lookup::{Coordinates, Texel, scalar};
 use crate::world::{Mesh, Modifier, Modifiers, SubdivisionScheme};
 
 /// The most triangles of a modified mesh.
@@ -30,9 +30,17 @@ pub(super) fn modified(
             }
             Modifier::Displace { texture: Some((texture, channel)), height_m, midlevel } => {
                 let heights = ScalarParam { factor: 1.0, texture: texture.0, channel: channel.index() };
-                displace(&mut mesh, |uvs, object| {
-                    let object = Vector::splat(object);
-                    let at = Coordinates { object, ..Coordinates::point(uvs.map(|uv| (uv.x, uv.y))) };
+                displace(&mut mesh, |mesh, vertex| {
+                    let uv = mesh.uvs.get(vertex).copied().unwrap_or_default();
+                    let uvs = [uv, mesh.uvs1.get(vertex).copied().unwrap_or(uv)];
+                    let at = Coordinates {
+                        object: Vector::splat(mesh.positions[vertex]),
+                        vertex: Texel {
+                            color: Color::splat(mesh.colors.get(vertex).copied().unwrap_or(Rgb::WHITE)),
+                            alpha: mesh.alphas.get(vertex).copied().unwrap_or(1.0),
+                        },
+                        ..Coordinates::point(uvs.map(|uv| (uv.x, uv.y)))
+                    };
                     (scalar(&heights, textures, &at, true) - midlevel) * height_m
                 });
             }
@@ -301,8 +309,8 @@ fn smoothed(points: &MeshPoints, edges: &[Edge]) -> Vec<DVec3> {
     points.positions.iter().enumerate().map(place).collect()
 }
 
-/// Moves vertices along their normals by a height, from their texture coordinates and position.
-fn displace(mesh: &mut Mesh, height: impl Fn([Vec2; 2], Vec3) -> f32) {
+/// Moves vertices along their normals by a height, a function of the mesh and a vertex of it.
+fn displace(mesh: &mut Mesh, height: impl Fn(&Mesh, usize) -> f32) {
     let points = MeshPoints::new(mesh);
     let mut normals = vec![DVec3::ZERO; points.positions.len()];
     for (face, area) in points.faces(mesh).zip(points.areas(mesh)) {
@@ -311,9 +319,7 @@ fn displace(mesh: &mut Mesh, height: impl Fn([Vec2; 2], Vec3) -> f32) {
     // Vertices at one place move by one height, or the surface would crack.
     let (mut heights, mut counts) = (vec![0.0f64; normals.len()], vec![0.0f64; normals.len()]);
     for (vertex, point) in points.of.iter().enumerate() {
-        let uv = mesh.uvs.get(vertex).copied().unwrap_or_default();
-        let uvs = [uv, mesh.uvs1.get(vertex).copied().unwrap_or(uv)];
-        heights[*point as usize] += f64::from(height(uvs, mesh.positions[vertex]));
+        heights[*point as usize] += f64::from(height(mesh, vertex));
         counts[*point as usize] += 1.0;
     }
     for (vertex, point) in points.of.iter().enumerate() {
@@ -484,7 +490,7 @@ mod tests {
         seam.positions.push(Vec3::X);
         seam.triangles[0][0] = 6;
         seam.uvs = (0..7).map(|vertex| Vec2::splat(vertex as f32)).collect();
-        displace(&mut seam, |[uv, _], _| uv.x);
+        displace(&mut seam, |mesh, vertex| mesh.uvs[vertex].x);
         assert_eq!(seam.positions[0], seam.positions[6]);
         assert!((seam.positions[0] - Vec3::X * 4.0).length() < 1e-6);
     }

@@ -130,6 +130,7 @@ mod tests {
             world.settings.ambient = Rgb::WHITE;
             let lamp = Light::Area {
                 power_w: Rgb::WHITE,
+                radiance: Rgb::BLACK,
                 size_m: Vec2::ONE,
                 outline: Outline::default(),
                 samples: 4,

@@ -300,6 +300,7 @@ mod tests {
                 f_stop,
                 focus_distance_m,
                 shift,
+                tilt_degrees: Vec2::ZERO,
                 aperture,
                 pattern,
             }

@@ -3,7 +3,7 @@
 //! A film with groups has the same sums of all light as one without. What belongs to no group is the difference, so
 //! that all parts add up to the whole exactly.
 
-use super::sums::{Film, MAX_RADIANCE, PixelSum, QUANTUM};
+use super::sums::{Film, MAX_RADIANCE, PixelSum, QUANTUM, saturated_sum};
 use crate::math::Rgb;
 
 /// The largest number of light groups: each takes 48 bytes for every pixel.
@@ -46,7 +46,46 @@ impl Film {
         let sum = &mut self.groups[place][(sample & 1) as usize];
         let more = (light * self.inverse).to_array().map(quickly_counted);
         for (sum, more) in sum.iter_mut().zip(more) {
-            *sum = sum.saturating_add(more);
+            *sum = saturated_sum(*sum, more);
+        }
+    }
+
+    /// Does what [`Film::add_to_group`] does with the light of many rays, by component. `of` gives the packed pixel, the
+    /// sample and the group of each; none for rays that do not count.
+    #[inline(always)]
+    pub(crate) fn add_each_to_group(
+        &mut self,
+        light: [&[f32]; 3],
+        of: impl Fn(usize) -> Option<[u32; 3]>,
+        unpack: impl Fn(u32) -> (u32, u32),
+    ) {
+        /// Converted together, so that the compiler can use wide registers.
+        const TOGETHER: usize = 16;
+        // Rays of one pixel follow each other.
+        let (mut last, mut sums) = (None, &mut [][..]);
+        let (region, count, inverse) = (self.region, self.group_count, self.inverse);
+        for first in (0..light[0].len()).step_by(TOGETHER) {
+            let together = TOGETHER.min(light[0].len() - first);
+            let mut quanta = [[0; TOGETHER]; 3];
+            for (quanta, light) in quanta.iter_mut().zip(light) {
+                let mut some = [0.0; TOGETHER];
+                some[..together].copy_from_slice(&light[first..first + together]);
+                for (quanta, light) in quanta.iter_mut().zip(some) {
+                    *quanta = quickly_counted(light * inverse);
+                }
+            }
+            for lane in 0..together {
+                let Some([pixel, sample, group]) = of(first + lane) else { continue };
+                if last != Some(pixel) {
+                    let (x, y) = unpack(pixel);
+                    let place = region.index(x, y) * count;
+                    (last, sums) = (Some(pixel), &mut self.groups[place..place + count]);
+                }
+                let sum = &mut sums[group as usize][(sample & 1) as usize];
+                for (sum, quanta) in sum.iter_mut().zip(&quanta) {
+                    *sum = saturated_sum(*sum, quanta[lane]);
+                }
+            }
         }
     }
 
@@ -108,16 +147,25 @@ mod tests {
         ) {
             let region = Region::whole([2, 1]);
             let mut film = Film::new(region, FilmScale::default()).with_light_groups(3);
+            let (mut each, mut added) = (film.clone(), Vec::new());
+            let parts = |part: fn(f32) -> f32| lights.iter().map(move |light| part(light.2)).collect::<Vec<f32>>();
+            let components = [parts(|light| light), parts(|light| 0.5 * light), parts(|_| 0.0)];
             let (mut expected, mut counts) = ([0.0f64; 2], [0u32; 2]);
-            for (group, x, light, sample) in lights {
+            for (group, x, light, sample) in lights.iter().copied() {
                 film.count(x, 0, sample);
                 counts[x as usize] += 1;
                 let light = Rgb::new(light, 0.5 * light, 0.0);
                 film.add(x, 0, sample, light);
                 film.add_to_group(x, 0, sample, group, light);
+                added.push([x, sample, group]);
+                each.count(x, 0, sample);
+                each.add(x, 0, sample, light);
                 expected[x as usize] += f64::from(light.r * factors[group as usize]);
             }
             prop_assert_eq!(&film.mixed(&[Rgb::WHITE; 3]), &film);
+            let [r, g, b] = &components;
+            each.add_each_to_group([r, g, b], |i| Some(added[i]), |x| (x, 0));
+            prop_assert_eq!(&each, &film);
             let mixed = film.mixed(&factors.map(Rgb::splat)).radiance();
             for x in 0..2 {
                 let mean = expected[x] / f64::from(counts[x].max(1));

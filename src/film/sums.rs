@@ -143,6 +143,14 @@ impl PixelSum {
     }
 }
 
+/// The saturated sum of two numbers of at least 0, without a branch, so that the compiler can use wide registers.
+#[inline(always)]
+pub(super) fn saturated_sum(a: i64, b: i64) -> i64 {
+    let sum = a.wrapping_add(b) as u64;
+    // All ones if the sum is too large.
+    ((sum | 0u64.wrapping_sub(sum >> 63)) & i64::MAX as u64) as i64
+}
+
 /// Exact sums of the samples of a region's pixels: the film is the same in whatever order samples are added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
@@ -295,7 +303,7 @@ impl Film {
                 for parity in 0..2 {
                     for channel in 0..3 {
                         let sum = &mut pixel.sum[parity][channel];
-                        *sum = sum.saturating_add(more.sum[parity][channel]);
+                        *sum = saturated_sum(*sum, more.sum[parity][channel]);
                     }
                     pixel.count[parity] = pixel.count[parity].saturating_add(more.count[parity]);
                 }
@@ -303,13 +311,9 @@ impl Film {
             let count = self.group_count;
             let source = &other.groups[start * count..(start + width) * count];
             let target = &mut self.groups[to * count..(to + width) * count];
-            for (sum, more) in target
-                .as_flattened_mut()
-                .as_flattened_mut()
-                .iter_mut()
-                .zip(source.as_flattened().as_flattened())
-            {
-                *sum = sum.saturating_add(*more);
+            let target = target.as_flattened_mut().as_flattened_mut();
+            for (sum, more) in target.iter_mut().zip(source.as_flattened().as_flattened()) {
+                *sum = saturated_sum(*sum, *more);
             }
         }
     }

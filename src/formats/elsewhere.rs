@@ -28,7 +28,7 @@ const LOOK: &str = "`transform: LookAt(from: (0, 1, 5), to: (0, 0, 0))`";
 const PLACED: &str = "`transform: (translate: (0, 1, 0))`";
 const FOV: &str = "`vertical_fov_degrees: 45`";
 
-const SCENE_WORDS: [SceneWord; 78] = [
+const SCENE_WORDS: [SceneWord; 77] = [
     // Shapes.
     word(&["box", "Cube", "cube", "RoundedBox", "superellipsoid"], "Sphere", "`Box(size_m: (2, 1, 3))`"),
     word(&["Disk", "disk", "Ring", "Circle"], "Sphere", "`Disc(radius_m: 1)`"),
@@ -164,7 +164,6 @@ const SCENE_WORDS: [SceneWord; 78] = [
         "power_w",
         "`power_w: Kelvin(3000, 100)`",
     ),
-    word(&["radiance"], "size_m", "power_w: π times the area times the radiance"),
     word(&["strength", "energy"], "power_w", "`power_w: 100`, in watts"),
     word(&["visible"], "falloff", "only Area lights can be seen"),
     word(&["direction"], "angle_degrees", "its transform says where it shines to: LookAt(from: …, to: …)"),

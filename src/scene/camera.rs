@@ -79,6 +79,43 @@ pub enum HalfSize {
     Both([f32; 2]),
 }
 
+/// A round lens around the origin of a camera, or one with an aperture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// The radius in metres.
+    pub radius: f32,
+    /// Unit vectors to the right and up in the plane of the lens.
+    pub axes: [Vec3; 2],
+    /// The plane in focus: the points whose product with this vector, in 1/m, is 1.
+    pub focus: Vec3,
+}
+
+impl Lens {
+    /// A lens of a camera whose axes point to the right, up and forward, in focus at a distance along its axis. It has a
+    /// focal length, and is turned to the right and downwards by angles with two tangents. (The thin lens equation along a
+    /// turned axis n, for the plane of the image across f: 1/s = 1/d + (s · n)/F for points s at depth 1, without the
+    /// part of n along f.)
+    pub fn new(
+        [right, up, forward]: [Vec3; 3],
+        radius: f32,
+        focus_distance: f32,
+        (focal_length, [to_right, down]): (f32, [f64; 2]),
+    ) -> Lens {
+        let focus = forward / focus_distance;
+        if [to_right, down] == [0.0; 2] {
+            return Lens { radius, axes: [right, up], focus };
+        }
+        let [right, up, forward] = [right, up, forward].map(|axis| axis.as_dvec3());
+        let axis = (forward + right * to_right - up * down).normalize();
+        let to_side = (right - axis * right.dot(axis)).normalize();
+        // The third axis is on the side of `up` in mirrored cameras, too.
+        let to_top = up - axis * up.dot(axis);
+        let to_top = (to_top - to_side * to_top.dot(to_side)).normalize();
+        let across = (axis - forward * axis.dot(forward)) / f64::from(focal_length);
+        Lens { radius, axes: [to_side, to_top].map(|axis| axis.as_vec3()), focus: focus + across.as_vec3() }
+    }
+}
+
 /// A flat image, a perspective view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Perspective {
@@ -122,10 +159,8 @@ pub enum Projection {
     ThinLens {
         /// The view from its centre.
         view: Perspective,
-        /// Radius of the lens in metres.
-        lens_radius: f32,
-        /// Distance to the plane of focus along the axis, in metres.
-        focus_distance: f32,
+        /// The lens.
+        lens: Lens,
         /// The pattern of a pixel's samples over the lens.
         pattern: Pattern,
     },

@@ -24,6 +24,8 @@ pub struct Geometry {
     pub object_positions: Vec<[f32; 3]>,
     /// True if positions in the object's space are known.
     pub keeps_object_space: bool,
+    /// True if some texture looks up what is at the vertices.
+    pub has_vertex_textures: bool,
     /// Vertex indices by triangle id.
     pub triangles: Vec<[u32; 3]>,
     /// The part that each triangle belongs to.

@@ -245,6 +245,8 @@ pub struct MaterialRecord {
     pub classic: WhittedParams,
     /// True if any parameter has a texture: [`MaterialRecord::looks_up`].
     pub textured: bool,
+    /// True if the colours and alphas of vertices are factors: no texture looks them up.
+    pub vertices_are_factors: bool,
 }
 
 /// True if an index of refraction is physically plausible, 0.1 to 10. Other values stand for a surface that reflects

@@ -24,7 +24,7 @@ use crate::error::Diagnostic;
 use crate::math::{Aabb, DVec3, NONE, Ray, Rgb, Vec3, Vector};
 use crate::simd::Isa;
 pub use bodies::Bodies;
-pub use camera::{Aperture, CompiledCamera, HalfSize, Perspective, Projection, StereoPair};
+pub use camera::{Aperture, CompiledCamera, HalfSize, Lens, Perspective, Projection, StereoPair};
 use emitter_rows::{AnyRow, PlanarRow, PointRow, SphereRow};
 pub use emitters::Emitters;
 use emitters::kind;

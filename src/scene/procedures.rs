@@ -10,6 +10,10 @@ pub enum TextureStep {
     Constant([f32; 3]),
     /// Pushes the texel of an image: an index into [`Textures::sampled`](super::Textures::sampled).
     Image(u32),
+    /// Pushes what is at the mesh's vertices.
+    Vertex,
+    /// Pushes a channel of it: red, green, blue, alpha.
+    VertexChannel(u32),
     /// Pushes the colour that a ramp gives a pattern.
     Pattern(PatternStep),
     /// Replaces the texel on top by the colour that a ramp gives its red.

@@ -6,11 +6,15 @@ use super::point::Tables;
 use super::surface::normalize_or;
 use super::texture_coordinates::{object_gradient, uv_gradients};
 use super::texture_lookup::{Coordinates, scalar};
+use super::vertices;
 use crate::math::Vector;
 use crate::scene::Textures;
 use crate::scene::material::BumpParam;
 use crate::scene::procedures::TextureStep;
 use crate::simd::{Float, Outlined};
+
+/// The step over which slopes of computed textures are measured, as a part of the finest detail or of a triangle.
+const PART: f32 = 1.0 / 32.0;
 
 struct RisenByProcedure<'a, 'b, F: Float> {
     point: &'a ShadingPoint<'b, F>,
@@ -81,6 +85,15 @@ impl<F: Float> ShadingPoint<'_, F> {
             let slope = Vector::new(x, y, z) * (F::one() / step);
             gradient = gradient + object_gradient(geometry, self.hit, self.surface, slope, self.mask);
         }
+        if looks_up_vertices(textures, program) {
+            for (change, along) in vertices::gradients(geometry, self.hit, self.mask) {
+                let (mut before, mut after) = (self.at, self.at);
+                before.vertex = before.vertex.plus(change.scaled(F::splat(-PART)));
+                after.vertex = after.vertex.plus(change.scaled(F::splat(PART)));
+                let rise = self.height(bump, &after) - self.height(bump, &before);
+                gradient = gradient + along * (rise * F::splat(0.5 / PART));
+            }
+        }
         normalize_or(normal - gradient * F::splat(bump.metres), normal)
     }
 
@@ -108,10 +121,14 @@ impl<F: Float> ShadingPoint<'_, F> {
     }
 }
 
+/// True if a computed texture depends on what is at the mesh's vertices.
+fn looks_up_vertices(textures: &Textures, [first, end]: [u32; 2]) -> bool {
+    let steps = &textures.steps[first as usize..end as usize];
+    steps.iter().any(|step| matches!(step, TextureStep::Vertex | TextureStep::VertexChannel(_)))
+}
+
 /// The step in some coordinates over which the slope of a computed texture is measured; none if it does not use them.
 fn finest(textures: &Textures, [first, end]: [u32; 2], space: u32) -> Option<f32> {
-    /// A part of the finest detail.
-    const PART: f32 = 1.0 / 32.0;
     let steps = textures.steps[first as usize..end as usize].iter();
     let finest = steps.filter_map(|step| match step {
         TextureStep::Image(image) => {

@@ -3,7 +3,7 @@
 use crate::math::elementary::{atan2_turns, sin_cos_turns};
 use crate::math::{Ray, Vector};
 use crate::sampling::warp;
-use crate::scene::{Aperture, CompiledCamera, Perspective, Projection, StereoPair};
+use crate::scene::{Aperture, CompiledCamera, Lens, Perspective, Projection, StereoPair};
 use crate::simd::{Float, Mask};
 use crate::world::{FisheyeMapping, StereoLayout};
 
@@ -19,6 +19,14 @@ pub fn on_lens<F: Float>(aperture: Option<&Aperture>, u: (F, F)) -> (F, F) {
     let ((s, t), _) = table.sample(u, F::Mask::from_bits(u32::MAX));
     let (two, one) = (F::splat(2.0), F::one());
     ((s * two - one) * F::splat(*across), (one - t * two) * F::splat(*down))
+}
+
+/// A point of a lens in world space, from its middle; its radius is 1 in the given coordinates.
+#[inline(always)]
+fn from_middle<F: Float>(lens: &Lens, at: (F, F)) -> Vector<F> {
+    let [right, up] = lens.axes.map(Vector::splat);
+    let radius = F::splat(lens.radius);
+    right * (at.0 * radius) + up * (at.1 * radius)
 }
 
 /// A camera with the size of its image in pixels.
@@ -65,9 +73,9 @@ impl<'a> CameraImage<'a> {
     fn eye_size(&self) -> [f32; 2] {
         let [width, height] = self.size;
         match self.camera.stereo {
-            None => [width, height],
             Some(StereoPair { layout: StereoLayout::SideBySide, .. }) => [width * 0.5, height],
             Some(StereoPair { layout: StereoLayout::OverUnder, .. }) => [width, height * 0.5],
+            _ => [width, height],
         }
     }
 
@@ -137,6 +145,8 @@ impl<'a> CameraImage<'a> {
                 let y = F::select(right, y + one, y - one);
                 EyePoint { x: x + x, y, offset: F::select(right, distance, -distance) }
             }
+            StereoLayout::Left => EyePoint { x, y, offset: -distance },
+            StereoLayout::Right => EyePoint { x, y, offset: distance },
         }
     }
 
@@ -158,11 +168,12 @@ impl<'a> CameraImage<'a> {
         }
         let (origin, direction) = match camera.projection {
             Projection::Pinhole(view) => (origin, self.through(&view, x, y, offset)),
-            Projection::ThinLens { view, lens_radius, focus_distance, .. } => {
-                let focus = self.through(&view, x, y, offset) * F::splat(focus_distance);
-                let radius = F::splat(lens_radius);
-                let offset = right * (lens.0 * radius) + up * (lens.1 * radius);
-                (origin + offset, focus - offset)
+            Projection::ThinLens { view, lens: shape, .. } => {
+                let middle = self.through(&view, x, y, offset);
+                let on_lens = from_middle(&shape, lens);
+                // What is in focus lies there, or, behind a tilted lens, where rays seem to come from.
+                let nearness = middle.dot(Vector::splat(shape.focus));
+                (origin + on_lens, middle - on_lens * nearness)
             }
             Projection::Orthographic { half_height } => {
                 let h = F::splat(half_height);
@@ -231,11 +242,17 @@ impl<'a> CameraImage<'a> {
         let mut origin = Vector::splat(camera.origin);
         let (mut offset, mut is_right, mut eyes) = (F::zero(), F::Mask::from_bits(0), one);
         if let Some(pair) = camera.stereo {
-            is_right = lens.0.ge(half);
-            lens.0 = (lens.0 - F::select(is_right, half, F::zero())) * F::splat(2.0);
+            match pair.layout {
+                StereoLayout::Left => {}
+                StereoLayout::Right => is_right = F::Mask::from_bits(u32::MAX),
+                StereoLayout::SideBySide | StereoLayout::OverUnder => {
+                    is_right = lens.0.ge(half);
+                    lens.0 = (lens.0 - F::select(is_right, half, F::zero())) * F::splat(2.0);
+                    eyes = F::splat(2.0);
+                }
+            }
             let distance = F::splat(pair.half_distance);
             offset = F::select(is_right, distance, -distance);
-            eyes = F::splat(2.0);
             if !matches!(camera.projection, Projection::Panorama { .. }) {
                 origin = origin + right * offset;
             }
@@ -260,16 +277,9 @@ impl<'a> CameraImage<'a> {
                 let place = self.onto(&view, [way.dot(right), way.dot(up)], ahead, offset);
                 self.flat(&view, place, way, ahead)
             }
-            Projection::ThinLens { view, lens_radius, focus_distance, .. } => {
-                let lens = on_lens(aperture, lens);
-                let radius = F::splat(lens_radius);
-                let on_lens = right * (lens.0 * radius) + up * (lens.1 * radius);
-                let way = way - on_lens;
-                let ahead = way.dot(forward);
-                let in_focus = F::splat(focus_distance);
-                let focus = on_lens + way * (in_focus / ahead.max(F::splat(1e-20)));
-                let place = self.onto(&view, [focus.dot(right), focus.dot(up)], in_focus, offset);
-                self.flat(&view, place, way, ahead)
+            Projection::ThinLens { view, lens: shape, .. } => {
+                let on_lens = from_middle(&shape, on_lens(aperture, lens));
+                self.through_lens(&view, Vector::splat(shape.focus), way, on_lens, offset)
             }
             Projection::Panorama { half_turns } => self.on_panorama(half_turns, way, offset),
             Projection::Fisheye { mapping, half_turns, rim, is_circular } => {
@@ -283,13 +293,49 @@ impl<'a> CameraImage<'a> {
         let mut row = (one - y) * middle;
         if let Some(pair) = camera.stereo {
             // Nothing may lie in the other eye's image.
-            seen = seen & x.abs().le(F::splat(width / height)) & y.abs().le(one);
+            let within = x.abs().le(F::splat(width / height)) & y.abs().le(one);
             match pair.layout {
-                StereoLayout::SideBySide => column = column + F::select(is_right, F::splat(width), F::zero()),
-                StereoLayout::OverUnder => row = row + F::select(is_right, F::splat(height), F::zero()),
+                StereoLayout::SideBySide => {
+                    seen = seen & within;
+                    column = column + F::select(is_right, F::splat(width), F::zero());
+                }
+                StereoLayout::OverUnder => {
+                    seen = seen & within;
+                    row = row + F::select(is_right, F::splat(height), F::zero());
+                }
+                StereoLayout::Left | StereoLayout::Right => {}
             }
         }
         ImagePoint { column, row, importance: found.importance * eyes, seen, ..found }
+    }
+
+    /// The point of a perspective view of what lies `way` from the middle of a lens, through a point `on_lens` of it; the
+    /// plane in focus is that of [`Lens::focus`].
+    #[inline(always)]
+    fn through_lens<F: Float>(
+        &self,
+        view: &Perspective,
+        focus: Vector<F>,
+        way: Vector<F>,
+        on_lens: Vector<F>,
+        offset: F,
+    ) -> ImagePoint<F> {
+        let [right, up, forward] =
+            [self.camera.right, self.camera.up, self.camera.forward].map(Vector::splat);
+        let way = way - on_lens;
+        // The vector through the middle of the lens whose ray through this point of it goes this way.
+        let part = F::one() - on_lens.dot(focus);
+        let middle = way * part + on_lens * way.dot(focus);
+        let (ahead, depth) = (way.dot(forward), middle.dot(forward));
+        let place = self.onto(view, [middle.dot(right), middle.dot(up)], depth, offset);
+        let found = self.flat(view, place, way, ahead);
+        // The area of a pixel on a plane ahead, from there and from the middle of the lens.
+        let ratio = ahead / depth.max(F::splat(1e-20));
+        ImagePoint {
+            importance: found.importance * (part * part * ratio * ratio * ratio),
+            seen: found.seen & depth.gt(F::splat(1e-6)) & part.gt(F::zero()),
+            ..found
+        }
     }
 
     /// The point of a perspective view at `place`, in halves of the height; `way` leads there from the lens.

@@ -21,6 +21,7 @@ pub mod solid_angle;
 pub mod surface;
 pub mod texture_coordinates;
 pub mod texture_lookup;
+mod vertices;
 pub mod whitted_params;
 
 pub use point::ShadingPoint;

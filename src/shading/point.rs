@@ -3,8 +3,9 @@
 use super::normals::{bend, for_mirrors, is_turned, mirrors_what_is_below, normal_in};
 use super::principled::shading_frame::ShadingFrame;
 use super::surface::{HitLanes, Surface};
-use super::texture_coordinates::{alpha, coordinates, tangent_frame, vertex_color};
+use super::texture_coordinates::{coordinates, tangent_frame};
 use super::texture_lookup::{Coordinates, color, scalar, texel};
+use super::vertices::alpha;
 use crate::math::{Color, Vector};
 use crate::scene::material::{ColorParam, Coverage, MaterialRecord, NormalParam};
 use crate::scene::{CompiledScene, Geometry, Textures};
@@ -91,7 +92,18 @@ impl<'a, F: Float> ShadingPoint<'a, F> {
     /// Base colour times vertex colour.
     #[inline(always)]
     pub fn base_color(&self) -> Color<F> {
-        self.color(&self.material.base_color) * vertex_color(self.surface)
+        self.tinted(&self.material.base_color)
+    }
+
+    /// Looks up a colour parameter on which vertex colours are a factor.
+    #[inline(always)]
+    pub(super) fn tinted(&self, param: &ColorParam) -> Color<F> {
+        let color = self.color(param);
+        if !self.material.vertices_are_factors {
+            return color;
+        }
+        let Vector { x, y, z } = self.surface.color;
+        color * Color::new(x, y, z)
     }
 
     /// Unit shading normal of the base layer, on the viewer's side.
@@ -192,9 +204,12 @@ pub fn coverage<F: Float>(
     if material.coverage == Coverage::Whole {
         return F::one();
     }
-    let alpha = scalar(&material.alpha, tables.textures, at, mask) * alpha(tables.geometry, hit, mask);
+    let mut there = scalar(&material.alpha, tables.textures, at, mask);
+    if material.vertices_are_factors {
+        there = there * alpha(tables.geometry, hit, mask);
+    }
     match material.coverage {
-        Coverage::Mask(cutoff) => F::select(alpha.ge(F::splat(cutoff)), F::one(), F::zero()),
-        _ => alpha.clamp(0.0, 1.0),
+        Coverage::Mask(cutoff) => F::select(there.ge(F::splat(cutoff)), F::one(), F::zero()),
+        _ => there.clamp(0.0, 1.0),
     }
 }

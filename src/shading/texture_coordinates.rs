@@ -1,5 +1,4 @@
-//! Data of hits that only some materials need: a second set of texture coordinates, the ray's footprint, vertex alpha,
-//! tangents.
+//! Data of hits that only some materials need: a second set of texture coordinates, the ray's footprint, tangents.
 
 use std::f32::consts::PI;
 
@@ -7,18 +6,19 @@ use super::footprint::{Footprint, on_surface};
 use super::principled::shading_frame::ShadingFrame;
 use super::surface::{HitLanes, Surface, corners, normalize_or, rows, transform_normal};
 use super::texture_lookup::Coordinates;
+use super::vertices::AtVertices;
 use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::elementary::sin_cos_turns;
-use crate::math::{Color, NONE, Vector};
+use crate::math::{NONE, Vector};
 use crate::scene::Geometry;
 use crate::simd::{Float, Int, Mask, Outlined};
 
 /// The triangles of hits: vertices, parts and barycentric weights.
-struct HitCorners<F: Float> {
-    vertices: [F::Int; 3],
-    part: F::Int,
-    weights: [F; 3],
-    is_triangle: F::Mask,
+pub(super) struct HitCorners<F: Float> {
+    pub(super) vertices: [F::Int; 3],
+    pub(super) part: F::Int,
+    pub(super) weights: [F; 3],
+    pub(super) is_triangle: F::Mask,
 }
 
 /// A set of texture coordinates: at the hits, at the corners, and the lanes that have them.
@@ -30,7 +30,7 @@ struct UvSet<F: Float> {
 
 impl<F: Float> HitCorners<F> {
     #[inline(always)]
-    fn new(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> Self {
+    pub(super) fn new(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> Self {
         let is_triangle = (hit.primitive & F::Int::splat(SPHERE)).eq(F::Int::splat(0)) & mask;
         let first = hit.primitive * F::Int::splat(3);
         Self {
@@ -91,6 +91,9 @@ pub fn point_coordinates<F: Float>(
         let (uv_axes, diameters) = ([(F::zero(), F::zero()); 2], [Vector::zero(); 2]);
         at.object = F::outlined(ObjectPlace { geometry, hit, uv, uv_axes, diameters, mask }).0;
     }
+    if geometry.has_vertex_textures {
+        at.vertex = F::outlined(AtVertices { geometry, hit, mask });
+    }
     at
 }
 
@@ -116,6 +119,9 @@ pub fn coordinates<F: Float>(
         let (uv, uv_axes) = (surface.uv, at.footprint[0].axes);
         (at.object, at.object_footprint) =
             F::outlined(ObjectPlace { geometry, hit, uv, uv_axes, diameters, mask });
+    }
+    if geometry.has_vertex_textures {
+        at.vertex = F::outlined(AtVertices { geometry, hit, mask });
     }
     if geometry.uvs.is_empty() {
         return at;
@@ -199,7 +205,7 @@ fn object_position<F: Float>(
 }
 
 /// The gradients of the barycentric weights of a triangle's second and third corner, per metre in world space.
-struct WeightGradients<F: Float>(Vector<F>, Vector<F>);
+pub(super) struct WeightGradients<F: Float>(pub(super) Vector<F>, pub(super) Vector<F>);
 
 impl<F: Float> WeightGradients<F> {
     /// The gradients of u and v of a set of coordinates.
@@ -219,7 +225,7 @@ impl<F: Float> WeightGradients<F> {
 
 impl<F: Float> HitCorners<F> {
     #[inline(always)]
-    fn along(&self, geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> WeightGradients<F> {
+    pub(super) fn along(&self, geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> WeightGradients<F> {
         let [p, q, r]: [Vector<F>; 3] = corners(&geometry.positions, self.vertices, mask);
         let (mut s, mut t) = (q - p, r - p);
         let placed = mask & !hit.instance.eq(F::Int::splat(NONE));
@@ -319,22 +325,6 @@ pub fn object_gradient<F: Float>(
         (first, second) = (Vector::select(round, u, first), Vector::select(round, v, second));
     }
     first * s.dot(slope) + second * t.dot(slope)
-}
-
-/// Vertex alpha; 1 if there is none.
-#[inline(always)]
-pub fn alpha<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::Mask) -> F {
-    if geometry.alphas.is_empty() {
-        return F::one();
-    }
-    let triangle = HitCorners::new(geometry, hit, mask);
-    let base = F::Int::gather(&geometry.parts.alphas, triangle.part, triangle.is_triangle);
-    let has = triangle.is_triangle & !base.eq(F::Int::splat(NONE));
-    let mut alpha = F::zero();
-    for k in 0..3 {
-        alpha = alpha + F::gather(&geometry.alphas, triangle.vertices[k] + base, has) * triangle.weights[k];
-    }
-    F::select(has, alpha, F::one())
 }
 
 /// A frame whose x follows the mesh's tangents, or the direction of increasing u if there are none (as on a sphere),
@@ -443,16 +433,11 @@ fn derived_tangents<F: Float>(
     (Vector::select(flips, -along, along), F::select(flips, F::one(), -F::one()))
 }
 
-/// The vertex colour, a factor on the material's colour.
-#[inline(always)]
-pub fn vertex_color<F: Float>(surface: &Surface<F>) -> Color<F> {
-    Color::new(surface.color.x, surface.color.y, surface.color.z)
-}
-
 #[cfg(test)]
 mod tests {
     use std::num::Wrapping;
 
+    use super::super::vertices::alpha;
     use super::*;
     use crate::math::Ray;
     use crate::scene::geometry::Part;
@@ -704,7 +689,19 @@ mod tests {
         let at = coordinates(&plain, &middle(NONE), &seen(false), down, 0.0, true);
         assert_eq!(at.uv, [(0.25, 0.75); 2]);
         assert_eq!(alpha(&plain, &middle(NONE), true), 1.0);
-        let color = vertex_color(&seen(false));
-        assert_eq!([color.r, color.g, color.b], [0.1, 0.2, 0.3]);
+        // Vertices are looked up only if some texture does.
+        geometry.add_part(Part { colors: 0, ..PART });
+        (geometry.colors, geometry.triangle_parts[0]) =
+            (vec![[0.0, 0.0, 0.4], [0.8, 0.0, 0.4], [0.0, 0.4, 0.4]], 1);
+        let vertex = |geometry: &Geometry| {
+            let of_surface = coordinates(geometry, &middle(NONE), &seen(false), down, 0.0, true).vertex;
+            let of_hit = point_coordinates(geometry, &middle(NONE), (0.0, 0.0), true).vertex;
+            let [a, b] = [of_surface, of_hit].map(|it| [it.color.r, it.color.g, it.color.b, it.alpha]);
+            assert_eq!(a, b);
+            a
+        };
+        assert_eq!(vertex(&geometry), [1.0; 4]);
+        geometry.has_vertex_textures = true;
+        assert_eq!(vertex(&geometry), [0.2, 0.1, 0.4, 1.0]);
     }
 }

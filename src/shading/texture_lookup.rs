@@ -19,6 +19,8 @@ pub struct Coordinates<F: Float> {
     pub object: Vector<F>,
     /// Two conjugate diameters of the ray's footprint there.
     pub object_footprint: [Vector<F>; 2],
+    /// The mesh's colours and alphas at vertices, interpolated; opaque white in a scene without textures that look it up.
+    pub vertex: Texel<F>,
 }
 
 impl<F: Float> Coordinates<F> {
@@ -26,7 +28,13 @@ impl<F: Float> Coordinates<F> {
     #[inline(always)]
     pub fn point(uv: [(F, F); 2]) -> Self {
         let zero = Vector::zero();
-        Self { uv, footprint: [Footprint::point(); 2], object: zero, object_footprint: [zero; 2] }
+        Self {
+            uv,
+            footprint: [Footprint::point(); 2],
+            object: zero,
+            object_footprint: [zero; 2],
+            vertex: Texel::white(),
+        }
     }
 }
 
@@ -164,6 +172,12 @@ fn texels_along<F: Float>(x: [f32; 3], y: [f32; 3], (u, v): (F, F), size: (f32, 
 }
 
 impl<F: Float> Texel<F> {
+    /// Opaque white.
+    #[inline(always)]
+    pub fn white() -> Self {
+        Self { color: Color::new(F::one(), F::one(), F::one()), alpha: F::one() }
+    }
+
     /// A channel: red, green, blue, alpha.
     #[inline(always)]
     pub(super) fn channel(&self, channel: u32) -> F {
@@ -186,7 +200,12 @@ impl<F: Float> Texel<F> {
     }
 
     #[inline(always)]
-    fn plus(self, other: Self) -> Self {
+    pub(super) fn scaled(self, part: F) -> Self {
+        Self { color: self.color * part, alpha: self.alpha * part }
+    }
+
+    #[inline(always)]
+    pub(super) fn plus(self, other: Self) -> Self {
         Self { color: self.color + other.color, alpha: self.alpha + other.alpha }
     }
 

@@ -5,7 +5,6 @@ use super::boundary::BodyPair;
 use super::emitter::lane;
 use super::point::ShadingPoint;
 use super::surface::{HitLanes, Surface};
-use super::texture_coordinates::vertex_color;
 use crate::math::{Color, Vector};
 use crate::scene::CompiledScene;
 use crate::simd::{Float, Int, Mask};
@@ -71,7 +70,7 @@ impl<F: Float> Shaded<F> {
         let emission = if material.unlit { point.base_color() } else { point.emission() };
         Self {
             model: BlinnPhongParams {
-                diffuse: point.color(&classic.diffuse) * vertex_color(point.surface),
+                diffuse: point.tinted(&classic.diffuse),
                 specular: point.color(&classic.specular),
                 shininess: F::splat(classic.shininess),
                 phong: F::Mask::from_bits(if classic.phong { u32::MAX } else { 0 }),

@@ -73,6 +73,21 @@ impl Default for Assets {
 }
 
 impl Assets {
+    /// True for each texture that depends on what is at a mesh's vertices.
+    pub(crate) fn vertex_textures(&self) -> Vec<bool> {
+        let mut known = Vec::with_capacity(self.textures.len());
+        for texture in &self.textures {
+            let mut depends = false;
+            if let TextureSource::Procedure(id) = texture.source {
+                let procedure = &self.procedures[id.0 as usize];
+                depends = procedure.is_at_vertices();
+                procedure.for_each_input(&mut |input| depends |= known[input.0 as usize]);
+            }
+            known.push(depends);
+        }
+        known
+    }
+
     /// Returns a material's name, or a generated one if it has none.
     pub(crate) fn material_name(&self, id: MaterialId) -> Cow<'_, str> {
         match (self.materials.get(id.0 as usize).and_then(|named| named.name.as_deref()), id) {

@@ -47,6 +47,9 @@ forms! {
             /// the movement of the lens across the sensor (shift, rise), in widths and heights of the image: (0, 0.5)
             /// shows what lies above the axis, with upright lines
             shift: Vec2 = Vec2::ZERO, Pair(Range::FromTo(-10.0, 10.0));
+            /// the turn of the lens to the right and downwards, which tilts the plane in focus: it meets the plane through
+            /// the lens parallel to the sensor at the focal length over the sine of the angle (Scheimpflug, Merklinger)
+            tilt_degrees: Vec2 = Vec2::ZERO, Pair(Range::FromTo(-45.0, 45.0));
             /// as of `ThinLens`
             aperture: Option<ImageId> = None, Image;
             /// as of `ThinLens`
@@ -156,16 +159,20 @@ forms! {
         SideBySide,
         /// The left eye's image on top.
         OverUnder,
+        /// The left eye's image alone.
+        Left,
+        /// The right eye's image alone.
+        Right,
     }
 }
 
 fields! {
     /// Makes the image of an entity's [`Camera`] two images, for two eyes beside each other, each with its half of the
-    /// pixels. In a panorama the eyes turn with the direction of view (omnidirectional stereo: Peleg, Ben-Ezra and
+    /// pixels, or one of them. In a panorama the eyes turn with the direction of view (omnidirectional stereo: Peleg, Ben-Ezra and
     /// Pritch 2001).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Stereo, "a stereo pair" {
-        /// the left eye's image on the left, or on top
+        /// the left eye's image on the left or on top, or one eye's image alone
         layout: StereoLayout = StereoLayout::SideBySide, Form;
         /// the distance between the eyes
         eye_distance_m: f32 = 0.065, Number(Range::From(0.0));

@@ -219,10 +219,12 @@ forms! {
             radiance: Rgb = Rgb::WHITE, Color(Range::From(0.0));
         },
         /// A rectangle or a disc in the local XY plane, centred at the origin, that emits
-        /// towards −Z with the same radiance Φ/(πA) in all directions.
+        /// towards −Z with the same radiance L + Φ/(πA) in all directions.
         Area {
-            /// Φ, the power
+            /// Φ, the power; needed unless there is a `radiance`
             power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::FLAT)), required;
+            /// L, W m⁻² sr⁻¹, in place of a power or added to it: larger lights then give more light
+            radiance: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::Radiance));
             /// width along X and height along Y; of a disc both diameters
             size_m: Vec2 = Vec2::ONE, Sides, required;
             /// the shape within that rectangle

@@ -23,7 +23,7 @@ fields! {
     /// surface's normal, after the entity's own transform.
     #[derive(Clone, Debug, PartialEq)]
     pub struct ScatteredCopies, "a scatter" {
-        /// name of the entity on whose surface they stand
+        /// name of the entity on whose surface they stand; or `entity/node`, a node of the glTF file that an entity places
         on: String = String::new(), Text;
         /// number of copies
         count: u32 = 0, Whole(0, ScatteredCopies::MOST);

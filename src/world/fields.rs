@@ -195,6 +195,12 @@ impl<'a> Field<'a> {
         Self { name, aliases: &[], old: &[], doc: "", required, slot }
     }
 
+    /// The field of the same component in whose presence this one is not required.
+    pub(crate) fn alternative(&self) -> Option<&'static str> {
+        // What an area light emits.
+        (self.name == "power_w").then_some("radiance")
+    }
+
     /// True if the key is the field's name, an alias or an old key.
     pub(crate) fn is_called(&self, key: &str) -> bool {
         self.name == key || self.aliases.contains(&key) || self.old.contains(&key)

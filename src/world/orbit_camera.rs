@@ -158,6 +158,7 @@ impl OrbitCamera {
                 f_stop,
                 focus_distance_m,
                 shift,
+                tilt_degrees,
                 aperture,
                 pattern,
             } => Camera::Photographic {
@@ -166,6 +167,7 @@ impl OrbitCamera {
                 f_stop: (radius > 0.0).then(|| (0.5e-3 * focal_length_mm / radius).clamp(0.01, 1000.0)),
                 focus_distance_m: if f_stop.is_none() { depth } else { focus_distance_m },
                 shift,
+                tilt_degrees,
                 aperture,
                 pattern,
             },

@@ -11,7 +11,7 @@ use super::material::{Channel, ColorInput, ScalarInput};
 pub enum Procedure {
     /// A pattern with colours.
     Pattern(Box<PatternTexture>),
-    /// A combination of other textures.
+    /// Colours and alphas at the vertices of a mesh, or a combination of other textures.
     Combination(Combination),
 }
 
@@ -19,6 +19,11 @@ impl Procedure {
     /// True if the texture itself depends on positions in the object's space.
     pub(crate) fn is_in_object_space(&self) -> bool {
         matches!(self, Procedure::Pattern(texture) if texture.placement.space == TextureSpace::Object)
+    }
+
+    /// True if the texture itself is what is at a mesh's vertices.
+    pub(crate) fn is_at_vertices(&self) -> bool {
+        matches!(self, Procedure::Combination(Combination::Vertex { .. }))
     }
 
     /// Calls a function with each texture that this one uses.
@@ -204,10 +209,34 @@ impl PatternPlacement {
     }
 }
 
+/// A part of the colour and alpha at a mesh's vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VertexChannel {
+    /// The colour.
+    #[default]
+    All,
+    /// Its red.
+    Red,
+    /// Its green.
+    Green,
+    /// Its blue.
+    Blue,
+    /// Alpha.
+    Alpha,
+}
+
+names!(VertexChannel, "channel", [All, Red, Green, Blue, Alpha]);
+
 forms! {
-    /// A combination of other textures, each of them in its own place.
+    /// Colours and alphas at the vertices of a mesh, or a combination of other textures, each of them in its own place.
     #[derive(Clone, Debug, PartialEq)]
     pub enum Combination, "texture" {
+        /// The colours at the mesh's vertices. In a material that looks them up, they are no factors on its colour and
+        /// alpha.
+        Vertex {
+            /// `All`: the colour; `Red`, `Green`, `Blue` or `Alpha`: one number
+            channel: VertexChannel = VertexChannel::All, Form;
+        },
         /// `a` where `by` is 0, `b` where it is 1, a mixture between.
         Mix {
             /// colour or texture

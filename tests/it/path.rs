@@ -149,6 +149,7 @@ fn rectangular_light_matches_lamberts_formula() {
     let size = rayfront::math::Vec2::new(2.0, 1.0);
     let light = Light::Area {
         power_w: Rgb::splat(std::f32::consts::PI * 2.0 * 10.0),
+        radiance: Rgb::BLACK,
         size_m: size,
         outline: Default::default(),
         samples: 1,

@@ -13,6 +13,14 @@ const WHITTED: &str = r#"(
          material: (diffuse: Texture(image: "../../assets/checker.png", scale: 4, filter: Nearest, factor: 0.7))),
         (shape: Sphere(radius_m: 0.5), transform: (translate: (0, 0.5, 0)), material: "#;
 
+/// A hill with colours at its vertices, whose material comes next.
+const HILL: &str = r#"(
+    settings: (samples: 64, ambient: 0.15, background: Gradient(bottom: (0.30, 0.32, 0.36), top: (0.45, 0.55, 0.75))),
+    entities: [
+        (camera: Pinhole(vertical_fov_degrees: 24), transform: LookAt(from: (0.4, 2.4, 3.6), to: (0, 0.15, 0))),
+        (light: Directional(irradiance: 3), transform: LookAt(from: (-3, 2.4, 2), to: (0, 0, 0))),
+        (shape: Mesh("hill.ply"), modifiers: [Normals(smooth_degrees: 180)], material: "#;
+
 /// A studio for the path transport. The floor's material comes next.
 const STUDIO: &str = r#"(
     settings: (samples: 256, max_depth: 16, transport: Path, clamp: 8, tonemap: PbrNeutral),
@@ -55,6 +63,18 @@ pub const STRIPS: &[Strip] = &[
             "roughness: 0.5, base_color: Noise(scale: 4, octaves: 8, stops: [(0.5, \"#204a90\"), (0.52, \"#c8b070\"), (0.55, \"#3c6a2c\"), (0.7, \"#f0f0f0\")])",
             "roughness: 0.4, base_color: Voronoi(kind: Edges, scale: 7, stops: [(0.05, \"#101010\"), (0.1, \"#b03020\")])",
             "roughness: 0.3, base_color: (0.8, 0.35, 0.1), bump: (texture: Noise(scale: 8, kind: Ridged), height_m: 0.04)",
+        ],
+        zoom: 1,
+    },
+    Strip {
+        name: "vertex_colors",
+        scene: &[HILL, "(VALUE)", END],
+        values: &[
+            "diffuse: 0.9",
+            "diffuse: Vertex(channel: Red)",
+            "diffuse: Vertex(channel: Green)",
+            "diffuse: Mix(a: \"#40561f\", b: \"#d8d4cc\", by: Vertex(channel: Red))",
+            "diffuse: Mix(a: Curve(of: Vertex(channel: Red), stops: [(0.3, \"#40561f\"), (0.4, \"#6a5a48\"), (0.8, \"#8c8278\"), (0.85, \"#f4f6fa\")]), b: \"#2a3c48\", by: Vertex(channel: Green))",
         ],
         zoom: 1,
     },

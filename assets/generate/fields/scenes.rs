@@ -197,6 +197,21 @@ pub const STRIPS: &[Strip] = &[
         zoom: 1,
     },
     Strip {
+        name: "tilted_lens",
+        scene: &[
+            ROWS,
+            "(camera: Photographic(f_stop: 0.3, VALUE), transform: LookAt(from: (0, 0.7, 2.6), to: (0, 0.35, 0))),",
+            END,
+        ],
+        values: &[
+            "focus_distance_m: 2.6",
+            "focus_distance_m: 5.2, tilt_degrees: (0, 4.1)",
+            "focus_distance_m: 2.6, tilt_degrees: (12, 0)",
+            "focus_distance_m: 2.6, tilt_degrees: (0, -12)",
+        ],
+        zoom: 1,
+    },
+    Strip {
         name: "samples",
         scene: &["(settings: (transport: Path, sharing: Off, filter: Box, VALUE", BOX],
         values: &["samples: 1", "samples: 4", "samples: 16", "samples: 64", "samples: 256", "samples: 1024"],

@@ -15,7 +15,7 @@ use crate::shading::texture_lookup::{Coordinates, texel};
 use crate::world::assets::{Assets, ProcedureId, Texture, TextureId, TextureSource, Wrap};
 use crate::world::{
     ColorInput, Combination, NoiseSum, PatternPlacement, PatternTexture, Procedure, ScalarInput,
-    TexturePattern, TextureSpace, VoronoiValue,
+    TexturePattern, TextureSpace, VertexChannel, VoronoiValue,
 };
 
 /// The most steps of one program.
@@ -79,6 +79,8 @@ fn levels(textures: &Textures, sampled: &SampledTexture) -> [f32; 2] {
             stops.iter().map(|stop| Rgb::from(stop.color).max_component()).fold(0.0, f32::max)
         }
         TextureStep::Image(image) => textures.brightness(&textures.sampled[*image as usize]).0,
+        // No mesh is known here, and colours go from 0 to 1.
+        TextureStep::Vertex | TextureStep::VertexChannel(_) => 1.0,
         TextureStep::Mix { .. } | TextureStep::Combine(_) => 0.0,
     });
     let factor = sampled.factor.into_iter().fold(0.0, f32::max);
@@ -112,6 +114,16 @@ impl Program<'_> {
         let assets = self.assets;
         match &assets.procedures[id.0 as usize] {
             Procedure::Pattern(texture) => self.pattern(texture),
+            Procedure::Combination(Combination::Vertex { channel }) => {
+                let step = match channel {
+                    VertexChannel::All => TextureStep::Vertex,
+                    VertexChannel::Red => TextureStep::VertexChannel(0),
+                    VertexChannel::Green => TextureStep::VertexChannel(1),
+                    VertexChannel::Blue => TextureStep::VertexChannel(2),
+                    VertexChannel::Alpha => TextureStep::VertexChannel(3),
+                };
+                self.step(step, 1)
+            }
             Procedure::Combination(Combination::Mix { a, b, by }) => {
                 self.color(a)?;
                 self.color(b)?;

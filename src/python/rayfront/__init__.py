@@ -378,7 +378,7 @@ _FORMS = """
     PbrNeutral Phong Photographic Photometric Pinhole Plane Point Position Principled Prism Rectangle Red Regular
     Reinhard Repeat Ridged Right Round Samples ScaleByMaximum SideBySide Sky Smooth Sobol Sphere Spot Srgb Step
     Stereographic Strands Subdivide Subtract Tent Text Texture ThinLens Torus Triangle Trilinear Tube Turbulence
-    Unbiased Uniform Uv Uv1 Variance Voronoi Whitted Wood
+    Unbiased Uniform Uv Uv1 Variance Vertex Voronoi Whitted Wood
 """.split()
 globals().update({name: Variant(name) for name in _FORMS})
 

@@ -218,7 +218,8 @@ class _Area(Variant):
     def __call__(  # type: ignore[override]
         self,
         *,
-        power_w: _Color,
+        power_w: _Color = ...,
+        radiance: _Color = ...,
         size_m: ArrayLike,
         outline: Variant = ...,
         samples: int = ...,
@@ -652,6 +653,7 @@ class _Photographic(Variant):
         f_stop: _Number = ...,
         focus_distance_m: _Number = ...,
         shift: ArrayLike = ...,
+        tilt_degrees: ArrayLike = ...,
         aperture: _Path = ...,
         pattern: Variant = ...,
     ) -> Variant: ...
@@ -908,6 +910,15 @@ Uniform: Variant
 Uv: Variant
 Uv1: Variant
 Variance: Variant
+
+class _Vertex(Variant):
+    def __call__(  # type: ignore[override]
+        self,
+        *,
+        channel: Variant = ...,
+    ) -> Variant: ...
+
+Vertex: _Vertex
 
 class _Voronoi(Variant):
     def __call__(  # type: ignore[override]

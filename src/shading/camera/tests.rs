@@ -195,6 +195,41 @@ fn eyes_of_panoramas_turn_with_the_view() {
     }
 }
 
+/// What a tilted lens shows sharply: the plane through the point in focus on the axis and a line in the plane through the
+/// lens parallel to the image, at the focal length over the sine of the tilt (Merklinger, "Focusing the view camera").
+#[test]
+fn tilted_lenses_focus_on_a_plane_through_their_hinge() {
+    let (focal_length, distance, tilt) = (0.09f32, 4.0f32, 0.1f64);
+    let hinge = focal_length / libm::sin(tilt) as f32;
+    let view = Perspective::upright(0.3);
+    for (angles, hinged) in [([0.0, tilt], Vec3::Y), ([tilt, 0.0], Vec3::NEG_X), ([0.0, -tilt], Vec3::NEG_Y)]
+    {
+        let lens =
+            Lens::new([Vec3::X, Vec3::Y, Vec3::NEG_Z], 0.02, distance, (focal_length, angles.map(libm::tan)));
+        let camera = camera(Projection::ThinLens { view, lens, pattern: Pattern::Jittered });
+        for place in [[180.0, 90.0], [20.0, 10.0], [350.0, 170.0], [100.0, 150.0]] {
+            let through = |lens: (f32, f32)| {
+                let (origin, direction) = ray(&camera, SIZE, place.into(), lens).unwrap();
+                let origin = origin - camera.origin;
+                // Depth and height above the hinge grow together: z / D = 1 + y / J.
+                let [rise, run] = [origin, direction].map(|v| -v.z / distance - v.dot(hinged) / hinge);
+                origin + direction * ((1.0 - rise) / run)
+            };
+            let middle = through((0.0, 0.0));
+            for lens in [(1.0, 0.0), (-0.6, 0.7), (0.0, -1.0)] {
+                assert!(
+                    (through(lens) - middle).length() < 1e-4 * middle.length(),
+                    "{angles:?} {place:?} {lens:?}"
+                );
+            }
+        }
+        // The lens is where it turns to: its points are across its axis.
+        let axis = lens.axes[0].cross(lens.axes[1]);
+        assert!((axis.dot(Vec3::Z) - libm::cos(tilt) as f32).abs() < 1e-6, "{axis}");
+        assert!((axis.dot(hinged) - libm::sin(tilt) as f32).abs() < 1e-6, "{axis}");
+    }
+}
+
 fn projections() -> impl Strategy<Value = Projection> {
     let perspective = ((0.1f32..2.0, 0.1f32..2.0), (-0.6f32..0.6, -0.6f32..0.6), 0..3).prop_map(
         |((width, height), (right, up), kind)| Perspective {
@@ -214,9 +249,12 @@ fn projections() -> impl Strategy<Value = Projection> {
     ];
     prop_oneof![
         perspective.clone().prop_map(Projection::Pinhole),
-        (perspective, 0.0f32..0.2, 0.5f32..5.0).prop_map(|(view, lens_radius, focus_distance)| {
-            Projection::ThinLens { view, lens_radius, focus_distance, pattern: Pattern::Jittered }
-        }),
+        (perspective, 0.0f32..0.2, 0.5f32..5.0, [-0.3f64..0.3, -0.3f64..0.3], 0.2f32..2.0).prop_map(
+            |(view, radius, distance, tilt, focal_length)| {
+                let lens = Lens::new([Vec3::X, Vec3::Y, Vec3::NEG_Z], radius, distance, (focal_length, tilt));
+                Projection::ThinLens { view, lens, pattern: Pattern::Jittered }
+            }
+        ),
         (0.2f32..5.0).prop_map(|half_height| Projection::Orthographic { half_height }),
         (0.05f32..=0.5, 0.05f32..=0.25)
             .prop_map(|(across, above)| Projection::Panorama { half_turns: [across, above] }),
@@ -226,15 +264,22 @@ fn projections() -> impl Strategy<Value = Projection> {
 }
 
 fn cameras() -> impl Strategy<Value = CompiledCamera> {
-    let stereo =
-        (any::<bool>(), 0.0f32..0.2, 0.0f32..1.0).prop_map(|(beside, half_distance, convergence)| {
-            let layout = if beside { StereoLayout::SideBySide } else { StereoLayout::OverUnder };
-            StereoPair { layout, half_distance, convergence }
-        });
+    let layouts = prop_oneof![
+        Just(StereoLayout::SideBySide),
+        Just(StereoLayout::OverUnder),
+        Just(StereoLayout::Left),
+        Just(StereoLayout::Right),
+    ];
+    let stereo = (layouts, 0.0f32..0.2, 0.0f32..1.0)
+        .prop_map(|(layout, half_distance, convergence)| StereoPair { layout, half_distance, convergence });
     (projections(), proptest::option::of(stereo), -2.0f32..2.0, -1.0f32..1.0).prop_map(
-        |(projection, stereo, turn, tilt)| {
+        |(mut projection, stereo, turn, tilt)| {
             let turned = crate::math::Quat::from_euler(glam::EulerRot::YXZ, turn, tilt, 0.3);
             let [right, up, forward] = [Vec3::X, Vec3::Y, Vec3::NEG_Z].map(|axis| turned * axis);
+            if let Projection::ThinLens { lens, .. } = &mut projection {
+                lens.axes = lens.axes.map(|axis| turned * axis);
+                lens.focus = turned * lens.focus;
+            }
             CompiledCamera { right, up, forward, stereo, ..camera(projection) }
         },
     )
@@ -259,8 +304,13 @@ proptest! {
             None => false,
             Some(StereoLayout::SideBySide) => pixel.x + 0.5 >= 0.5 * size[0] as f32,
             Some(StereoLayout::OverUnder) => pixel.y + 0.5 >= 0.5 * size[1] as f32,
+            Some(eye) => eye == StereoLayout::Right,
         };
-        let chosen = match (camera.stereo.is_some(), is_right) {
+        let shares = matches!(
+            camera.stereo,
+            Some(StereoPair { layout: StereoLayout::SideBySide | StereoLayout::OverUnder, .. })
+        );
+        let chosen = match (shares, is_right) {
             (false, _) => u,
             (true, right) => 0.5 * u + if right { 0.5 } else { 0.0 },
         };
@@ -294,7 +344,7 @@ proptest! {
         // At the rim of an orthographic fisheye, the area grows without bounds: no difference measures it there.
         prop_assume!((ahead - behind).abs() < 0.05 * ahead.min(behind));
         let area = 0.5 * (ahead + behind);
-        let eyes = if camera.stereo.is_some() { 2.0 } else { 1.0 };
+        let eyes = if shares { 2.0 } else { 1.0 };
         prop_assume!(area > 1e-9);
         let product = found.importance * area / eyes;
         prop_assert!((product - 1.0).abs() < 0.06, "{product}");

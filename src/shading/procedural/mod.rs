@@ -46,6 +46,15 @@ pub(super) fn evaluate<F: Float>(
                 stack[top] = Texel { color: image.color * factor, ..image };
                 top += 1;
             }
+            TextureStep::Vertex => {
+                stack[top] = at.vertex;
+                top += 1;
+            }
+            TextureStep::VertexChannel(channel) => {
+                let number = at.vertex.channel(*channel);
+                stack[top] = opaque(Color::new(number, number, number));
+                top += 1;
+            }
             TextureStep::Pattern(step) => {
                 let (value, width) = pattern(step, at, mask);
                 let stops = &textures.stops[step.ramp.first as usize..][..step.ramp.count as usize];

@@ -43,6 +43,7 @@ fn spawn(world: &mut World, thing: usize, material: &Material) {
             let (power_w, size_m) = (Rgb::splat(20.0), Vec2::new(1.0, 0.7));
             let light = Light::Area {
                 power_w,
+                radiance: Rgb::BLACK,
                 size_m,
                 outline: Default::default(),
                 samples: 2,

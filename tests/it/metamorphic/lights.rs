@@ -80,13 +80,15 @@ fn emitters_of_all_shapes_are_sampled_consistently() {
 fn area_light_equals_an_emissive_sheet() {
     let mut all = Relations::default();
     let (radiance, side) = (3.0, 1.6);
+    // A third of the light is given as radiance.
     let under = |visible: Option<bool>| {
         let mut world = scene(stage::shell(), principled(|m| m.roughness = number(0.4)), 12, 1024);
         if let Some(visible) = visible {
-            let power_w = Rgb::splat(std::f32::consts::PI * side * side * radiance);
+            let power_w = Rgb::splat(std::f32::consts::PI * side * side * radiance * 2.0 / 3.0);
             let size_m = Vec2::splat(side);
             let light = Light::Area {
                 power_w,
+                radiance: Rgb::splat(radiance / 3.0),
                 size_m,
                 outline: Default::default(),
                 samples: 1,

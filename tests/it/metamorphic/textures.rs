@@ -2,8 +2,9 @@
 
 use rayfront::math::{Mat4, Rgb, Vec2};
 use rayfront::world::{
-    AlphaMode, Background, BlinnPhong, Channel, ColorInput, Material, Mesh, ScalarInput, Shape, Texels,
-    Texture, TextureId, Transform, Transport, World,
+    AlphaMode, Background, BlinnPhong, BumpMap, Channel, ColorInput, Combination, Material, Mesh,
+    PatternTexture, Procedure, ScalarInput, Shape, Texels, Texture, TextureId, TexturePattern, Transform,
+    Transport, VertexChannel, World,
 };
 use rayfront::world::{ColorSpace, TextureFilter, Wrap};
 
@@ -162,40 +163,103 @@ fn rotation_by_half_a_turn_mirrors_both_axes() {
     }
 }
 
-/// Vertex colours equal a texture that is as smooth.
+/// Where the colours of a square are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Colors {
+    /// In a picture as smooth as the colours of vertices.
+    Picture,
+    /// At vertices: factors.
+    Factors,
+    /// At vertices, looked up by a texture.
+    Lookup,
+}
+
+/// A lit square with a colour at each corner, in a material with a texture of them; of `Factors`, without one.
+fn colored(
+    transport: Transport,
+    colors: Colors,
+    look: impl Fn(&mut World, Option<TextureId>) -> Material,
+) -> Seen {
+    let mut world = stage::world(transport, 12, 16);
+    world.settings.max_depth = 1;
+    camera(&mut world, [0.0, 1.5, 1.0], [0.0, 0.0, 0.0], 0.8);
+    let texels = vec![[0.1, 0.2, 0.3], [0.9, 0.2, 0.3], [0.1, 0.6, 0.3], [0.9, 0.6, 0.3]];
+    let mut mesh = stage::floor(1.0, 0.0);
+    let at = |uv: &Vec2| Rgb::from(texels[uv.x as usize + 2 * uv.y as usize]);
+    let at_vertices: Vec<Rgb> = mesh.uvs.iter().map(at).collect();
+    let texture = match colors {
+        Colors::Picture => {
+            let image = stage::image(&mut world.assets, 2, |_, _| [0.0; 3]);
+            let stored = &mut world.assets.images[image.0 as usize];
+            std::sync::Arc::make_mut(stored).texels = Texels::Rgb32(texels);
+            // From the centre of one texel to that of the next.
+            Some(world.assets.add_texture(Texture {
+                color_space: ColorSpace::Linear,
+                wrap: [Wrap::Clamp; 2],
+                scale: Vec2::splat(0.5),
+                offset: Vec2::splat(0.25),
+                ..Texture::new(image)
+            }))
+        }
+        Colors::Factors => None,
+        Colors::Lookup => Some(vertex(&mut world, VertexChannel::All)),
+    };
+    if colors != Colors::Picture {
+        mesh.colors = at_vertices;
+    }
+    let look = look(&mut world, texture);
+    place_mesh(&mut world, mesh, look, Transform::IDENTITY);
+    place_mesh(&mut world, stage::ceiling(1.0, 1.8), stage::matte(0.8), Transform::IDENTITY);
+    world.entities.spawn((stage::point_light(100.0), stage::at(0.5, 1.6, 1.0)));
+    Seen::of(&world)
+}
+
+/// The texture of what is at the vertices.
+fn vertex(world: &mut World, channel: VertexChannel) -> TextureId {
+    world.assets.add_procedure(Procedure::Combination(Combination::Vertex { channel }))
+}
+
+/// Vertex colours equal a texture that is as smooth, as factors and wherever a texture looks them up.
 #[test]
 fn vertex_colours_equal_a_smooth_texture() {
     let mut all = Relations::default();
     for transport in stage::BOTH {
-        let seen = |picture: bool| {
-            let mut world = stage::world(transport, 12, 16);
-            world.settings.max_depth = 0;
-            camera(&mut world, [0.0, 1.5, 1.0], [0.0, 0.0, 0.0], 0.8);
-            let texels = vec![[0.1, 0.2, 0.3], [0.9, 0.2, 0.3], [0.1, 0.6, 0.3], [0.9, 0.6, 0.3]];
-            let mut mesh = stage::floor(1.0, 0.0);
-            let mut look = Material::BlinnPhong(BlinnPhong { diffuse: grey(1.0), ..BlinnPhong::default() });
-            if picture {
-                let image = stage::image(&mut world.assets, 2, |_, _| [0.0; 3]);
-                let stored = &mut world.assets.images[image.0 as usize];
-                std::sync::Arc::make_mut(stored).texels = Texels::Rgb32(texels);
-                let texture = Texture {
-                    color_space: ColorSpace::Linear,
-                    wrap: [Wrap::Clamp; 2],
-                    ..Texture::new(image)
-                };
-                look = material(world.assets.add_texture(texture), Use::Classic);
-                // From the centre of one texel to that of the next.
-                mesh.uvs.iter_mut().for_each(|uv| *uv = *uv * 0.5 + 0.25);
-            } else {
-                let at = |uv: &Vec2| Rgb::from(texels[uv.x as usize + 2 * uv.y as usize]);
-                mesh.colors = mesh.uvs.iter().map(at).collect();
-            }
-            place_mesh(&mut world, mesh, look, Transform::IDENTITY);
-            world.entities.spawn((stage::point_light(100.0), stage::at(0.5, 2.0, 1.0)));
-            Seen::of(&world)
+        let diffuse = |_: &mut World, texture: Option<TextureId>| {
+            let input = texture.map_or(grey(1.0), ColorInput::Texture);
+            Material::BlinnPhong(BlinnPhong { diffuse: input, ..BlinnPhong::default() })
         };
-        all.equal(&seen(true), &seen(false), &format!("{transport:?}"));
+        let picture = colored(transport, Colors::Picture, diffuse);
+        all.equal(&picture, &colored(transport, Colors::Factors, diffuse), &format!("{transport:?} factors"));
+        for what in USES {
+            let by =
+                |colors| colored(transport, colors, |_, texture| material(texture.expect("a texture"), what));
+            all.equal(&by(Colors::Picture), &by(Colors::Lookup), &format!("{transport:?} {what:?}"));
+        }
     }
+}
+
+/// A bump map of vertex colours equals one of a gradient.
+#[test]
+fn bumps_of_vertex_colours_are_slopes() {
+    let mut all = Relations::default();
+    let seen = |looked_up: bool| {
+        let colors = if looked_up { Colors::Lookup } else { Colors::Picture };
+        colored(Transport::Path, colors, |world, _| {
+            let red = if looked_up {
+                vertex(world, VertexChannel::Red)
+            } else {
+                let mut texture = PatternTexture::new(TexturePattern::Gradient);
+                texture.placement.a = ColorInput::Constant(Rgb::splat(0.1));
+                texture.placement.b = ColorInput::Constant(Rgb::splat(0.9));
+                world.assets.add_procedure(Procedure::Pattern(Box::new(texture)))
+            };
+            principled(|m| {
+                (m.base_color, m.double_sided) = (grey(0.7), true);
+                m.bump = Some(BumpMap { texture: red, channel: Channel::Red, height_m: 0.8 });
+            })
+        })
+    };
+    all.equal(&seen(true), &seen(false), "bump");
 }
 
 /// A constant channel equals a number.

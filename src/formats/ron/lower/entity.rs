@@ -22,17 +22,34 @@ struct Family<'a> {
     names: HashMap<String, (Raw<'a>, usize)>,
     /// Entities with a parent, and the place of its name in the text.
     parents: Vec<(usize, Raw<'a>)>,
-    /// Entities whose parent is a node of a glTF file: the place in the text, and the names of the entity that places
-    /// the file and of the node.
-    nodes: Vec<(usize, Raw<'a>, String, String)>,
+    /// Entities whose parent is a node of a glTF file, and cameras that focus on one.
+    children: Vec<(usize, NodeOfModel<'a>)>,
+    focused_nodes: Vec<(usize, NodeOfModel<'a>)>,
     /// Cameras that focus on an entity, and the place of its name in the text.
     focused: Vec<(usize, Raw<'a>)>,
     /// Entities below the place that their file is included at, and its entity.
     below: Vec<(usize, usize)>,
     /// Entities that are scattered, and the place in the text and the name of what they are scattered on.
     grounds: Vec<(usize, Raw<'a>, String)>,
+    /// Those that are scattered on a node of a glTF file.
+    ground_nodes: Vec<(usize, NodeOfModel<'a>)>,
     /// Entities that place a glTF file: the file and the material overrides.
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
+}
+
+/// A node of a glTF file that an entity places.
+struct NodeOfModel<'a> {
+    /// The place in the text where it is named.
+    raw: Raw<'a>,
+    model: usize,
+    name: String,
+}
+
+/// The thing that a name in a scene refers to.
+enum Referent<'a> {
+    /// An entity of the scene, and its whole name.
+    Entity(usize, String),
+    Node(NodeOfModel<'a>),
 }
 
 /// The keys of an entity.
@@ -68,25 +85,25 @@ impl<'a> Lowering<'_, 'a> {
             // Both were spawned above.
             let _ = self.world.entities.insert_one(family.entities[child], Parent(family.entities[parent]));
         }
-        for (camera, raw) in &family.focused {
-            let name = self.source.string(*raw, "an entity's name")?;
-            let Some((_, focused)) = self.find(&family, *raw, &name) else {
-                let suggestion = suggest(&name, family.names.keys().map(String::as_str));
-                let reason = format!("unknown entity \"{}\"{suggestion}", shorten(&name));
-                return Err(self.source.error(raw.0, reason));
-            };
-            let focus = FocusOn(family.entities[focused]);
-            let _ = self.world.entities.insert_one(family.entities[*camera], focus);
+        for (camera, raw) in std::mem::take(&mut family.focused) {
+            match self.referent(&family, raw, "entity")? {
+                Referent::Node(node) => family.focused_nodes.push((camera, node)),
+                Referent::Entity(focused, _) => {
+                    let focus = FocusOn(family.entities[focused]);
+                    let _ = self.world.entities.insert_one(family.entities[camera], focus);
+                }
+            }
         }
-        for (index, raw, name) in &family.grounds {
-            let Some((ground, _)) = self.find(&family, *raw, name) else {
-                let suggestion = suggest(name, family.names.keys().map(String::as_str));
-                let reason = format!("there is no entity \"{}\" to scatter on{suggestion}", shorten(name));
-                return Err(self.source.error(raw.0, reason));
-            };
-            if let Ok(mut scatter) = self.world.entities.get::<&mut ScatteredCopies>(family.entities[*index])
-            {
-                scatter.on = ground;
+        for (index, raw, name) in std::mem::take(&mut family.grounds) {
+            match self.named(&family, raw, &name) {
+                Some(Referent::Entity(_, ground)) => self.scatter_on(family.entities[index], ground),
+                Some(Referent::Node(node)) => family.ground_nodes.push((index, node)),
+                None => {
+                    let suggestion = suggest(&name, family.names.keys().map(String::as_str));
+                    let reason =
+                        format!("there is no entity \"{}\" to scatter on{suggestion}", shorten(&name));
+                    return Err(self.source.error(raw.0, reason));
+                }
             }
         }
         // Last, so that the scene's own entities keep their names and come first.
@@ -102,12 +119,25 @@ impl<'a> Lowering<'_, 'a> {
                 self.apply(first, overrides)?;
             }
         }
-        for (child, raw, model, node) in &family.nodes {
-            let (_, model) = family.names[model];
-            let parent = self.node(*raw, family.entities[model], node)?;
-            let _ = self.world.entities.insert_one(family.entities[*child], Parent(parent));
+        for (child, node) in &family.children {
+            let parent = Parent(self.node(&family, node)?);
+            let _ = self.world.entities.insert_one(family.entities[*child], parent);
+        }
+        for (camera, node) in &family.focused_nodes {
+            let focus = FocusOn(self.node(&family, node)?);
+            let _ = self.world.entities.insert_one(family.entities[*camera], focus);
+        }
+        for (index, node) in &family.ground_nodes {
+            let ground = self.world.name_of(self.node(&family, node)?);
+            self.scatter_on(family.entities[*index], ground);
         }
         Ok(())
+    }
+
+    fn scatter_on(&mut self, entity: hecs::Entity, ground: String) {
+        if let Ok(mut scatter) = self.world.entities.get::<&mut ScatteredCopies>(entity) {
+            scatter.on = ground;
+        }
     }
 
     /// The entity below which the file with a number is placed, if its entry of `include`, or that of a file that
@@ -138,8 +168,9 @@ impl<'a> Lowering<'_, 'a> {
     }
 
     /// Finds a node by name below an entity that places a glTF file.
-    fn node(&self, raw: Raw<'a>, model: hecs::Entity, name: &str) -> Result<hecs::Entity, LoadError> {
-        let world = &self.world;
+    fn node(&self, family: &Family<'a>, node: &NodeOfModel<'a>) -> Result<hecs::Entity, LoadError> {
+        let NodeOfModel { raw, model, name } = node;
+        let (world, model) = (&self.world, family.entities[*model]);
         let parent = |entity: hecs::Entity| world.entities.get::<&Parent>(entity).ok().map(|it| it.0);
         let is_below = |entity: hecs::Entity| {
             // glTF nodes form no cycles.
@@ -341,28 +372,37 @@ impl<'a> Lowering<'_, 'a> {
         self.source.find_name(raw, name, named)
     }
 
-    /// The parent of each entity, as indices in file order. Parents inside glTF files are left to [`Family::nodes`].
+    /// The parent of each entity, as indices in file order. Parents inside glTF files are left to [`Family::children`].
     fn parents(&self, family: &mut Family<'a>) -> Result<Vec<Option<usize>>, LoadError> {
         let mut parents = vec![None; family.entities.len()];
         for (child, place) in &family.below {
             parents[*child] = Some(*place);
         }
         for (child, raw) in &family.parents {
-            let name = self.source.string(*raw, "the parent's name")?;
-            let Some((_, parent)) = self.find(family, *raw, &name) else {
-                let inside = name.split_once('/');
-                let model = inside.and_then(|(model, _)| self.find(family, *raw, model));
-                if let Some(((_, node), (model, _))) = inside.zip(model) {
-                    family.nodes.push((*child, *raw, model, node.to_owned()));
-                    continue;
-                }
-                let suggestion = suggest(&name, family.names.keys().map(String::as_str));
-                let reason = format!("unknown parent \"{}\"{suggestion}", shorten(&name));
-                return Err(self.source.error(raw.0, reason));
-            };
-            parents[*child] = Some(parent);
+            match self.referent(family, *raw, "parent")? {
+                Referent::Entity(parent, _) => parents[*child] = Some(parent),
+                Referent::Node(node) => family.children.push((*child, node)),
+            }
         }
         Ok(parents)
+    }
+
+    /// Finds the thing that a name refers to: an entity, or `entity/node`, a node of the glTF file that it places.
+    fn named(&self, family: &Family<'a>, raw: Raw<'a>, name: &str) -> Option<Referent<'a>> {
+        if let Some((name, entity)) = self.find(family, raw, name) {
+            return Some(Referent::Entity(entity, name));
+        }
+        let (model, node) = name.split_once('/')?;
+        let (_, model) = self.find(family, raw, model)?;
+        Some(Referent::Node(NodeOfModel { raw, model, name: node.to_owned() }))
+    }
+
+    fn referent(&self, family: &Family<'a>, raw: Raw<'a>, what: &str) -> Result<Referent<'a>, LoadError> {
+        let name = self.source.string(raw, &format!("the name of the {what}"))?;
+        self.named(family, raw, &name).ok_or_else(|| {
+            let suggestion = suggest(&name, family.names.keys().map(String::as_str));
+            self.source.error(raw.0, format!("unknown {what} \"{}\"{suggestion}", shorten(&name)))
+        })
     }
 
     /// Returns an error if parents form a cycle. Follows each chain of ancestors until it ends or meets an entity

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::{Fake, grey, read};
 use crate::formats::ron::{parse, write};
-use crate::world::{FromModel, Light, MaterialId, Model, Name, Overrides, Parent, Shape, World};
+use crate::world::{
+    FocusOn, FromModel, Light, MaterialId, Model, Name, Overrides, Parent, ScatteredCopies, Shape, World,
+};
 
 const SCENE: &str = r#"(entities: [
     (name: "room", gltf: "../models/room.glb", transform: (translate: (0, 1, 0))),
@@ -47,14 +49,51 @@ fn model_is_saved_as_a_reference() {
     assert_eq!(write(&again, Path::new("scenes/test.ron")).unwrap(), text);
 }
 
+/// Parents and what cameras focus on may be nodes of a glTF file, and saved scenes name them again.
 #[test]
-fn children_of_model_nodes_cannot_be_saved() {
+fn scenes_refer_to_nodes_of_models() {
+    let text = r#"(entities: [
+    (gltf: "../models/room.glb"),
+    (name: "room", gltf: "../models/room.glb"),
+    (name: "mine", parent: "room/LAMP", shape: Sphere),
+    (shape: Sphere(radius_m: 0.1), scatter: (on: "room/lamp (2)", count: 3)),
+    (name: "eye", camera: ThinLens(vertical_fov_degrees: 40, lens_radius_m: 0.1), focus_on: "room/lamp (2)"),
+])"#;
+    // Names of nodes are unique in the world: the second model's lamp is the second one.
+    assert!(read(text).err().unwrap().to_string().contains("the model has no node \"LAMP\""));
+    let world = read(&text.replace("LAMP", "lamp (2)")).unwrap();
+    let named = |world: &World, name: &str| {
+        world.in_order().into_iter().find(|entity| world.name_of(*entity) == name).unwrap()
+    };
+    let check = |world: &World| {
+        let get = &world.entities;
+        let lamp = named(world, "lamp (2)");
+        assert_eq!(get.get::<&Parent>(named(world, "mine")).unwrap().0, lamp);
+        assert_eq!(get.get::<&FocusOn>(named(world, "eye")).unwrap().0, lamp);
+        assert!(get.query::<&ScatteredCopies>().iter().all(|scatter| scatter.on == "lamp (2)"));
+    };
+    check(&world);
+    let written = write(&world, Path::new("scenes/test.ron")).unwrap();
+    assert!(written.contains("parent: \"room/lamp (2)\"") && written.contains("focus_on: \"room/lamp (2)\""));
+    check(&read(&written).unwrap());
+    let error =
+        read(&text.replace("LAMP", "lamp (2)").replace("focus_on: \"room/lamp (2)", "focus_on: \"room/lump"));
+    assert!(error.err().unwrap().to_string().contains("the model has no node \"lump\""));
+}
+
+/// A node without a name has no reference; an entity without a name that is needed gets one.
+#[test]
+fn references_into_models_need_names_of_nodes() {
     let mut world = read(SCENE).unwrap();
     let inside =
-        world.in_order().into_iter().find(|entity| world.entities.get::<&FromModel>(*entity).is_ok());
-    world.entities.spawn((Name("mine".into()), Parent(inside.unwrap()), MaterialId::DEFAULT));
+        |name: &str| world.in_order().into_iter().find(|entity| world.name_of(*entity) == name).unwrap();
+    let [lamp, bare] = ["lamp (3)", "entity 6"].map(inside);
+    let mine = world.entities.spawn((Name("mine".into()), Parent(lamp), MaterialId::DEFAULT));
+    let text = write(&world, Path::new("scenes/test.ron")).unwrap();
+    assert!(text.contains("parent: \"entity 1/lamp (3)\"") && text.contains("name: \"entity 1\""), "{text}");
+    world.entities.insert_one(mine, Parent(bare)).unwrap();
     let error = write(&world, Path::new("scenes/test.ron")).unwrap_err().to_string();
-    assert!(error.contains("mine: its parent is inside a glTF file"), "{error}");
+    assert!(error.contains("mine: its parent is a node without a name in a glTF file"), "{error}");
 }
 
 #[test]

@@ -133,6 +133,7 @@ fn shapes_lights_and_cameras_have_defaults() {
         only::<Light>(&read_entity("light: Area(power_w: 1, size_m: 2)")),
         Light::Area {
             power_w: grey(1.0),
+            radiance: Rgb::BLACK,
             size_m: Vec2::splat(2.0),
             outline: Outline::Rectangle,
             samples: 1,
@@ -318,6 +319,7 @@ fn photometric_units_are_683_to_a_watt_at_the_luminance_of_the_colour() {
         match only::<Light>(&world) {
             Light::Point { power_w: light, .. }
             | Light::Spot { power_w: light, .. }
+            | Light::Area { power_w: Rgb::BLACK, radiance: light, .. }
             | Light::Area { power_w: light, .. }
             | Light::Directional { irradiance: light, .. }
             | Light::Environment { radiance: light, .. } => light,
@@ -332,6 +334,7 @@ fn photometric_units_are_683_to_a_watt_at_the_luminance_of_the_colour() {
         ("Spot(power_w: Candela(683, (1, 0.5, 0.2)))", 4.0 * PI),
         ("Area(size_m: 2, power_w: Lumens(683))", 1.0),
         ("Area(size_m: 2, power_w: Candela(683))", PI),
+        ("Area(size_m: 2, radiance: Nits(683))", 1.0),
         ("Directional(irradiance: Lux(683))", 1.0),
         ("Environment(radiance: Nits(683))", 1.0),
     ];

@@ -282,9 +282,16 @@ fn light() -> impl Strategy<Value = Light> {
         (color(), 0.0..=std::f32::consts::PI)
             .prop_map(|(irradiance, angle)| Light::Directional { irradiance, angle }),
         color().prop_map(|radiance| Light::Environment { radiance, image: None }),
-        (color(), [positive(), positive()], 1..=1_u32 << 22, pattern(), [any::<bool>(), any::<bool>()])
-            .prop_map(|(power_w, size, samples, pattern, [visible, disc])| Light::Area {
+        (
+            [color(), color()],
+            [positive(), positive()],
+            1..=1_u32 << 22,
+            pattern(),
+            [any::<bool>(), any::<bool>()]
+        )
+            .prop_map(|([power_w, radiance], size, samples, pattern, [visible, disc])| Light::Area {
                 power_w,
+                radiance,
                 size_m: Vec2::from(size),
                 outline: if disc { Outline::Disc } else { Outline::Rectangle },
                 samples,
@@ -533,11 +540,12 @@ fn procedure(textures: u32) -> impl Strategy<Value = Procedure> {
         factor: if id == 0 { factor } else { 1.0 },
         texture: (id > 0).then_some((TextureId(id), Channel::Red)),
     });
-    let combination = (0..5, input(), input(), by, stops()).prop_map(|(form, a, b, by, stops)| {
+    let combination = (0..6, input(), input(), by, stops()).prop_map(|(form, a, b, by, stops)| {
         Procedure::Combination(match form {
             0 => Combination::Mix { a, b, by },
             1 => Combination::Curve { of: a, stops },
             2 => Combination::Subtract { a, b },
+            5 => Combination::Vertex { channel: [VertexChannel::All, VertexChannel::Alpha][stops.len() % 2] },
             3 => Combination::Multiply { a, b },
             _ => Combination::Max { a, b },
         })

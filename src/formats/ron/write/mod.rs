@@ -221,11 +221,9 @@ fn one_entity(
         keys.push(format!("name: {}", quote(name)?));
     }
     if let Ok(parent) = world.entities.get::<&Parent>(entity) {
-        if world.entities.get::<&FromModel>(parent.0).is_ok() {
-            return Err(within("its parent is inside a glTF file, where a scene cannot refer to".to_owned()));
-        }
-        let name = names.get(&parent.0).ok_or_else(|| within("its parent does not exist".to_owned()))?;
-        keys.push(format!("parent: {}", quote(name)?));
+        let name =
+            reference(world, names, parent.0).map_err(|reason| within(format!("its parent {reason}")))?;
+        keys.push(format!("parent: {}", quote(&name)?));
     }
     if let Ok(transform) = world.entities.get::<&Transform>(entity) {
         keys.extend(components::transform(&transform).map_err(within)?.map(|t| format!("transform: {t}")));
@@ -238,9 +236,7 @@ fn one_entity(
         let all = all.collect::<Written<Vec<String>>>().map_err(within)?;
         keys.push(format!("modifiers: [{}]", all.join(", ")));
     }
-    if let Ok(scatter) = world.entities.get::<&ScatteredCopies>(entity) {
-        keys.push(format!("scatter: {}", components::part(&mut (*scatter).clone(), paths).map_err(within)?));
-    }
+    keys.extend(scatter(world, entity, names, paths).map_err(within)?);
     if let Ok(shape) = world.entities.get::<&Shape>(entity) {
         keys.push(format!("shape: {}", components::form(&*shape, paths).map_err(within)?));
     }
@@ -279,10 +275,9 @@ fn one_entity(
         keys.push(format!("stereo: {}", stereo_pair(&stereo, paths).map_err(within)?));
     }
     if let Ok(focused) = world.entities.get::<&FocusOn>(entity) {
-        let name = names.get(&focused.0).ok_or_else(|| {
-            within("what it focuses on is inside a glTF file, where a scene cannot refer to".to_owned())
-        })?;
-        keys.push(format!("focus_on: {}", quote(name)?));
+        let name = reference(world, names, focused.0);
+        let name = name.map_err(|reason| within(format!("the entity it focuses on {reason}")))?;
+        keys.push(format!("focus_on: {}", quote(&name)?));
     }
     if keys.is_empty() {
         // An entity needs at least one key, and this is the default.
@@ -294,6 +289,49 @@ fn one_entity(
     } else {
         format!("        (\n            {},\n        ),\n", keys.join(",\n            "))
     })
+}
+
+/// The scattered copies of an entity, if it has any.
+fn scatter(
+    world: &World,
+    entity: hecs::Entity,
+    names: &HashMap<hecs::Entity, String>,
+    paths: &AssetPaths,
+) -> Written<Option<String>> {
+    let Ok(scatter) = world.entities.get::<&ScatteredCopies>(entity) else { return Ok(None) };
+    let mut scatter = (*scatter).clone();
+    let ground = ground_of(world, &scatter);
+    if let Some(on) = ground.filter(|on| world.entities.get::<&FromModel>(*on).is_ok()) {
+        let name = reference(world, names, on);
+        scatter.on = name.map_err(|reason| format!("the entity it is scattered on {reason}"))?;
+    }
+    Ok(Some(format!("scatter: {}", components::part(&mut scatter, paths)?)))
+}
+
+/// Returns the words by which a scene refers to an entity: its name, or `entity/node` if it is a node of a glTF file. Errors
+/// follow "its parent".
+fn reference(world: &World, names: &HashMap<hecs::Entity, String>, to: hecs::Entity) -> Written {
+    if world.entities.get::<&FromModel>(to).is_err() {
+        return names.get(&to).cloned().ok_or_else(|| "does not exist".to_owned());
+    }
+    let node = world.entities.get::<&Name>(to);
+    let node = node.map_err(|_| "is a node without a name in a glTF file: give it one there")?;
+    let model = model_of(world, to).and_then(|model| names.get(&model));
+    Ok(format!("{}/{}", model.ok_or("is in no glTF file")?, node.0))
+}
+
+/// The entity on which copies are scattered.
+fn ground_of(world: &World, scatter: &ScatteredCopies) -> Option<hecs::Entity> {
+    let mut named = world.entities.query::<(hecs::Entity, &Name)>();
+    named.iter().find(|(_, name)| name.0 == scatter.on).map(|(entity, _)| entity)
+}
+
+/// The entity that places the glTF file of a node.
+fn model_of(world: &World, node: hecs::Entity) -> Option<hecs::Entity> {
+    let above = |entity: &hecs::Entity| world.entities.get::<&Parent>(*entity).ok().map(|parent| parent.0);
+    // Nodes of glTF files form no cycles.
+    let mut above = std::iter::successors(above(&node), above);
+    above.find(|entity| world.entities.get::<&FromModel>(*entity).is_err())
 }
 
 /// The names of entities; unnamed parents and targets of cameras get a new name.
@@ -310,7 +348,12 @@ fn entity_names(world: &World, order: &[hecs::Entity]) -> Written<HashMap<hecs::
     for entity in order {
         let parent = world.entities.get::<&Parent>(*entity).ok().map(|parent| parent.0);
         let focused = world.entities.get::<&FocusOn>(*entity).ok().map(|focused| focused.0);
-        for other in parent.into_iter().chain(focused.filter(|other| order.contains(other))) {
+        let scatter = world.entities.get::<&ScatteredCopies>(*entity);
+        let ground = scatter.ok().and_then(|scatter| ground_of(world, &scatter));
+        for mut other in parent.into_iter().chain(focused).chain(ground) {
+            if world.entities.get::<&FromModel>(other).is_ok() {
+                other = model_of(world, other).unwrap_or(other);
+            }
             if world.entities.contains(other) && !names.contains_key(&other) {
                 let name = free_name(&world.name_of(other), &taken);
                 taken.insert(name.clone());

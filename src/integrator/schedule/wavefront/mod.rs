@@ -70,12 +70,12 @@ impl Wave {
                 Transport::Whitted => {
                     self.shade(setup, photons, isa, clock);
                     self.report_vertices(isa, clock.observer);
-                    self.lights(setup, isa, clock);
+                    self.lights(setup, isa, film, clock);
                 }
                 Transport::Path => {
                     self.shade_paths(setup, photons, isa, false, clock);
                     self.report_paths(setup, photons, isa, clock.observer);
-                    self.shadows(setup, isa, clock);
+                    self.shadows(setup, isa, Some(film), clock);
                 }
             }
             film.take_groups(&mut self.found);
@@ -196,11 +196,11 @@ impl Wave {
 
     /// Traces all samples of all lights, light by light, as many in one shadow wave as fit. Many lights may take long,
     /// so this may be stopped, too.
-    fn lights(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
+    fn lights(&mut self, setup: &RenderSetup, isa: Isa, film: &mut Film, clock: &mut StageClock) {
         for light in 0..setup.scene.lights.len() {
             for which in 0..setup.scene.lights[light].samples {
                 if self.shadow.room() < self.paths.columns.len() {
-                    self.shadows(setup, isa, clock);
+                    self.shadows(setup, isa, Some(film), clock);
                     if clock.observer.stops(clock.statistics.rays.total()) {
                         return;
                     }
@@ -212,7 +212,7 @@ impl Wave {
                 self.report_lights(isa, light, which, before, clock.observer);
             }
         }
-        self.shadows(setup, isa, clock);
+        self.shadows(setup, isa, Some(film), clock);
     }
 
     /// Moves finished paths to the film, and the others with their radiance to the next wave.

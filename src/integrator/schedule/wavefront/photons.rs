@@ -41,7 +41,7 @@ impl Wave {
             self.intersect(&plan.setup, isa, clock);
             self.retire(&plan.setup, None, isa, None, clock);
             self.scatter_photons(plan, isa, &mut ended, clock);
-            self.shadows(&plan.setup, isa, clock);
+            self.shadows(&plan.setup, isa, None, clock);
             self.land(plan, sample, &mut ended, landed);
             self.paths.columns.clear();
             self.paths.fill_from(&mut self.reflect);

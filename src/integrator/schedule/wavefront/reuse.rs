@@ -161,7 +161,7 @@ impl Wave {
         self.retire(setup, photons, isa, Some(sink), clock);
         self.shade_paths(setup, photons, isa, asks, clock);
         self.report_paths(setup, photons, isa, clock.observer);
-        self.shadows(setup, isa, clock);
+        self.shadows(setup, isa, None, clock);
         sink.take_groups(&mut self.found);
         self.report_ends(clock.observer);
     }
@@ -232,7 +232,7 @@ impl Wave {
         }
         slots.second_by_group(&mut self.found);
         self.put_aside(clock);
-        self.shadows(setup, isa, clock);
+        self.shadows(setup, isa, None, clock);
         self.report_ends(clock.observer);
         for (path, radiance) in self.paths.found() {
             slots.lit(path, radiance);

@@ -1,21 +1,31 @@
 //! The stage that traces shadow rays.
 
-use super::shadow_queue::ShadowAnyHit;
+use super::queue::PathQueue;
+use super::shadow_queue::{ShadowAnyHit, ShadowQueue};
 use super::wave::{StageClock, Wave};
 use crate::bvh::{self, Coherence};
+use crate::film::Film;
 use crate::integrator::path::light_groups::GroupLight;
 use crate::integrator::path::shadow::{ShadowRay, connect};
+use crate::integrator::path::unpack_pixel;
 use crate::integrator::transport::path_tracing::limited;
 use crate::integrator::transport::transparent_shadow::arriving;
 use crate::integrator::{RenderSetup, Stage};
 use crate::math::{Color, NONE, Rgb};
 use crate::scene::bodies::Body;
-use crate::simd::Isa;
+use crate::simd::{Isa, Kernel, Lanes, dispatch};
 use crate::world::Transport;
 
 impl Wave {
-    /// Traces the shadow queue and adds the contributions, in the queue's order.
-    pub(super) fn shadows(&mut self, setup: &RenderSetup, isa: Isa, clock: &mut StageClock) {
+    /// Traces the shadow queue and adds the contributions, in the queue's order; those of light groups to the film, or,
+    /// without one, to what is found by group.
+    pub(super) fn shadows(
+        &mut self,
+        setup: &RenderSetup,
+        isa: Isa,
+        film: Option<&mut Film>,
+        clock: &mut StageClock,
+    ) {
         let count = self.shadow.count();
         self.shadow.passes.iter_mut().take(count).for_each(|passes| *passes.get_mut() = false);
         let surfaces = ShadowAnyHit { setup, paths: &self.paths, shadow: &self.shadow };
@@ -23,7 +33,15 @@ impl Wave {
         let (bvh, occluded) = (&setup.scene.bvh, &mut self.occluded[..count]);
         bvh::any(isa, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
         self.weaken(setup, isa, count);
-        self.find_by_group(setup, count);
+        match film {
+            _ if setup.light_groups() == 0 => {}
+            Some(film) => {
+                let Self { shadow, paths, occluded, .. } = &*self;
+                let groups = &setup.scene.emitters.group;
+                dispatch(isa, GroupStage { groups, shadow, paths, occluded: &occluded[..count], film });
+            }
+            None => self.find_by_group(setup, count),
+        }
         let ([r, g, b], targets) = self.shadow.contributions();
         let [to_r, to_g, to_b] = self.paths.radiance_mut();
         for i in 0..count {
@@ -43,9 +61,6 @@ impl Wave {
     /// Adds the contributions of unblocked rays to the light that is found by group. Photons' rays, which go to the
     /// camera, end at no emitter.
     fn find_by_group(&mut self, setup: &RenderSetup, count: usize) {
-        if setup.light_groups() == 0 {
-            return;
-        }
         let (groups, Self { found, shadow, paths, occluded, .. }) = (&setup.scene.emitters.group[..], self);
         let ([r, g, b], targets) = shadow.contributions();
         let (pixels, samples) = paths.pixels();
@@ -86,5 +101,35 @@ impl Wave {
             };
             self.shadow.bring(i, left);
         }
+    }
+}
+
+/// Adds the contributions of unblocked rays to light groups.
+struct GroupStage<'a> {
+    /// The group of each emitter.
+    groups: &'a [u32],
+    shadow: &'a ShadowQueue,
+    paths: &'a PathQueue,
+    occluded: &'a [u32],
+    film: &'a mut Film,
+}
+
+impl Kernel for GroupStage<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let GroupStage { groups, shadow, paths, occluded, film } = self;
+        let (contributions, targets) = shadow.contributions();
+        let (pixels, samples) = paths.pixels();
+        let contributions = contributions.map(|channel| &channel[..occluded.len()]);
+        let of = |i: usize| {
+            if occluded[i] != 0 {
+                return None;
+            }
+            let group = groups.get(shadow.emitter(i) as usize).copied().unwrap_or(NONE);
+            let target = targets[i] as usize;
+            (group != NONE).then(|| [pixels[target], samples[target], group])
+        };
+        film.add_each_to_group(contributions, of, unpack_pixel);
     }
 }
