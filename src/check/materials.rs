@@ -7,7 +7,6 @@ use super::{Checked, finding};
 use crate::error::{Diagnostic, Subject};
 use crate::math::Rgb;
 use crate::world::assets::{ColorSpace, Image, NamedMaterial, Texels};
-use crate::world::fields::for_each_texture;
 use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, Shape, TextureId, World};
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
@@ -46,14 +45,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
 
 /// Finds entities whose materials look up colours of vertices that their meshes do not have.
 fn missing_colors(world: &World, findings: &mut Vec<Diagnostic>) {
-    let at_vertices = world.assets.vertex_textures();
-    let looks_up = |id: MaterialId| {
-        let mut found = false;
-        let mut material = world.assets.materials[id.0 as usize].material.clone();
-        for_each_texture(material.part(), &mut |id, _| found |= at_vertices[id.0 as usize]);
-        found
-    };
-    let looking: Vec<bool> = (0..world.assets.materials.len() as u32).map(MaterialId).map(looks_up).collect();
+    let looking = world.assets.looks_up_vertices();
     if !looking.contains(&true) {
         return;
     }

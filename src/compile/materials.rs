@@ -10,7 +10,6 @@ use crate::scene::material::{
     BumpParam, ColorParam, Coverage, Medium, NormalParam, ScalarParam, ThinFilmParam, WhittedParams,
 };
 use crate::world::assets::{Assets, NamedMaterial};
-use crate::world::fields;
 use crate::world::{
     self, AlphaMode, BlinnPhong, BumpMap, ColorInput, Highlight, Iridescence, MaterialId, NormalMap,
     ScalarInput, Transport,
@@ -27,21 +26,16 @@ pub(super) fn compile(assets: &Assets, transport: Transport) -> (Vec<MaterialRec
         }
         world::Material::Principled(material) => from_principled(material, assets),
     };
-    let at_vertices = assets.vertex_textures();
-    let finished = |named: &NamedMaterial| {
+    let finished = |(named, looks_up_vertices): (&NamedMaterial, bool)| {
         let record = record(&named.material);
-        let mut vertices_are_factors = true;
-        fields::for_each_texture(named.material.clone().part(), &mut |id, _| {
-            vertices_are_factors &= !at_vertices[id.0 as usize];
-        });
         MaterialRecord {
             textured: record.looks_up(),
-            vertices_are_factors,
+            vertices_are_factors: !looks_up_vertices,
             passes_shadow_rays: transport == Transport::Path && record.lets_straight_on(),
             ..record
         }
     };
-    let records = assets.materials.iter().map(finished);
+    let records = assets.materials.iter().zip(assets.looks_up_vertices()).map(finished);
     let ids = (0..assets.materials.len() as u32).map(MaterialId);
     (records.collect(), ids.map(|id| assets.material_name(id).into_owned()).collect())
 }

@@ -14,8 +14,7 @@ pub(super) fn alpha<F: Float>(geometry: &Geometry, hit: &HitLanes<F>, mask: F::M
         return F::one();
     }
     let triangle = HitCorners::new(geometry, hit, mask);
-    let base = F::Int::gather(&geometry.parts.alphas, triangle.part, triangle.is_triangle);
-    let has = triangle.is_triangle & !base.eq(F::Int::splat(NONE));
+    let (base, has) = base(&geometry.parts.alphas, false, &triangle);
     let mut alpha = F::zero();
     for k in 0..3 {
         alpha = alpha + F::gather(&geometry.alphas, triangle.vertices[k] + base, has) * triangle.weights[k];

@@ -8,6 +8,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::math::{DVec3, Rgb, Vec2, Vec3, Vec4};
 
+use super::fields::for_each_texture;
 use super::material::Material;
 use super::procedure::Procedure;
 use super::source_files::SourceFiles;
@@ -73,19 +74,24 @@ impl Default for Assets {
 }
 
 impl Assets {
-    /// True for each texture that depends on what is at a mesh's vertices.
-    pub(crate) fn vertex_textures(&self) -> Vec<bool> {
-        let mut known = Vec::with_capacity(self.textures.len());
+    /// True for each material that has a texture of what is at a mesh's vertices.
+    pub(crate) fn looks_up_vertices(&self) -> Vec<bool> {
+        let mut textures = Vec::with_capacity(self.textures.len());
         for texture in &self.textures {
             let mut depends = false;
             if let TextureSource::Procedure(id) = texture.source {
                 let procedure = &self.procedures[id.0 as usize];
                 depends = procedure.is_at_vertices();
-                procedure.for_each_input(&mut |input| depends |= known[input.0 as usize]);
+                procedure.for_each_input(&mut |input| depends |= textures[input.0 as usize]);
             }
-            known.push(depends);
+            textures.push(depends);
         }
-        known
+        let looks_up = |named: &NamedMaterial| {
+            let mut found = false;
+            for_each_texture(named.material.clone().part(), &mut |id, _| found |= textures[id.0 as usize]);
+            found
+        };
+        self.materials.iter().map(looks_up).collect()
     }
 
     /// Returns a material's name, or a generated one if it has none.

@@ -168,8 +168,8 @@ forms! {
 
 fields! {
     /// Makes the image of an entity's [`Camera`] two images, for two eyes beside each other, each with its half of the
-    /// pixels, or one of them. In a panorama the eyes turn with the direction of view (omnidirectional stereo: Peleg, Ben-Ezra and
-    /// Pritch 2001).
+    /// pixels, or one of them. In a panorama the eyes turn with the direction of view (omnidirectional stereo: Peleg,
+    /// Ben-Ezra and Pritch 2001).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Stereo, "a stereo pair" {
         /// the left eye's image on the left or on top, or one eye's image alone

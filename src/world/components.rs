@@ -222,7 +222,7 @@ forms! {
         /// towards −Z with the same radiance L + Φ/(πA) in all directions.
         Area {
             /// Φ, the power; needed unless there is a `radiance`
-            power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::FLAT)), required;
+            power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::FLAT)), required unless "radiance";
             /// L, W m⁻² sr⁻¹, in place of a power or added to it: larger lights then give more light
             radiance: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::Radiance));
             /// width along X and height along Y; of a disc both diameters

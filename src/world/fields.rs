@@ -185,6 +185,8 @@ pub(crate) struct Field<'a> {
     pub doc: &'static str,
     /// True if a scene file must give the field.
     pub required: bool,
+    /// The field that may be given in place of a required one.
+    pub alternative: Option<&'static str>,
     /// The field's value.
     pub slot: Slot<'a>,
 }
@@ -192,13 +194,7 @@ pub(crate) struct Field<'a> {
 impl<'a> Field<'a> {
     /// A field without other keys, which occurs in no table.
     pub(crate) fn plain(name: &'static str, required: bool, slot: Slot<'a>) -> Self {
-        Self { name, aliases: &[], old: &[], doc: "", required, slot }
-    }
-
-    /// The field of the same component in whose presence this one is not required.
-    pub(crate) fn alternative(&self) -> Option<&'static str> {
-        // What an area light emits.
-        (self.name == "power_w").then_some("radiance")
+        Self { name, aliases: &[], old: &[], doc: "", required, alternative: None, slot }
     }
 
     /// True if the key is the field's name, an alias or an old key.
@@ -319,6 +315,7 @@ macro_rules! fields {
                     aliases: &[$($($alias),*)?],
                     old: &[$($old)?],
                     required: false,
+                    alternative: None,
                     doc: concat!($($doc),+),
                     slot: $crate::world::fields::Slot::$kind(&mut self.$field $(, $($argument),+)?),
                 }); )+
@@ -332,6 +329,8 @@ macro_rules! fields {
     };
     (@is) => { false };
     (@is required) => { true };
+    (@alternative) => { None };
+    (@alternative $other:literal) => { Some($other) };
     (@key $field:ident) => { stringify!($field) };
     (@key $field:ident $key:literal) => { $key };
     (@defaults $given:ident) => { Self::default() };
@@ -341,14 +340,14 @@ macro_rules! fields {
 /// Declares an enumeration, its default and its table of forms. Each form is `Name`,
 /// `Name { /// Meaning. name ["key"]: type = default, Kind(arguments); … }`, as in [`fields!`], or
 /// `Name(name: type = default, Kind)` for a value without a key; `, required` after the kind marks a field that a scene file
-/// must give.
+/// must give, `, required unless "other"` one in whose place another may be given.
 macro_rules! forms {
     (
         $(#[$meta:meta])* pub enum $name:ident, $kind_name:literal {
             $( $(#[$form_meta:meta])* $form:ident $(($only:ident: $only_type:ty = $only_default:expr, $only_kind:ident))? $({
                 $( $(#[doc = $doc:literal])+
                    $field:ident $([$key:literal])? $(old [$old:literal])?: $type:ty = $default:expr,
-                   $kind:ident $(($($argument:expr),+))? $(, $required:ident)?; )+
+                   $kind:ident $(($($argument:expr),+))? $(, $required:ident $(unless $other:literal)?)?; )+
             })?, )+
         }
     ) => {
@@ -395,6 +394,7 @@ macro_rules! forms {
                             aliases: &[],
                             old: &[$($old)?],
                             required: $crate::world::fields::fields!(@is $($required)?),
+                            alternative: $crate::world::fields::fields!(@alternative $($($other)?)?),
                             doc: concat!($($doc),+),
                             slot: $crate::world::fields::Slot::$kind($field $(, $($argument),+)?),
                         },

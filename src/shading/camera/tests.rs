@@ -195,7 +195,7 @@ fn eyes_of_panoramas_turn_with_the_view() {
     }
 }
 
-/// What a tilted lens shows sharply: the plane through the point in focus on the axis and a line in the plane through the
+/// A tilted lens shows sharply the plane through the point in focus on the axis and a line in the plane through the
 /// lens parallel to the image, at the focal length over the sine of the tilt (Merklinger, "Focusing the view camera").
 #[test]
 fn tilted_lenses_focus_on_a_plane_through_their_hinge() {

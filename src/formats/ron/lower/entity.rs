@@ -22,17 +22,14 @@ struct Family<'a> {
     names: HashMap<String, (Raw<'a>, usize)>,
     /// Entities with a parent, and the place of its name in the text.
     parents: Vec<(usize, Raw<'a>)>,
-    /// Entities whose parent is a node of a glTF file, and cameras that focus on one.
+    /// Entities whose parent is a node of a glTF file.
     children: Vec<(usize, NodeOfModel<'a>)>,
-    focused_nodes: Vec<(usize, NodeOfModel<'a>)>,
     /// Cameras that focus on an entity, and the place of its name in the text.
     focused: Vec<(usize, Raw<'a>)>,
     /// Entities below the place that their file is included at, and its entity.
     below: Vec<(usize, usize)>,
     /// Entities that are scattered, and the place in the text and the name of what they are scattered on.
     grounds: Vec<(usize, Raw<'a>, String)>,
-    /// Those that are scattered on a node of a glTF file.
-    ground_nodes: Vec<(usize, NodeOfModel<'a>)>,
     /// Entities that place a glTF file: the file and the material overrides.
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
 }
@@ -47,8 +44,7 @@ struct NodeOfModel<'a> {
 
 /// The thing that a name in a scene refers to.
 enum Referent<'a> {
-    /// An entity of the scene, and its whole name.
-    Entity(usize, String),
+    Entity(usize),
     Node(NodeOfModel<'a>),
 }
 
@@ -85,27 +81,6 @@ impl<'a> Lowering<'_, 'a> {
             // Both were spawned above.
             let _ = self.world.entities.insert_one(family.entities[child], Parent(family.entities[parent]));
         }
-        for (camera, raw) in std::mem::take(&mut family.focused) {
-            match self.referent(&family, raw, "entity")? {
-                Referent::Node(node) => family.focused_nodes.push((camera, node)),
-                Referent::Entity(focused, _) => {
-                    let focus = FocusOn(family.entities[focused]);
-                    let _ = self.world.entities.insert_one(family.entities[camera], focus);
-                }
-            }
-        }
-        for (index, raw, name) in std::mem::take(&mut family.grounds) {
-            match self.named(&family, raw, &name) {
-                Some(Referent::Entity(_, ground)) => self.scatter_on(family.entities[index], ground),
-                Some(Referent::Node(node)) => family.ground_nodes.push((index, node)),
-                None => {
-                    let suggestion = suggest(&name, family.names.keys().map(String::as_str));
-                    let reason =
-                        format!("there is no entity \"{}\" to scatter on{suggestion}", shorten(&name));
-                    return Err(self.source.error(raw.0, reason));
-                }
-            }
-        }
         // Last, so that the scene's own entities keep their names and come first.
         for (index, raw, overrides) in &family.models {
             let (source, file) = self.assets.model(self.source, *raw, &mut self.world)?;
@@ -123,20 +98,30 @@ impl<'a> Lowering<'_, 'a> {
             let parent = Parent(self.node(&family, node)?);
             let _ = self.world.entities.insert_one(family.entities[*child], parent);
         }
-        for (camera, node) in &family.focused_nodes {
-            let focus = FocusOn(self.node(&family, node)?);
+        for (camera, raw) in &family.focused {
+            let focus = FocusOn(self.entity_of(&family, self.referent(&family, *raw, "entity")?)?);
             let _ = self.world.entities.insert_one(family.entities[*camera], focus);
         }
-        for (index, node) in &family.ground_nodes {
-            let ground = self.world.name_of(self.node(&family, node)?);
-            self.scatter_on(family.entities[*index], ground);
+        for (index, raw, name) in &family.grounds {
+            let ground = self.named(&family, *raw, name).ok_or_else(|| {
+                let suggestion = suggest(name, family.names.keys().map(String::as_str));
+                let reason = format!("there is no entity \"{}\" to scatter on{suggestion}", shorten(name));
+                self.source.error(raw.0, reason)
+            })?;
+            let ground = self.world.name_of(self.entity_of(&family, ground)?);
+            if let Ok(mut scatter) = self.world.entities.get::<&mut ScatteredCopies>(family.entities[*index])
+            {
+                scatter.on = ground;
+            }
         }
         Ok(())
     }
 
-    fn scatter_on(&mut self, entity: hecs::Entity, ground: String) {
-        if let Ok(mut scatter) = self.world.entities.get::<&mut ScatteredCopies>(entity) {
-            scatter.on = ground;
+    /// Finds the entity that a name refers to, once all models are placed.
+    fn entity_of(&self, family: &Family<'a>, referent: Referent<'a>) -> Result<hecs::Entity, LoadError> {
+        match referent {
+            Referent::Entity(index) => Ok(family.entities[index]),
+            Referent::Node(node) => self.node(family, &node),
         }
     }
 
@@ -366,10 +351,9 @@ impl<'a> Lowering<'_, 'a> {
         self.source.recover(component).map(Option::flatten)
     }
 
-    /// Finds an entity by a name that is written at a place: its whole name and its index.
-    fn find(&self, family: &Family<'a>, raw: Raw<'a>, name: &str) -> Option<(String, usize)> {
-        let named = |name: &str| family.names.get_key_value(name).map(|(name, (_, it))| (name.clone(), *it));
-        self.source.find_name(raw, name, named)
+    /// Finds an entity by a name that is written at a place: its index.
+    fn find(&self, family: &Family<'a>, raw: Raw<'a>, name: &str) -> Option<usize> {
+        self.source.find_name(raw, name, |name: &str| family.names.get(name).map(|(_, index)| *index))
     }
 
     /// The parent of each entity, as indices in file order. Parents inside glTF files are left to [`Family::children`].
@@ -380,7 +364,7 @@ impl<'a> Lowering<'_, 'a> {
         }
         for (child, raw) in &family.parents {
             match self.referent(family, *raw, "parent")? {
-                Referent::Entity(parent, _) => parents[*child] = Some(parent),
+                Referent::Entity(parent) => parents[*child] = Some(parent),
                 Referent::Node(node) => family.children.push((*child, node)),
             }
         }
@@ -389,11 +373,11 @@ impl<'a> Lowering<'_, 'a> {
 
     /// Finds the thing that a name refers to: an entity, or `entity/node`, a node of the glTF file that it places.
     fn named(&self, family: &Family<'a>, raw: Raw<'a>, name: &str) -> Option<Referent<'a>> {
-        if let Some((name, entity)) = self.find(family, raw, name) {
-            return Some(Referent::Entity(entity, name));
+        if let Some(entity) = self.find(family, raw, name) {
+            return Some(Referent::Entity(entity));
         }
         let (model, node) = name.split_once('/')?;
-        let (_, model) = self.find(family, raw, model)?;
+        let model = self.find(family, raw, model)?;
         Some(Referent::Node(NodeOfModel { raw, model, name: node.to_owned() }))
     }
 

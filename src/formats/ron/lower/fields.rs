@@ -35,8 +35,7 @@ impl<'a> Lowering<'_, 'a> {
         let is_spelt = source.recover(source.check_keys(members, what, fields))?.is_some();
         let mut result = Ok(());
         fields(&mut |mut field| {
-            let alternative = field.alternative();
-            field.required &= !members.iter().any(|(key, _)| alternative.is_some_and(|other| other == *key));
+            field.required &= !members.iter().any(|(key, _)| field.alternative == Some(*key));
             let given = members.iter().find(|(key, _)| field.is_called(key)).map(|(_, raw)| *raw);
             if result.is_ok() && (is_spelt || given.is_some()) {
                 result = source.recover(self.set(given, (what, place), owner, field)).map(drop);

@@ -308,8 +308,8 @@ fn scatter(
     Ok(Some(format!("scatter: {}", components::part(&mut scatter, paths)?)))
 }
 
-/// Returns the words by which a scene refers to an entity: its name, or `entity/node` if it is a node of a glTF file. Errors
-/// follow "its parent".
+/// Returns the words by which a scene refers to an entity: its name, or `entity/node` if it is a node of a glTF file.
+/// Errors follow "its parent".
 fn reference(world: &World, names: &HashMap<hecs::Entity, String>, to: hecs::Entity) -> Written {
     if world.entities.get::<&FromModel>(to).is_err() {
         return names.get(&to).cloned().ok_or_else(|| "does not exist".to_owned());

@@ -197,9 +197,8 @@ fn python_type(slot: &Slot) -> &'static str {
 /// A class for a form, whose call has the form's fields as keywords.
 fn python_class(name: &str, fields: &[Field]) -> String {
     let mut parameters = String::new();
-    for field @ Field { name, aliases, required, slot, .. } in fields {
-        let alternative = fields.iter().any(|other| field.alternative() == Some(other.name));
-        let default = if *required && !alternative { "" } else { " = ..." };
+    for Field { name, aliases, required, alternative, slot, .. } in fields {
+        let default = if *required && alternative.is_none() { "" } else { " = ..." };
         for key in std::iter::once(name).chain(*aliases) {
             parameters += &format!("        {key}: {}{default},\n", python_type(slot));
         }
