@@ -127,7 +127,8 @@ impl Stage {
 
     /// Adds a point light.
     pub fn point_light(&mut self, watts: f32, place: Vec3) {
-        let light = Light::Point { power_w: Rgb::splat(watts), falloff: Falloff::InverseSquare };
+        let light =
+            Light::Point { power_w: Rgb::splat(watts), falloff: Falloff::InverseSquare, radius_m: 0.0 };
         self.light(light, look(place, Vec3::ZERO));
     }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::light_tree::{self, LightBounds};
 use super::lights::{WorldLight, WorldLights};
 use super::memo::{ByPtr, DebugText, debug_text};
+use super::parallelogram::parallelogram;
 use super::textured_emission::EmissionAverages;
 use crate::math::{Aabb, NONE, Rgb, Vec3};
 use crate::sampling::pattern::Grid;
@@ -245,6 +246,9 @@ fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
             };
             (kind, 0, PointRow { position, axis, cos_outer, scale, falls, light }.row())
         }
+        WorldLight::Ball { center, radius, radiance } => {
+            (kind::SPHERE, 0, SphereRow { center: *center, radius: *radius, light: *radiance }.row())
+        }
         WorldLight::Photometric { place, intensity, scale, axes: [axis, across], .. } => {
             let (position, axis, across) = (*place, *axis, *across);
             let row = PhotometricRow { position, axis, across, scale: *scale, light: *intensity };
@@ -262,27 +266,6 @@ fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
         out.profile[emitter as usize] = profile.0;
     }
     Some(emitter)
-}
-
-/// A corner and two edges of the parallelogram that a triangle and the next one make, if they do: one emitter is
-/// sampled better than two. The edges' cross product points to the side of `front`.
-fn parallelogram(geometry: &Geometry, index: usize, front: Vec3) -> Option<[Vec3; 3]> {
-    let place = |v: u32| Vec3::from_array(geometry.positions[v as usize]);
-    let [one, other] = [index, index + 1].map(|i| geometry.triangles[i].map(place));
-    for k in 0..3 {
-        // The first triangle's corner that is opposite to the edge, if they share it.
-        let (corner, left, right) = (one[k], one[(k + 1) % 3], one[(k + 2) % 3]);
-        for j in 0..3 {
-            let (far, a, b) = (other[j], other[(j + 1) % 3], other[(j + 2) % 3]);
-            if [a, b] == [right, left]
-                && (left + right - corner - far).length() <= 1e-6 * (left - right).length()
-            {
-                let (e1, e2) = (left - corner, right - corner);
-                return Some(if e1.cross(e2).dot(front) > 0.0 { [corner, e1, e2] } else { [corner, e2, e1] });
-            }
-        }
-    }
-    None
 }
 
 /// The flags that a surface's material gives its emitter.

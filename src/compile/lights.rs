@@ -10,7 +10,7 @@ use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::MaterialRecord;
 use crate::world::transforms::{direction, entity_error, point};
-use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, TextureId, World};
+use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, TextureId, Transport, World};
 
 /// A light entity in world space.
 #[derive(Debug)]
@@ -24,6 +24,8 @@ pub(super) enum WorldLight {
         falls: bool,
         cone: Option<SpotCone>,
     },
+    /// A ball that emits the same in all directions, and that no ray hits.
+    Ball { center: Vec3, radius: f32, radiance: Rgb },
     /// A point light with a photometric profile.
     Photometric {
         place: Vec3,
@@ -166,7 +168,9 @@ pub(super) fn compile(
                     lamps.all.push(WorldLight::Photometric { place, intensity, scale, axes, profile, beam });
                 }
                 sky @ world::Light::Sky { .. } => lamps.all.extend(sun(sky, matrix)),
-                other => lamps.all.push(punctual(other, matrix)),
+                other => {
+                    lamps.all.push(ball(world, other, matrix).unwrap_or_else(|| punctual(other, matrix)))
+                }
             }
         }
         let sends_none = world.entities.satisfies::<&world::WithoutCaustics>(entity);
@@ -242,11 +246,24 @@ fn sun(light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
     })
 }
 
+/// A point light with a radius under the path transport; none for other lights.
+fn ball(world: &World, light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
+    let world::Light::Point { power_w, falloff: Falloff::InverseSquare, radius_m } = *light else {
+        return None;
+    };
+    // Like the side of a cube of the same volume.
+    let radius = radius_m * libm::cbrt(matrix.matrix3.determinant().abs()) as f32;
+    // A uniform Lambertian emitter: Φ = π A L, A = 4π r².
+    let radiance = power_w * (1.0 / (4.0 * std::f32::consts::PI.powi(2) * radius * radius));
+    let is_ball = world.settings.transport == Transport::Path && radius > 0.0 && radiance.is_finite();
+    is_ball.then(|| WorldLight::Ball { center: point(matrix, Vec3::ZERO), radius, radiance })
+}
+
 fn punctual(light: &world::Light, matrix: &DAffine3) -> WorldLight {
     let intensity = |power: Rgb| power * (1.0 / (4.0 * std::f32::consts::PI));
     let place = point(matrix, Vec3::ZERO);
     match light {
-        world::Light::Point { power_w, falloff } => {
+        world::Light::Point { power_w, falloff, .. } => {
             let falls = *falloff == Falloff::InverseSquare;
             WorldLight::Point { place, intensity: intensity(*power_w), falls, cone: None }
         }

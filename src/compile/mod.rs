@@ -20,6 +20,7 @@ mod misplaced;
 mod modifiers;
 mod open_surfaces;
 mod origin;
+mod parallelogram;
 mod photometric;
 mod shape_meshes;
 mod sky;

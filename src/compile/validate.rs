@@ -342,7 +342,10 @@ mod tests {
             ("entity 2: vertical_fov_degrees is 2578", |w| spawn(w, Camera::Pinhole { vertical_fov: 45.0 })),
             ("entity 2: height_m is 0", |w| spawn(w, Camera::Orthographic { height_m: 0.0 })),
             ("entity 2: power_w is [-1.0", |w| {
-                spawn(w, Light::Point { power_w: Rgb::splat(-1.0), falloff: Falloff::Constant })
+                spawn(
+                    w,
+                    Light::Point { power_w: Rgb::splat(-1.0), falloff: Falloff::Constant, radius_m: 0.0 },
+                )
             }),
             ("entity 2: texture 4 does not exist", |w| {
                 spawn(w, Light::Photometric { power_w: Rgb::WHITE, profile: TextureId(4) })

@@ -13,7 +13,7 @@
 //! };
 //! world.entities.spawn((Camera::Pinhole { vertical_fov: 0.8 }, at(0.0, 0.0, 5.0)));
 //! world.entities.spawn((Shape::Sphere { radius_m: 1.0 }, Transform::IDENTITY));
-//! let lamp = Light::Point { power_w: Rgb::splat(500.0), falloff: Falloff::InverseSquare };
+//! let lamp = Light::Point { power_w: Rgb::splat(500.0), falloff: Falloff::InverseSquare, radius_m: 0.0 };
 //! world.entities.spawn((lamp, at(2.0, 3.0, 4.0)));
 //!
 //! let scene = rayfront::compile::compile(&world, None)?;

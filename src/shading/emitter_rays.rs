@@ -66,13 +66,21 @@ pub fn radiance_of(
 
 /// The radiance of an emitting sphere's outside at the point with a unit normal.
 pub fn radiance_of_sphere(scene: &CompiledScene, emitter: u32, normal: Vector<f32>) -> Color<f32> {
+    if is_even(scene, emitter) {
+        return AnyRow::light(scene.emitters.row(emitter).1);
+    }
     let primitive = scene.emitters.primitive[emitter as usize];
     let uv = sphere_uv(&scene.geometry, Wrapping(primitive ^ SPHERE), normal, true);
     radiance_at(scene, emitter, primitive, uv)
 }
 
+/// True if all points of an emitter emit the same.
+fn is_even(scene: &CompiledScene, emitter: u32) -> bool {
+    scene.emitters.flags[emitter as usize] & (flag::TEXTURED | flag::COVERED) == 0
+}
+
 fn radiance_at(scene: &CompiledScene, emitter: u32, primitive: u32, uv: (f32, f32)) -> Color<f32> {
-    if scene.emitters.flags[emitter as usize] & (flag::TEXTURED | flag::COVERED) == 0 {
+    if is_even(scene, emitter) {
         return AnyRow::light(scene.emitters.row(emitter).1);
     }
     let primitive = Wrapping(primitive);

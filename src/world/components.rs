@@ -169,6 +169,9 @@ forms! {
             power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::ALL_AROUND)), required;
             /// whether the light weakens with distance, or is everywhere as at 1 m
             falloff: Falloff = Falloff::InverseSquare, Form;
+            /// the radius of the ball that emits the light: the larger, the softer are shadows; no ray hits it; under the Whitted
+            /// transport, and with constant falloff, it is a point
+            radius_m: f32 = 0.0, Number(Range::From(0.0));
         },
         /// A point light (of intensity Φ/4π) that emits only within a cone about −Z.
         Spot {

@@ -244,3 +244,53 @@ fn spotlights_with_equal_angles_have_a_hard_edge_however_narrow() {
     assert!((inside / (expected * cos.powi(3)) - 1.0).abs() < 0.01, "{inside}");
     assert_eq!(below_a_spot([30.0, 30.0], 0.001, edge + 0.001), 0.0);
 }
+
+/// A ball that shines and that the camera does not see, above a floor with a post, and beside glass.
+fn under_a_ball(lamp: &str, caustics: &str, glass: &str) -> World {
+    crate::support::world(&format!(
+        r#"(
+            settings: (size: (32, 18), samples: 64, transport: Path, max_depth: 6, sharing: Off, caustics: {caustics}),
+            materials: {{ "glow": (diffuse: 0, emission: LAMP), "glass": Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, volume: Some(())) }},
+            entities: [
+                (camera: Pinhole(vertical_fov_degrees: 30), transform: LookAt(from: (0, 1.5, 6), to: (0, 0.2, 0))),
+                {lamp},
+                (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.6)),
+                (shape: Box(size_m: (0.3, 1, 0.3)), transform: (translate: (-0.5, 0.5, 0))),
+                {glass}
+            ],
+        )"#
+    )
+    .replace("LAMP", &format!("{}", 60.0 / (4.0 * std::f64::consts::PI.powi(2) * 0.25))))
+}
+
+#[test]
+fn point_lights_with_a_radius_light_like_balls_that_emit() {
+    let place = "transform: (translate: (-1, 3.5, 1))";
+    let glass =
+        r#"(shape: Sphere(radius_m: 0.4), material: "glass", transform: (translate: (0.7, 0.4, 0))),"#;
+    let shape = format!("(shape: Sphere(radius_m: 0.5), material: \"glow\", {place})");
+    let light = |radius: f32| format!("(light: Point(power_w: 60, radius_m: {radius}), {place})");
+    let of = |lamp: &str, caustics: &str, glass: &str| whole_film(&under_a_ball(lamp, caustics, glass));
+    for caustics in ["Off", "(photons: 4)"] {
+        let [shape, light] = [&shape, &light(0.5)].map(|lamp| mean(&of(lamp, caustics, glass)));
+        assert!((light / shape - 1.0).abs() < 0.01, "{caustics}: {light} {shape}");
+    }
+    // Without glass there is little noise.
+    let [shape, light, point] = [&shape, &light(0.5), &light(0.0)].map(|lamp| of(lamp, "Off", ""));
+    let far = |film: &Film| {
+        let pairs = film.radiance().into_iter().zip(shape.radiance());
+        pairs.map(|(a, b)| f64::from((a.g - b.g).powi(2))).sum::<f64>()
+    };
+    assert!(far(&light) * 4.0 < far(&point), "its shadows are soft: {} {}", far(&light), far(&point));
+    // Seen from nearby, nothing is there.
+    let dark = crate::support::world(
+        r#"(settings: (size: (4, 4), samples: 4, transport: Path), entities: [
+            (camera: Pinhole(vertical_fov_degrees: 20), transform: (translate: (0, 0, 3))),
+            (light: Point(power_w: 60, radius_m: 0.5))])"#,
+    );
+    assert_eq!(mean(&whole_film(&dark)), 0.0);
+}
+
+fn whole_film(world: &World) -> Film {
+    crate::support::film(world, Options::default())
+}

@@ -293,7 +293,8 @@ fn shadows_of_half_transparent_sheets_are_half_as_dark() {
             // Between the light and the floor, behind the camera.
             world.entities.spawn((Shape::Plane { corners: corners(1.0).map(|c| c.as_dvec3()) }, sheet));
         }
-        let lamp = Light::Point { power_w: Rgb::splat(1000.0), falloff: Falloff::InverseSquare };
+        let lamp =
+            Light::Point { power_w: Rgb::splat(1000.0), falloff: Falloff::InverseSquare, radius_m: 0.0 };
         world.entities.spawn((lamp, at(Vec3::new(0.0, 0.0, 2.0))));
         Picture::of(&world).at(0, 0).r as f64
     };

@@ -51,6 +51,7 @@ fn room(size: u32, samples: u32, wall: &Material, ball: Material) -> World {
     let lamp = Light::Point {
         power_w: Rgb::new(60.0, 50.0, 40.0),
         falloff: rayfront::world::Falloff::InverseSquare,
+        radius_m: 0.0,
     };
     world.entities.spawn((lamp, at(1.2, 1.5, 0.5)));
     world

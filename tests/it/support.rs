@@ -87,7 +87,7 @@ pub fn at(x: f32, y: f32, z: f32) -> Transform {
 
 /// A grey light without an area.
 pub fn point_light(power_w: f32) -> Light {
-    Light::Point { power_w: Rgb::splat(power_w), falloff: Falloff::InverseSquare }
+    Light::Point { power_w: Rgb::splat(power_w), falloff: Falloff::InverseSquare, radius_m: 0.0 }
 }
 
 /// The mean of an image's pixels, by channel.

@@ -147,7 +147,7 @@ impl Import<'_> {
         }
         let falloff = Falloff::InverseSquare;
         match &light.kind[..] {
-            "point" => Some(Light::Point { power_w, falloff }),
+            "point" => Some(Light::Point { power_w, falloff, radius_m: 0.0 }),
             "directional" => Some(Light::Directional { irradiance: flux, angle: 0.0 }),
             "spot" => {
                 let [inner_angle, outer_angle] = self.cone(light.spot, at);

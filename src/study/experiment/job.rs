@@ -133,7 +133,7 @@ fn made_up(mesh: crate::world::Mesh) -> World {
         scale: Vec3::ONE,
     };
     world.entities.spawn((Camera::Pinhole { vertical_fov: 0.7 }, at(0.0, 0.0, 4.0)));
-    let lamp = Light::Point { power_w: Rgb::splat(400.0), falloff: Falloff::InverseSquare };
+    let lamp = Light::Point { power_w: Rgb::splat(400.0), falloff: Falloff::InverseSquare, radius_m: 0.0 };
     world.entities.spawn((lamp, at(2.0, 3.0, 4.0)));
     world
 }

@@ -21,7 +21,7 @@ fn world() -> World {
     let corner = |x: f64, y: f64| DVec3::new(4.0 * x, 4.0 * y, -2.0);
     let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
     world.entities.spawn((Name("wall".into()), Shape::Plane { corners }, Transform::IDENTITY));
-    let lamp = Light::Point { power_w: Rgb::splat(300.0), falloff: Falloff::InverseSquare };
+    let lamp = Light::Point { power_w: Rgb::splat(300.0), falloff: Falloff::InverseSquare, radius_m: 0.0 };
     world.entities.spawn((Name("lamp".into()), lamp, at(2.0, 3.0, 4.0)));
     world
 }

@@ -105,7 +105,9 @@ fn light(light: Value) -> Light {
 #[test]
 fn lights_keep_their_photometric_units() {
     let pi = std::f32::consts::PI;
-    let Light::Point { power_w, falloff } = light(json!({"type": "point", "intensity": 8})) else { panic!() };
+    let Light::Point { power_w, falloff, .. } = light(json!({"type": "point", "intensity": 8})) else {
+        panic!()
+    };
     assert!((power_w.r / (4.0 * pi) - 8.0).abs() < 1e-5 && falloff == Falloff::InverseSquare);
     let sun = light(json!({"type": "directional", "intensity": 3, "color": [1, 0.5, 0]}));
     let Light::Directional { irradiance, .. } = sun else { panic!() };

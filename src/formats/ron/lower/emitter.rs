@@ -32,7 +32,7 @@ impl<'a> Lowering<'_, 'a> {
     }
 
     pub(super) fn light(&mut self, raw: Raw<'a>) -> Result<Light, LoadError> {
-        let mut light = Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() };
+        let mut light = Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default(), radius_m: 0.0 };
         self.form(raw, &mut light)?;
         if let Light::Spot { inner_angle, outer_angle, .. } = light
             && outer_angle < inner_angle

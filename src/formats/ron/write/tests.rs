@@ -215,7 +215,7 @@ fn python_forms() -> String {
         &mut Modifier::Normals { smooth: 0.0 },
         &mut Combination::Add { a: ColorInput::default(), b: ColorInput::default() },
         &mut Shape::Sphere { radius_m: 1.0 },
-        &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() },
+        &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default(), radius_m: 0.0 },
         &mut Camera::Orthographic { height_m: 1.0 },
         &mut PixelFilter::Box,
         &mut AlphaMode::Opaque,
@@ -281,7 +281,7 @@ fn tables_of_the_guide_are_as_the_code() {
         ("patterns", &mut TexturePattern::Checker),
         ("combinations", &mut Combination::Add { a: ColorInput::default(), b: ColorInput::default() }),
         ("shapes", &mut Shape::Sphere { radius_m: 1.0 }),
-        ("lights", &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default() }),
+        ("lights", &mut Light::Point { power_w: Rgb::BLACK, falloff: Falloff::default(), radius_m: 0.0 }),
         ("cameras", &mut Camera::Orthographic { height_m: 1.0 }),
     ];
     let parts: [(&str, &mut dyn Fields); 9] = [
