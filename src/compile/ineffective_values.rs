@@ -9,6 +9,10 @@ pub(super) fn values(world: &World) -> Vec<Diagnostic> {
     if world.settings.background != Background::default() {
         told.extend(world.hidden_background());
     }
+    if world.settings.transparent && world.settings.backdrop.is_some() {
+        let text = "backdrop does nothing in a transparent image, where nothing is seen behind things";
+        told.push(Diagnostic::warning("value-without-effect", text));
+    }
     for (what, says) in OF_MATERIALS {
         let names = names(world, says);
         if !names.is_empty() {
@@ -176,5 +180,14 @@ mod tests {
         assert_eq!(values(&world), []);
         world.entities.spawn((crate::world::Name("second".into()), light()));
         assert!(values(&world)[0].text.contains("no light comes from second"));
+    }
+
+    #[test]
+    fn a_backdrop_that_nobody_sees_gives_a_warning() {
+        let mut world = World::default();
+        world.settings.backdrop = Some(Background::Constant(Rgb::WHITE));
+        assert_eq!(values(&world), []);
+        world.settings.transparent = true;
+        assert!(values(&world)[0].text.contains("backdrop does nothing"));
     }
 }

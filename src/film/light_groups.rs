@@ -1,4 +1,5 @@
-//! The light of each light group in a film: sums beside those of all light, so that lamps can be mixed afterwards.
+//! Groups of a film: sums beside those of all light. Those of light groups let lamps be mixed afterwards; one more
+//! counts what pixels show of the things behind the scene.
 //!
 //! A film with groups has the same sums of all light as one without. What belongs to no group is the difference, so
 //! that all parts add up to the whole exactly.
@@ -9,29 +10,64 @@ use crate::math::Rgb;
 /// The largest number of light groups: each takes 48 bytes for every pixel.
 pub const MOST_LIGHT_GROUPS: usize = 64;
 
-/// The sums of one light group in a pixel, in quanta: even and odd samples; red, green, blue.
+/// The sums of one group in a pixel, in quanta: even and odd samples; red, green, blue.
 pub type GroupSum = [[i64; 3]; 2];
 
+/// The groups whose sums a film holds beside those of all light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GroupKinds {
+    /// The number of light groups, which come first.
+    pub lights: usize,
+    /// True if one more group counts, without the film scale, what pixels show of the things behind the scene.
+    pub has_transparency: bool,
+}
+
+impl GroupKinds {
+    /// The number of groups.
+    pub fn count(self) -> usize {
+        self.lights + usize::from(self.has_transparency)
+    }
+}
+
 impl Film {
-    /// Returns the film with room for the sums of that many light groups.
-    pub(crate) fn with_light_groups(mut self, count: usize) -> Film {
-        self.group_count = count;
-        self.groups = vec![GroupSum::default(); count * self.pixels.len()];
+    /// Returns the film with room for the sums of groups.
+    pub(crate) fn with_groups(mut self, kinds: GroupKinds) -> Film {
+        self.kinds = kinds;
+        self.groups = vec![GroupSum::default(); kinds.count() * self.pixels.len()];
         self
     }
 
-    /// Returns the film with sums of `count` light groups, pixel by pixel; none if they are not as many as its pixels
-    /// times `count`, or negative.
-    pub(crate) fn with_group_sums(mut self, count: usize, sums: Vec<GroupSum>) -> Option<Film> {
+    /// Returns the film with sums of groups, pixel by pixel; none if they are not as many as its pixels times these, or
+    /// negative.
+    pub(crate) fn with_group_sums(mut self, kinds: GroupKinds, sums: Vec<GroupSum>) -> Option<Film> {
         let sound = sums.as_flattened().as_flattened().iter().all(|sum| *sum >= 0);
-        let fits = sound && sums.len() == count * self.pixels.len();
-        (self.group_count, self.groups) = (count, sums);
+        let fits = sound && sums.len() == kinds.count() * self.pixels.len();
+        (self.kinds, self.groups) = (kinds, sums);
         fits.then_some(self)
     }
 
     /// The number of light groups.
     pub fn light_groups(&self) -> usize {
-        self.group_count
+        self.kinds.lights
+    }
+
+    /// The groups whose sums it holds.
+    pub(crate) fn group_kinds(&self) -> GroupKinds {
+        self.kinds
+    }
+
+    /// The opacity of each pixel, from 0 to 1, row by row from the top: 1 less the mean part of what is behind the scene
+    /// that its samples let through ([`crate::world::Settings::transparent`]). None if the film does not count this.
+    pub fn alpha(&self) -> Option<Vec<f32>> {
+        if !self.kinds.has_transparency {
+            return None;
+        }
+        let sums = self.pixels.iter().zip(self.groups.chunks(self.kinds.count()));
+        let of = |(pixel, sums): (&PixelSum, &[GroupSum])| {
+            let Rgb { r, g, b } = PixelSum { sum: sums[self.kinds.lights], ..*pixel }.mean(QUANTUM);
+            (1.0 - (r + g + b) / 3.0).clamp(0.0, 1.0)
+        };
+        Some(sums.map(of).collect())
     }
 
     /// The sums of all groups, pixel by pixel.
@@ -42,7 +78,7 @@ impl Film {
     /// Adds light of a group, which is also part of a radiance that [`Film::add`] adds.
     #[inline(always)]
     pub(crate) fn add_to_group(&mut self, x: u32, y: u32, sample: u32, group: u32, light: Rgb) {
-        let place = self.region.index(x, y) * self.group_count + group as usize;
+        let place = self.region.index(x, y) * self.kinds.count() + group as usize;
         let sum = &mut self.groups[place][(sample & 1) as usize];
         let more = (light * self.inverse).to_array().map(quickly_counted);
         for (sum, more) in sum.iter_mut().zip(more) {
@@ -63,7 +99,7 @@ impl Film {
         const TOGETHER: usize = 16;
         // Rays of one pixel follow each other.
         let (mut last, mut sums) = (None, &mut [][..]);
-        let (region, count, inverse) = (self.region, self.group_count, self.inverse);
+        let (region, count, inverse) = (self.region, self.kinds.count(), self.inverse);
         for first in (0..light[0].len()).step_by(TOGETHER) {
             let together = TOGETHER.min(light[0].len() - first);
             let mut quanta = [[0; TOGETHER]; 3];
@@ -92,20 +128,20 @@ impl Film {
     /// The mean radiance of a light group's light, pixel by pixel.
     pub fn group_radiance(&self, group: usize) -> Vec<Rgb> {
         let quantum = self.unit.quantum();
-        let pixels = self.pixels.iter().zip(self.groups.chunks(self.group_count.max(1)));
+        let pixels = self.pixels.iter().zip(self.groups.chunks(self.kinds.count().max(1)));
         pixels.map(|(pixel, sums)| PixelSum { sum: sums[group], ..*pixel }.mean(quantum)).collect()
     }
 
     /// The mean radiance of the light that belongs to no group.
     pub fn ungrouped_radiance(&self) -> Vec<Rgb> {
-        self.mixed(&vec![Rgb::BLACK; self.group_count]).radiance()
+        self.mixed(&vec![Rgb::BLACK; self.kinds.lights]).radiance()
     }
 
     /// Returns the film of the same scene with each light group's light multiplied by a factor. With factors of 1 it is
     /// this film.
     pub fn mixed(&self, factors: &[Rgb]) -> Film {
         let mut mixed = self.clone();
-        let groups = mixed.groups.chunks_mut(self.group_count.max(1));
+        let groups = mixed.groups.chunks_mut(self.kinds.count().max(1));
         for (pixel, sums) in mixed.pixels.iter_mut().zip(groups) {
             for (sums, factor) in sums.iter_mut().zip(factors) {
                 for (total, sum) in pixel.sum.iter_mut().zip(sums) {
@@ -146,7 +182,7 @@ mod tests {
             factors in prop::array::uniform3(0.0f32..3.0),
         ) {
             let region = Region::whole([2, 1]);
-            let mut film = Film::new(region, FilmScale::default()).with_light_groups(3);
+            let mut film = Film::new(region, FilmScale::default()).with_groups(GroupKinds { lights: 3, has_transparency: false });
             let (mut each, mut added) = (film.clone(), Vec::new());
             let parts = |part: fn(f32) -> f32| lights.iter().map(move |light| part(light.2)).collect::<Vec<f32>>();
             let components = [parts(|light| light), parts(|light| 0.5 * light), parts(|_| 0.0)];

@@ -1,6 +1,7 @@
 //! The film: exact sums of samples, tone mapping for the screen, and image metrics.
 
 pub(crate) mod allocation;
+pub(crate) mod alpha;
 pub(crate) mod channel;
 pub(crate) mod exposure;
 pub(crate) mod features;
@@ -15,7 +16,7 @@ pub(crate) mod tonemap;
 pub(crate) use allocation::Allocation;
 pub use channel::{FilmChannel, Values};
 pub(crate) use features::{Features, FirstHit, Gathering};
-pub(crate) use light_groups::{GroupSum, MOST_LIGHT_GROUPS};
+pub(crate) use light_groups::{GroupKinds, GroupSum, MOST_LIGHT_GROUPS};
 pub(crate) use moments::Moments;
 pub(crate) use ranges::SampleRanges;
 pub use sums::{Film, Region};

@@ -1,6 +1,6 @@
 //! Exact sums of samples.
 
-use super::light_groups::GroupSum;
+use super::light_groups::{GroupKinds, GroupSum};
 use crate::math::Rgb;
 
 /// The radiance of a quantum, times the film scale. Sums are integers in quanta, so they do not depend on the order of
@@ -46,6 +46,11 @@ impl FilmScale {
     /// The radiance of a quantum.
     pub fn quantum(self) -> f64 {
         libm::scalbn(QUANTUM, self.0)
+    }
+
+    /// The radiance that counts as 1.
+    pub(crate) fn one(self) -> f32 {
+        libm::scalbnf(1.0, self.0)
     }
 
     /// The factor on radiance before it is counted.
@@ -159,9 +164,9 @@ pub struct Film {
     /// The inverse of the unit.
     pub(super) inverse: f32,
     pub(super) pixels: Vec<PixelSum>,
-    /// The sums of light groups: all of a pixel's one after another.
+    /// The sums of groups: all of a pixel's one after another.
     pub(super) groups: Vec<GroupSum>,
-    pub(super) group_count: usize,
+    pub(super) kinds: GroupKinds,
     non_finite: RejectedCounts,
     clamped: RejectedCounts,
 }
@@ -201,7 +206,7 @@ impl Film {
             inverse: unit.inverse(),
             pixels,
             groups: Vec::new(),
-            group_count: 0,
+            kinds: GroupKinds::default(),
             non_finite: RejectedCounts::default(),
             clamped: RejectedCounts::default(),
         }
@@ -293,7 +298,7 @@ impl Film {
         self.non_finite.merge(&other.non_finite);
         self.clamped.merge(&other.clamped);
         assert_eq!(self.unit, other.unit, "films of different units");
-        assert_eq!(self.group_count, other.group_count, "films of different light groups");
+        assert_eq!(self.kinds, other.kinds, "films of different groups");
         let from = other.region;
         for y in from.y0..from.y1 {
             let (to, start) = (self.region.index(from.x0, y), from.index(from.x0, y));
@@ -308,7 +313,7 @@ impl Film {
                     pixel.count[parity] = pixel.count[parity].saturating_add(more.count[parity]);
                 }
             }
-            let count = self.group_count;
+            let count = self.kinds.count();
             let source = &other.groups[start * count..(start + width) * count];
             let target = &mut self.groups[to * count..(to + width) * count];
             let target = target.as_flattened_mut().as_flattened_mut();

@@ -6,6 +6,7 @@ use super::picture::{self, CropWindow, Output, PngBits};
 use super::{film_file, ron};
 use crate::denoise::Denoised;
 use crate::error::{LoadError, SaveError};
+use crate::film::alpha::unassociated;
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, FilmChannel};
@@ -56,13 +57,16 @@ pub fn png_bytes(film: &Film, settings: &Settings, options: &ImageOptions) -> Re
     with_output(film, settings, options, picture::png_bytes)
 }
 
-/// The pixels for a screen: sRGB red, green and blue, and an alpha of 255, one for each pixel of the film's region, row
-/// by row from the top. The colours are those of an 8-bit PNG; layers and bits have no effect. Missing denoised pixels
+/// The pixels for a screen: sRGB red, green and blue, and an alpha, which is 255 unless the film counts opacity
+/// ([`Film::alpha`]), one for each pixel of the film's region, row by row from the top. The colours are those of an 8-bit PNG; layers and bits have no effect. Missing denoised pixels
 /// are black.
 pub fn rgba8(film: &Film, settings: &Settings, options: &ImageOptions) -> Vec<[u8; 4]> {
     with_output(film, settings, options, |output| {
-        let shown = output.radiance.iter().map(|pixel| output.display.apply_8_bit(*pixel));
-        let mut pixels: Vec<_> = shown.map(|[r, g, b]| [r, g, b, 255]).collect();
+        let shown = output.shown_8_bit();
+        let mut pixels: Vec<[u8; 4]> = match output.alpha {
+            Some(_) => shown.as_chunks().0.to_vec(),
+            None => shown.as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
+        };
         pixels.resize(film.region().area(), [0, 0, 0, 255]);
         pixels
     })
@@ -74,7 +78,8 @@ fn with_output<T>(
     &ImageOptions { layers, bits, denoised }: &ImageOptions,
     write: impl FnOnce(&Output) -> T,
 ) -> T {
-    let noisy = film.radiance();
+    let (noisy, alpha) = (film.radiance(), film.alpha());
+    let alpha = alpha.as_deref();
     let radiance = denoised.map_or(&noisy, |denoised| &denoised.radiance);
     let region = film.region();
     let mut metadata = vec![
@@ -87,7 +92,12 @@ fn with_output<T>(
         height: region.height(),
         window: CropWindow::of(region, settings.size),
         radiance,
-        display: DisplayTransform::new(settings.tonemap, exposure_ev(settings, &noisy), radiance),
+        alpha,
+        display: DisplayTransform::new(
+            settings.tonemap,
+            exposure_ev(settings, &film.own_radiance()),
+            &unassociated(radiance, alpha),
+        ),
         bits,
         metadata: &metadata,
         channels: layers,

@@ -89,6 +89,13 @@ impl PyRendering {
         self.denoised.as_ref().map(|denoised| self.colours(py, &denoised.radiance)).transpose()
     }
 
+    /// The opacity of each pixel, from 0 to 1: (height, width). None unless the scene's settings are `transparent`.
+    #[getter]
+    fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(alpha) = self.film.alpha() else { return Ok(None) };
+        Ok(Some(alpha.into_pyarray(py).reshape(self.shape())?.into_any()))
+    }
+
     /// The requested layers by name: (height, width), or (height, width, 3).
     #[getter]
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -175,7 +182,7 @@ impl PyRendering {
     /// The exposure of images in stops, given or automatic.
     #[getter]
     fn exposure(&self) -> f32 {
-        exposure_ev(&self.settings, &self.film.radiance())
+        exposure_ev(&self.settings, &self.film.own_radiance())
     }
 
     /// The remaining noise, relative to the image's brightness; none after one sample.

@@ -318,7 +318,7 @@ impl PyWorld {
                     !reached
                 });
                 let film = session.film();
-                let radiance = film.radiance();
+                let radiance = film.own_radiance();
                 let shown = check::FinishedImage::new(&settings, film.region(), &radiance);
                 let told = !findings.is_empty();
                 warnings.extend(check::of_image(&setup, &shown, told));

@@ -63,7 +63,7 @@ impl MemoryEstimate {
         let squares = if settings.aov.contains(&Aov::Variance) { size_of::<[u128; 3]>() } else { 0 };
         // A pilot has a film of its own.
         let pilot = if settings.adaptive == Adaptive::Unbiased { size_of::<PixelSum>() } else { 0 };
-        let groups = setup.light_groups() * size_of::<GroupSum>();
+        let groups = setup.groups().count() * size_of::<GroupSum>();
         let sums = if self.has_film { 0 } else { size_of::<PixelSum>() + groups + squares + pilot };
         // At the end: the image made from the sums, and its bytes on the way to a file.
         let mut picture = size_of::<Rgb>() + 4;
@@ -79,8 +79,7 @@ impl MemoryEstimate {
         }
         // Before that: what is displayed and saved while rendering. A film is written as it is: there is no copy of it.
         let shown = area.saturating_mul((self.shown * size_of::<Rgb>()) as u64);
-        let packed =
-            if self.saves_film { packed_bytes(self.region, squares > 0, setup.light_groups()) } else { 0 };
+        let packed = if self.saves_film { packed_bytes(self.region, squares > 0, setup.groups()) } else { 0 };
         let above = area.saturating_mul(picture as u64).max(shown.saturating_add(packed));
         let queues = match self.schedule {
             // The memory of a wave is proportional to its size.

@@ -62,6 +62,10 @@ fields! {
         /// lights nothing and no mirror shows it; `None`: the environment, the sky or the `background`, which give light
         /// all the same
         backdrop: Option<Background> = None, OptionalBackground;
+        /// whether the image has an opacity (alpha), and nothing is seen where nothing is hit, nor through smooth glass and
+        /// other surfaces that let light through; the environment, the sky or the `background` still give light, and mirrors
+        /// show them
+        transparent: bool = false, Flag;
         /// light from nowhere, W m⁻² sr⁻¹: every surface reflects it, times its diffuse colour; under the Whitted
         /// transport
         ambient: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::Radiance));
@@ -169,7 +173,7 @@ fields! {
 
 impl DepthLimits {
     /// The largest limit.
-    pub const MOST: u32 = 1000;
+    pub const MOST: u32 = 500;
 
     /// The limits that are set, with their keys in scene files.
     pub(crate) fn given(mut self) -> impl Iterator<Item = (&'static str, u32)> {

@@ -250,16 +250,8 @@ fn exr_files_contain_all_output_variables() {
     let radiance = session.film().radiance();
     let channels = session.channels(&Aov::ALL);
     let display = rayfront::internals::film::tonemap::DisplayTransform::new(Default::default(), 0.0, &[]);
-    let output = rayfront::internals::formats::picture::Output {
-        width: 8,
-        height: 8,
-        window: None,
-        radiance: &radiance,
-        display,
-        bits: Default::default(),
-        metadata: &[],
-        channels: &channels,
-    };
+    let output = rayfront::internals::formats::picture::Output::plain([8, 8], &radiance, display);
+    let output = rayfront::internals::formats::picture::Output { channels: &channels, ..output };
     let path = folder.path().join("a.exr");
     rayfront::internals::formats::picture::save(&path, &output).expect("saving");
     assert_eq!(

@@ -14,16 +14,7 @@ fn save(path: &Path, width: u32, pixels: &[Rgb]) {
     let display = DisplayTransform::new(Tonemap::Clamp, 0.0, pixels);
     let height = pixels.len() as u32 / width;
     let bits = picture::PngBits::Sixteen;
-    let output = picture::Output {
-        width,
-        height,
-        window: None,
-        radiance: pixels,
-        display,
-        bits,
-        metadata: &[],
-        channels: &[],
-    };
+    let output = picture::Output { bits, ..picture::Output::plain([width, height], pixels, display) };
     picture::save(path, &output).expect("a picture");
 }
 

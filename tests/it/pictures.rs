@@ -161,16 +161,8 @@ fn exr(folder: &Folder, name: &str, of: impl Fn(usize) -> f32) {
     let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &[]);
     let bits = picture::PngBits::Eight;
     let (metadata, channels) = (&[], &[]);
-    let output = picture::Output {
-        width: 8,
-        height: 4,
-        window: None,
-        radiance: &radiance,
-        display,
-        bits,
-        metadata,
-        channels,
-    };
+    let output = picture::Output::plain([8, 4], &radiance, display);
+    let output = picture::Output { bits, metadata, channels, ..output };
     picture::save(&folder.join(name), &output).expect(name);
 }
 

@@ -31,7 +31,7 @@ use crate::error::SaveError;
 use crate::film::Region;
 use crate::film::tonemap::DisplayTransform;
 use crate::formats::LoadOptions;
-use crate::formats::picture::{Output, PngBits, save};
+use crate::formats::picture::{Output, save};
 use crate::integrator::RenderSetup;
 use crate::math::Rgb;
 use crate::render::MemoryEstimate;
@@ -70,12 +70,11 @@ fn setup(
 /// Saves an image without metadata.
 fn save_plain(
     path: &Path,
-    [width, height]: [u32; 2],
+    size: [u32; 2],
     radiance: &[Rgb],
     display: DisplayTransform,
 ) -> Result<(), SaveError> {
-    let bits = PngBits::Eight;
-    save(path, &Output { width, height, window: None, radiance, display, bits, metadata: &[], channels: &[] })
+    save(path, &Output::plain(size, radiance, display))
 }
 
 /// Creates the live views of a scene.

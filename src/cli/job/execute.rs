@@ -143,8 +143,15 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
 /// Checks that the outputs can be written, and replace neither each other nor the scene's files.
 fn check_outputs(wanted: &RunRequest, images: &[PathBuf], header: &FilmHeader) -> Result<(), Failure> {
     let RunRequest { outputs, denoises, .. } = wanted;
-    let size = [header.region.width(), header.region.height()];
-    images.iter().try_for_each(|path| supported(path).and_then(|()| fits(path, size)))?;
+    let (size, has_alpha) = ([header.region.width(), header.region.height()], header.settings.transparent);
+    images.iter().try_for_each(|path| supported(path).and_then(|()| fits(path, size, has_alpha)))?;
+    if let Some(encoding) = outputs.stdout_image {
+        encoding.fits(size, has_alpha).map_err(Failure::command_line)?;
+    }
+    if outputs.video.is_some() && has_alpha {
+        let reason = "a video holds no transparent pixels: name images, such as -o frame.####.png";
+        return Err(Failure::command_line(reason));
+    }
     if *denoises {
         outputs.images.iter().try_for_each(|path| supported(&denoised_name(path)))?;
     }
@@ -225,8 +232,8 @@ fn faults(
     told: bool,
 ) -> Vec<Diagnostic> {
     let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
-    let shown =
-        check::FinishedImage { region: header.region, radiance: picture.radiance(), tonemap, exposure_ev };
+    let radiance = &session.film().own_radiance();
+    let shown = check::FinishedImage { region: header.region, radiance, tonemap, exposure_ev };
     let outliers = check::outliers(session).into_iter().map(|outlier| {
         let (moment, _) = header.view.moment_of(outlier.sample, header.settings.samples);
         let recipe = Recipe {

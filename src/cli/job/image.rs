@@ -9,6 +9,7 @@ use super::outputs::{Video, denoised_name};
 use super::saving::Saved;
 use crate::cli::{command_line::CommandLine, failure::Failure};
 use crate::denoise::Denoised;
+use crate::film::alpha::unassociated;
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, FilmChannel};
@@ -27,6 +28,7 @@ pub struct OutputImage<'a> {
     header: &'a FilmHeader,
     film: &'a Film,
     radiance: Vec<Rgb>,
+    alpha: Option<Vec<f32>>,
     bits: PngBits,
     /// The exposure in stops, from the settings or chosen from the image.
     pub exposure_ev: f32,
@@ -35,15 +37,10 @@ pub struct OutputImage<'a> {
 impl<'a> OutputImage<'a> {
     /// Creates the image with the header's settings.
     pub fn new(header: &'a FilmHeader, film: &'a Film, bits: u8) -> OutputImage<'a> {
-        let radiance = film.radiance();
-        let exposure_ev = exposure_ev(&header.settings, &radiance);
+        let (radiance, alpha) = (film.radiance(), film.alpha());
+        let exposure_ev = exposure_ev(&header.settings, &film.own_radiance());
         let bits = if bits == 16 { PngBits::Sixteen } else { PngBits::Eight };
-        OutputImage { header, film, radiance, bits, exposure_ev }
-    }
-
-    /// The radiance of the pixels, row by row.
-    pub fn radiance(&self) -> &[Rgb] {
-        &self.radiance
+        OutputImage { header, film, radiance, alpha, bits, exposure_ev }
     }
 
     /// Saves images, each independently. Files that can hold them also get the channels, and the names of ids.
@@ -118,15 +115,17 @@ impl<'a> OutputImage<'a> {
     }
 
     /// Returns the pixels in the form in which they are written.
-    fn output<'b>(&self, radiance: &'b [Rgb], metadata: &'b [(String, String)]) -> Output<'b> {
+    fn output<'b>(&'b self, radiance: &'b [Rgb], metadata: &'b [(String, String)]) -> Output<'b> {
         let region = self.film.region();
         let settings = &self.header.settings;
+        let own = unassociated(radiance, self.alpha.as_deref());
         Output {
             width: region.width(),
             height: region.height(),
             window: CropWindow::of(region, settings.size),
             radiance,
-            display: DisplayTransform::new(settings.tonemap, self.exposure_ev, radiance),
+            alpha: self.alpha.as_deref(),
+            display: DisplayTransform::new(settings.tonemap, self.exposure_ev, &own),
             bits: self.bits,
             metadata,
             channels: &[],

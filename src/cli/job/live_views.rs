@@ -171,7 +171,7 @@ impl AttachedViews<'_> {
 fn picture_of(film: &Film, settings: &Settings) -> String {
     let (rows, columns) = Term::stderr().size();
     let room = [u32::from(columns).max(1), u32::from(rows / 2).max(1)];
-    let (region, radiance) = (film.region(), film.radiance());
+    let (region, radiance) = (film.region(), film.own_radiance());
     let (few, size) = thinned(&radiance, [region.width(), region.height()], room);
     let exposure_ev = exposure_ev(settings, &few);
     let display = DisplayTransform::new(settings.tonemap, exposure_ev, &radiance);

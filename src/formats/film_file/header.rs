@@ -9,7 +9,7 @@ use serde_json::Value;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::error::in_one_line;
-use crate::film::{Allocation, Film, FilmScale, Moments, Region, SampleRanges};
+use crate::film::{Allocation, Film, FilmScale, GroupKinds, Moments, Region, SampleRanges};
 use crate::formats::LoadOptions;
 use crate::formats::load_options::as_text;
 use crate::world::source_files::FileDigest;
@@ -262,6 +262,11 @@ impl Source {
 const OF_THE_PICTURE: [&str; 4] = ["tonemap", "exposure_ev", "auto_exposure", "aov"];
 
 impl FilmHeader {
+    /// The groups whose sums the film contains.
+    pub fn groups(&self) -> GroupKinds {
+        GroupKinds { lights: self.light_groups.len(), has_transparency: self.settings.transparent }
+    }
+
     /// The samples that all pixels have; none if the ranges are invalid.
     pub fn ranges(&self) -> Option<SampleRanges> {
         let total = self.total();

@@ -12,7 +12,7 @@
 //! A block has as many rows as make about 65,536 pixels, but at least one. It consists of the length of its content (4
 //! bytes), the XXH3 of the block's number, that length and the content (16 bytes), and the content: byte planes
 //! (`planes.rs`) of the sums (even and odd samples; red, green, blue), of the counts (even and odd), of the sums of each
-//! light group, and of the squares, if there are any. All numbers are little-endian. Several films may follow each other in a file; they are read one by
+//! group, and of the squares, if there are any. All numbers are little-endian. Several films may follow each other in a file; they are read one by
 //! one.
 
 mod bounds;
@@ -30,7 +30,7 @@ use xxhash_rust::xxh3::xxh3_128;
 use crate::error::{LoadError, SaveError};
 pub use crate::files::atomic_write::writable;
 use crate::files::{self, atomic_write};
-use crate::film::{Film, GroupSum, Moments, PixelSum, Region};
+use crate::film::{Film, GroupKinds, GroupSum, Moments, PixelSum, Region};
 use crate::formats::fill;
 use crate::memory;
 pub use header::{Begun, FilmHeader, Note, PROGRAM, RenderedView, Source};
@@ -76,7 +76,7 @@ pub fn begin(
 }
 
 /// The most memory that writing or reading takes besides the film, in bytes.
-pub fn packed_bytes(region: Region, variance: bool, groups: usize) -> u64 {
+pub fn packed_bytes(region: Region, variance: bool, groups: GroupKinds) -> u64 {
     let block = u64::from(rows(region)) * u64::from(region.width()) * bytes_a_pixel(variance, groups) as u64;
     block * at_once().min(blocks(region)) as u64
 }
@@ -86,9 +86,10 @@ fn at_once() -> usize {
     rayon::current_num_threads().min(MOST_AT_ONCE)
 }
 
-/// Bytes per pixel, with or without squares, and with that many light groups.
-fn bytes_a_pixel(variance: bool, groups: usize) -> usize {
-    size_of::<PixelSum>() + if variance { size_of::<[u128; 3]>() } else { 0 } + groups * size_of::<GroupSum>()
+/// Bytes per pixel, with or without squares, and with these groups.
+fn bytes_a_pixel(variance: bool, groups: GroupKinds) -> usize {
+    let squares = if variance { size_of::<[u128; 3]>() } else { 0 };
+    size_of::<PixelSum>() + squares + groups.count() * size_of::<GroupSum>()
 }
 
 /// True if a path has the extension of films.
@@ -147,7 +148,7 @@ pub fn read(from: &mut dyn Read, path: &Path) -> Result<Option<FilmFile>, LoadEr
     let region = header.region;
     let count = blocks(region);
     let what = format_args!("the film of {}x{} pixels", region.width(), region.height());
-    let groups = header.light_groups.len();
+    let groups = header.groups();
     let bytes = region.area() as u64 * bytes_a_pixel(header.variance, groups) as u64;
     let bytes = bytes + packed_bytes(region, header.variance, groups);
     let _claim = memory::reserve(what, bytes).map_err(LoadError::shortage(path))?;
@@ -257,7 +258,7 @@ fn pack(film: &Film, moments: Option<&Moments>, block: usize) -> Vec<u8> {
     for parity in 0..2 {
         planes::encode::<u32, 4>(pixels.iter().map(|p| p.count[parity]), &mut out);
     }
-    let groups = film.light_groups();
+    let groups = film.group_kinds().count();
     let sums = &film.group_sums()[range.start * groups..range.end * groups];
     for group in 0..groups {
         for (parity, channel) in
@@ -293,7 +294,7 @@ fn unpack(header: &FilmHeader, block: usize, content: &[u8]) -> Option<Block> {
         let counts = planes::decode::<u32, 4>(&mut rest, count)?;
         pixels.iter_mut().zip(counts).for_each(|(pixel, count)| pixel.count[parity] = count);
     }
-    let groups = header.light_groups.len();
+    let groups = header.groups().count();
     let mut of_groups = vec![GroupSum::default(); count * groups];
     for group in 0..groups {
         for (parity, channel) in
@@ -325,7 +326,7 @@ fn read_block(
     let mut sum = [0; 16];
     exactly(from, &mut sum, path)?;
     // A plane takes at most its bytes and five more.
-    let pixel = bytes_a_pixel(header.variance, header.light_groups.len());
+    let pixel = bytes_a_pixel(header.variance, header.groups());
     if length as usize > pixels_of(header.region, block).len() * pixel + 5 * pixel {
         return Err(damaged(header, block, path));
     }

@@ -8,12 +8,13 @@ use crate::world::{Settings, Sharing, SourceFiles};
 
 /// A film, with or without squares; its region of 300 × 500 pixels has three blocks. Some pixels are bright.
 fn film(region: Region, variance: bool) -> FilmFile {
-    // Half of all films have light groups.
-    let groups = if variance { 2 } else { 0 };
-    let mut film = Film::new(region, FilmScale::new(1e6, 1e6)).with_light_groups(groups);
+    // Half of all films have light groups and transparency.
+    let kinds = GroupKinds { lights: if variance { 2 } else { 0 }, has_transparency: variance };
+    let groups = kinds.count();
+    let mut film = Film::new(region, FilmScale::new(1e6, 1e6)).with_groups(kinds);
     let mut moments = variance.then(|| Moments::new(region));
     for sample in 0..3u32 {
-        let mut one = Film::new(region, film.unit()).with_light_groups(groups);
+        let mut one = Film::new(region, film.unit()).with_groups(kinds);
         for (x, y) in (region.y0..region.y1).flat_map(|y| (region.x0..region.x1).map(move |x| (x, y))) {
             let noise = (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(40_503) ^ sample) % 1000;
             one.count(x, y, sample);
@@ -27,7 +28,8 @@ fn film(region: Region, variance: bool) -> FilmFile {
         }
         film.merge(&one);
     }
-    let settings = Settings { size: [400, 700], samples: 8, ..Settings::default() };
+    let transparent = kinds.has_transparency;
+    let settings = Settings { size: [400, 700], samples: 8, transparent, ..Settings::default() };
     let mut header = FilmHeader {
         program: PROGRAM.into(),
         scene: Source::new("scenes/a.ron".as_ref(), &SourceFiles::default()),

@@ -6,7 +6,8 @@ use std::path::Path;
 use super::{decode_data, encode_eight_bit, encode_openexr, encode_png, encode_radiance};
 use crate::error::{LoadError, SaveError};
 use crate::files::atomic_write::{writable, write_whole};
-use crate::film::tonemap::DisplayTransform;
+use crate::film::alpha::unassociated;
+use crate::film::tonemap::{DisplayTransform, quantise_8_bit, quantise_16_bit};
 use crate::film::{FilmChannel, Region};
 use crate::math::Rgb;
 use crate::world::Image;
@@ -32,6 +33,8 @@ pub struct Output<'a> {
     pub window: Option<CropWindow>,
     /// Linear Rec. 709 radiance, `width * height` pixels, top row first.
     pub radiance: &'a [Rgb],
+    /// The opacity of each pixel, with which the radiance is associated. None: all is opaque.
+    pub alpha: Option<&'a [f32]>,
     /// Exposure and tone curve. OpenEXR and Radiance HDR store the radiance unchanged.
     pub display: DisplayTransform,
     /// Bits per channel. Only for PNG.
@@ -40,6 +43,32 @@ pub struct Output<'a> {
     pub metadata: &'a [(String, String)],
     /// Channels besides radiance, each with one value per pixel. Only for OpenEXR.
     pub channels: &'a [FilmChannel],
+}
+
+impl<'a> Output<'a> {
+    /// An opaque 8-bit image without metadata.
+    pub fn plain([width, height]: [u32; 2], radiance: &'a [Rgb], display: DisplayTransform) -> Output<'a> {
+        let (window, alpha, bits) = (None, None, PngBits::Eight);
+        Output { width, height, window, radiance, alpha, display, bits, metadata: &[], channels: &[] }
+    }
+
+    /// The pixels as a screen shows them, with 8 bits a channel: red, green and blue, and the opacity if the image has
+    /// any, which the colours are not associated with.
+    pub fn shown_8_bit(&self) -> Vec<u8> {
+        self.shown(|color| self.display.apply_8_bit(color), quantise_8_bit)
+    }
+
+    /// [`Output::shown_8_bit`] with 16 bits a channel.
+    pub fn shown_16_bit(&self) -> Vec<u16> {
+        self.shown(|color| self.display.apply_16_bit(color), quantise_16_bit)
+    }
+
+    fn shown<T: Copy>(&self, color: impl Fn(Rgb) -> [T; 3], opacity: impl Fn(f32) -> T) -> Vec<T> {
+        let colors = unassociated(self.radiance, self.alpha);
+        let pixels = colors.iter().map(|light| color(*light));
+        let Some(alpha) = self.alpha else { return pixels.flatten().collect() };
+        pixels.zip(alpha).flat_map(|([r, g, b], alpha)| [r, g, b, opacity(*alpha)]).collect()
+    }
 }
 
 /// The place of a part of an image.
@@ -87,24 +116,35 @@ impl ImageEncoding {
         })
     }
 
-    /// The name of the format, and the most pixels along a side.
-    fn limit(self) -> (&'static str, u32) {
+    /// The name of the format, the most pixels along a side, and true if it holds the opacity of pixels.
+    fn limits(self) -> (&'static str, u32, bool) {
         match self {
-            Self::Jpeg => ("JPEG", 65_535),
-            Self::WebP => ("WebP", 16_384),
-            Self::Png | Self::OpenExr | Self::Radiance => ("", u32::MAX),
+            Self::Jpeg => ("JPEG", 65_535, false),
+            Self::WebP => ("WebP", 16_384, true),
+            Self::Png => ("PNG", u32::MAX, true),
+            Self::OpenExr => ("OpenEXR", u32::MAX, true),
+            Self::Radiance => ("Radiance HDR", u32::MAX, false),
+        }
+    }
+
+    /// Checks that the format can hold images of this size, with the opacity of pixels or without; the error is the
+    /// reason.
+    pub fn fits(self, size: [u32; 2], has_alpha: bool) -> Result<(), String> {
+        let (name, most, holds_alpha) = self.limits();
+        if size.into_iter().any(|side| side > most) {
+            return Err(format!("{name} holds at most {most} pixels along a side: name a .png or .exr file"));
+        }
+        match has_alpha && !holds_alpha {
+            true => Err(format!("{name} holds no transparent pixels: name a .png, .webp or .exr file")),
+            false => Ok(()),
         }
     }
 }
 
-/// Checks that the format of `path` can hold images of this size. Called before a long rendering.
-pub fn fits(path: &Path, size: [u32; 2]) -> Result<(), SaveError> {
-    let (name, most) = kind(path)?.limit();
-    if size.into_iter().any(|side| side > most) {
-        let reason = format!("{name} holds at most {most} pixels along a side: name a .png or .exr file");
-        return Err(SaveError::new(path, reason));
-    }
-    Ok(())
+/// Checks that the format of `path` can hold images of this size, with the opacity of pixels or without. Called before a
+/// long rendering.
+pub fn fits(path: &Path, size: [u32; 2], has_alpha: bool) -> Result<(), SaveError> {
+    kind(path)?.fits(size, has_alpha).map_err(|reason| SaveError::new(path, reason))
 }
 
 /// Writes the image in the format given by the extension of `path`: `.png`, `.jpg` or `.webp` (tone mapped, sRGB),
@@ -112,6 +152,7 @@ pub fn fits(path: &Path, size: [u32; 2]) -> Result<(), SaveError> {
 /// name stays as it was.
 pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     let kind = kind(path)?;
+    fits(path, [output.width, output.height], output.alpha.is_some())?;
     let pixels = pixels_of(path, output)?;
     if let Some(channel) = output.channels.iter().find(|channel| channel.values.len() != pixels) {
         let (name, given) = (&channel.name, channel.values.len());
@@ -172,6 +213,10 @@ fn pixels_of(path: &Path, output: &Output<'_>) -> Result<usize, SaveError> {
         let (width, height, given) = (output.width, output.height, output.radiance.len());
         return Err(SaveError::new(path, format!("{given} pixels are not an image of {width} x {height}")));
     }
+    if let Some(alpha) = output.alpha.filter(|alpha| alpha.len() != pixels) {
+        let given = alpha.len();
+        return Err(SaveError::new(path, format!("{given} opacities for {pixels} pixels")));
+    }
     Ok(pixels)
 }
 
@@ -222,16 +267,7 @@ mod tests {
 
     fn output<'a>(radiance: &'a [Rgb], metadata: &'a [(String, String)], bits: PngBits) -> Output<'a> {
         let display = DisplayTransform::new(Tonemap::Clamp, 0.0, radiance);
-        Output {
-            width: WIDTH,
-            height: HEIGHT,
-            window: None,
-            radiance,
-            display,
-            bits,
-            metadata,
-            channels: &[],
-        }
+        Output { bits, metadata, ..Output::plain([WIDTH, HEIGHT], radiance, display) }
     }
 
     fn in_folder(name: &str) -> (tempfile::TempDir, PathBuf) {
@@ -287,21 +323,7 @@ mod tests {
             let row: Vec<_> = (0..width as usize).map(|x| Rgb::splat(odd[(x / 3) % odd.len()])).collect();
             let (_folder, path) = in_folder("a.hdr");
             let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &[]);
-            let bits = PngBits::Eight;
-            save(
-                &path,
-                &Output {
-                    width,
-                    height: 1,
-                    window: None,
-                    radiance: &row,
-                    display,
-                    bits,
-                    metadata: &[],
-                    channels: &[],
-                },
-            )
-            .unwrap();
+            save(&path, &Output::plain([width, 1], &row, display)).unwrap();
             for (read, written) in load_linear(&path).unwrap().2.iter().zip(&row) {
                 let wanted = if written.r > 0.0 { written.r.min(1.69e38) } else { 0.0 };
                 assert!((read.r - wanted).abs() <= wanted * 0.01 + 1e-38, "{} for {}", read.r, written.r);

@@ -26,7 +26,6 @@ fn encode(mut encoder: impl ImageEncoder, output: &Output<'_>) -> ImageResult<()
     if !output.metadata.is_empty() {
         encoder.set_exif_metadata(exif::of(output.metadata)).map_err(ImageError::Unsupported)?;
     }
-    let pixels = output.radiance.iter().flat_map(|pixel| output.display.apply_8_bit(*pixel));
-    let bytes: Vec<u8> = pixels.collect();
-    encoder.write_image(&bytes, output.width, output.height, ExtendedColorType::Rgb8)
+    let color = if output.alpha.is_some() { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
+    encoder.write_image(&output.shown_8_bit(), output.width, output.height, color)
 }

@@ -48,15 +48,17 @@ pub(super) fn bytes(output: &Output<'_>) -> Result<Vec<u8>, String> {
     Ok(file)
 }
 
-/// The radiance as R, G and B. If there are further channels, also A, which is 1 everywhere: such a layer composites
-/// like any other, because its background belongs to the image.
+/// The radiance as R, G and B, and the opacity, with which it is associated, as A. Without opacity, there is A, which is 1
+/// everywhere, only if there are further channels: such a layer composites like any other, because its background
+/// belongs to the image.
 fn channels(output: &Output<'_>) -> AnyChannels<FlatSamples> {
     let light = ["R", "G", "B"].into_iter().enumerate().map(|(channel, name)| {
         let values = output.radiance.iter().map(|pixel| pixel.to_array()[channel]);
         AnyChannel::new(name, FlatSamples::F32(values.collect()))
     });
-    let opaque = vec![1.0; output.radiance.len()];
-    let opaque = (!output.channels.is_empty()).then(|| AnyChannel::new("A", FlatSamples::F32(opaque)));
+    let opaque = || (!output.channels.is_empty()).then(|| vec![1.0; output.radiance.len()]);
+    let alpha = output.alpha.map(<[f32]>::to_vec).or_else(opaque);
+    let alpha = alpha.map(|alpha| AnyChannel::new("A", FlatSamples::F32(alpha)));
     let others = output.channels.iter().map(|channel| {
         let values = match &channel.values {
             Values::Float(values) => FlatSamples::F32(values.clone()),
@@ -64,7 +66,7 @@ fn channels(output: &Output<'_>) -> AnyChannels<FlatSamples> {
         };
         AnyChannel::new(&channel.name[..], values)
     });
-    AnyChannels::sort(light.chain(opaque).chain(others).collect())
+    AnyChannels::sort(light.chain(alpha).chain(others).collect())
 }
 
 /// A name that the format allows: not empty, and not reserved.

@@ -8,7 +8,7 @@ use super::encode::{Output, PngBits};
 
 pub(super) fn encode(writer: impl Write, output: &Output<'_>) -> Result<(), png::EncodingError> {
     let mut encoder = Encoder::new(writer, output.width, output.height);
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(if output.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(match output.bits {
         PngBits::Eight => BitDepth::Eight,
         PngBits::Sixteen => BitDepth::Sixteen,
@@ -24,12 +24,9 @@ pub(super) fn encode(writer: impl Write, output: &Output<'_>) -> Result<(), png:
             encoder.add_itxt_chunk(keyword(name), value)?;
         }
     }
-    let radiance = output.radiance.iter().copied();
-    let bytes: Vec<u8> = match output.bits {
-        PngBits::Eight => radiance.flat_map(|pixel| output.display.apply_8_bit(pixel)).collect(),
-        PngBits::Sixteen => {
-            radiance.flat_map(|pixel| output.display.apply_16_bit(pixel)).flat_map(u16::to_be_bytes).collect()
-        }
+    let bytes = match output.bits {
+        PngBits::Eight => output.shown_8_bit(),
+        PngBits::Sixteen => output.shown_16_bit().into_iter().flat_map(u16::to_be_bytes).collect(),
     };
     let mut image = encoder.write_header()?;
     image.write_image_data(&bytes)?;

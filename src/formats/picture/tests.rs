@@ -221,17 +221,7 @@ fn textures_are_clamped_but_load_linear_keeps_all_values() {
     let path = folder.path().join("odd.exr");
     let odd = [Rgb::new(f32::NAN, -1.0, f32::INFINITY), Rgb::new(1e30, 1e-30, 0.5)];
     let display = crate::film::tonemap::DisplayTransform::new(crate::world::Tonemap::Clamp, 0.0, &[]);
-    let output = Output {
-        width: 2,
-        height: 1,
-        window: None,
-        radiance: &odd,
-        display,
-        bits: PngBits::Eight,
-        metadata: &[],
-        channels: &[],
-    };
-    save(&path, &output).unwrap();
+    save(&path, &Output::plain([2, 1], &odd, display)).unwrap();
     let image = load(&path, &SourceFiles::default()).unwrap().image;
     assert_eq!(image.texels, Texels::Rgb32(vec![[0.0, 0.0, 1e9], [1e9, 1e-30, 0.5]]));
     assert_eq!(image.source.as_deref(), Some(path.as_path()));

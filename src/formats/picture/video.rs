@@ -38,7 +38,6 @@ fn y_cb_cr(rgb: [u8; 3]) -> [u8; 3] {
 mod tests {
     use super::*;
     use crate::film::tonemap::DisplayTransform;
-    use crate::formats::picture::PngBits;
     use crate::math::Rgb;
     use crate::world::Tonemap;
 
@@ -53,16 +52,7 @@ mod tests {
     #[test]
     fn frame_planes_are_written_in_sequence() {
         let radiance = [Rgb::WHITE, Rgb::BLACK, Rgb::new(1.0, 0.0, 0.0)];
-        let output = Output {
-            width: 3,
-            height: 1,
-            window: None,
-            radiance: &radiance,
-            display: DisplayTransform::new(Tonemap::Clamp, 0.0, &radiance),
-            bits: PngBits::Eight,
-            metadata: &[],
-            channels: &[],
-        };
+        let output = Output::plain([3, 1], &radiance, DisplayTransform::new(Tonemap::Clamp, 0.0, &radiance));
         let mut bytes = Vec::new();
         write_header(&mut bytes, [3, 1], [24, 1]).expect("room");
         write_frame(&mut bytes, &output).expect("room");

@@ -6,7 +6,7 @@ use crate::simd::{Float, Int, Mask};
 use crate::world::DepthLimits;
 
 /// Bits of a counter.
-const BITS: u32 = 10;
+const BITS: u32 = 9;
 /// The largest count.
 pub const MOST: u32 = (1 << BITS) - 1;
 /// Flag of paths that have exceeded a limit: the last ray only finds emitters.
@@ -14,6 +14,9 @@ const SPENT: u32 = 1 << 31;
 
 /// Flag of paths that have been scattered within a body or have passed a surface without a boundary: no bounces.
 pub const FREE_EVENT: u32 = 1 << 30;
+
+/// Flag of paths one of whose directions was drawn with a density, at a surface or within a body.
+pub const BLURRED: u32 = 1 << 29;
 
 const _: () = assert!(DepthLimits::MOST < MOST, "a counter must go beyond every limit");
 
@@ -94,6 +97,12 @@ pub fn limited<F: Float>(limits: &BounceLimits, bounces: F::Int) -> F::Int {
         beyond = beyond | F::Int::splat(limit << kind.shift()).lt(count);
     }
     F::Int::select(beyond, bounces | F::Int::splat(SPENT), bounces)
+}
+
+/// The lanes whose path has only gone straight on or through smooth glass: what it meets is seen through these.
+#[inline(always)]
+pub fn only_transmitted<F: Float>(bounces: F::Int) -> F::Mask {
+    (bounces & F::Int::splat(MOST << LobeKind::Glossy.shift() | BLURRED)).eq(F::Int::splat(0))
 }
 
 /// The lanes in which a limit has been exceeded.

@@ -1,4 +1,4 @@
-//! Light that paths have found, by light group: what is added to a path's radiance is also added to its group's sums.
+//! Light that paths have found, by group: what is added to a path's radiance is also added to its group's sums.
 
 use super::Path;
 use crate::integrator::RenderSetup;
@@ -59,6 +59,29 @@ impl GroupQueue {
             queue.push(GroupLight { pixel: pixel[lane], sample: sample[lane], group: groups[lane], light });
         }
     }
+}
+
+/// Adds the environment's light that paths have found (`around`) to that of its group. If the film counts what is seen
+/// of the things behind the scene, `seen` paths add their throughput to that, and find no light. Returns the light.
+#[inline(always)]
+pub fn find_around<F: Float>(
+    setup: &RenderSetup,
+    path: &Path<F>,
+    light: Color<F>,
+    [around, seen]: [F::Mask; 2],
+    found: &mut GroupQueue,
+) -> Color<F> {
+    let mut light = light;
+    let mut around = around;
+    if setup.transparent && seen.any() {
+        // The film divides by its scale.
+        let one = F::splat(setup.unit.one());
+        found.add(path, F::Int::splat(setup.light_groups() as u32), path.throughput * one, false, seen);
+        light = Color::select(seen, Color::black(), light);
+        around = around & !seen;
+    }
+    found.add(path, F::Int::splat(setup.scene.around_group), light, false, around);
+    light
 }
 
 /// The light group of an emitter, or [`NONE`].

@@ -34,7 +34,8 @@ pub struct Path<F: Float> {
     /// Vertices so far: bounces and [`Path::scatterings`].
     pub depth: F::Int,
     /// Density per steradian with which the direction was drawn; 0 if no other technique could have found it (camera,
-    /// mirrors). Under the Whitted transport 0 as long as the path goes straight on from the camera, then 1.
+    /// mirrors). Under the Whitted transport 0 as long as the path goes straight on from the camera, then 0.5 until it is
+    /// reflected, then 1.
     pub pdf: F,
     /// The facing of the surface that the path has left (`shading::facing`), or [`crate::math::NONE`]. Only for the
     /// path transport.

@@ -139,7 +139,7 @@ impl Connections {
         self.received.clear();
         let nothing = Received { radiance: Color::black(), vertices: 0 };
         self.received.resize(slots.units.len() * PIXELS, nothing);
-        self.by_group.resize_with(setup.light_groups(), Vec::new);
+        self.by_group.resize_with(setup.groups().count(), Vec::new);
         for received in &mut self.by_group {
             received.clear();
             received.resize(self.received.len(), Color::black());

@@ -103,8 +103,8 @@ impl PathSlots {
             measured: Vec::new(),
             slots: vec![PathSlot::EMPTY; count],
             found: vec![[0; 3]; if setup.may_fork() { count } else { 0 }],
-            group_count: setup.light_groups(),
-            groups: vec![GroupSlot::default(); count * setup.light_groups()],
+            group_count: setup.groups().count(),
+            groups: vec![GroupSlot::default(); count * setup.groups().count()],
             hits: std::array::from_fn(|_| vec![0.0; count]),
             ids: std::array::from_fn(|_| vec![0; count]),
         }

@@ -4,7 +4,7 @@ pub mod reuse_groups;
 
 use std::sync::Arc;
 
-use crate::film::{Film, FilmScale, Region};
+use crate::film::{Film, FilmScale, GroupKinds, Region};
 use crate::integrator::path::bounces::BounceLimits;
 use crate::sampling::filter::FilterTable;
 use crate::sampling::pattern::Grid;
@@ -62,6 +62,8 @@ pub struct RenderSetup {
     pub follows_light: bool,
     /// The approximate number of paths into which one may split at smooth glass (path transport).
     pub splitting: f32,
+    /// True if the film counts what pixels show of the things behind the scene.
+    pub transparent: bool,
     /// The albedo tables of the lobes that the scene's materials have under the path transport.
     pub lobes: LobeTables,
     /// The film scale: the unit in which radiance is counted.
@@ -122,6 +124,7 @@ impl RenderSetup {
             photons,
             follows_light: false,
             splitting: SPLITTING,
+            transparent: settings.transparent,
             lobes,
             around_square,
             around,
@@ -134,9 +137,14 @@ impl RenderSetup {
         self.scene.light_groups.len()
     }
 
+    /// The groups that films hold.
+    pub fn groups(&self) -> GroupKinds {
+        GroupKinds { lights: self.light_groups(), has_transparency: self.transparent }
+    }
+
     /// An empty film for a region.
     pub fn film(&self, region: Region) -> Film {
-        Film::new(region, self.unit).with_light_groups(self.light_groups())
+        Film::new(region, self.unit).with_groups(self.groups())
     }
 
     /// The camera with the size of the image.

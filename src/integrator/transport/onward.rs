@@ -6,7 +6,7 @@ use super::medium;
 use super::scatter_vertex::{Fork, ScatterVertex};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::bounces::{self, FREE_EVENT};
+use crate::integrator::path::bounces::{self, BLURRED, FREE_EVENT};
 use crate::integrator::path::termination::roulette;
 use crate::math::{Color, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
@@ -190,6 +190,7 @@ fn reflected<F: Float>(
     let (throughput, survives) = roulette(setup, path, throughput, key, wide);
     let goes_on = goes_on & survives;
     let mut branch = bounces::counted::<F>(path.bounce_counts, wide, through);
+    branch = F::Int::select(pdf.gt(zero), branch | F::Int::splat(BLURRED), branch);
     if let Some(limits) = &setup.limits {
         branch = bounces::limited::<F>(limits, branch);
     }

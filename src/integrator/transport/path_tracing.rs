@@ -14,7 +14,8 @@ use super::reusable::{self, ReuseRoles};
 use super::scatter_vertex::{Fork, ScatterVertex};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::light_groups::GroupQueue;
+use crate::integrator::path::bounces;
+use crate::integrator::path::light_groups::{GroupQueue, find_around};
 use crate::integrator::path::mis::{emission_mis_weight, power_heuristic, selection_probability};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::termination::is_last;
@@ -47,24 +48,25 @@ pub struct VertexOutcome<F: Float> {
     pub reuse: Option<ReuseRoles<F>>,
 }
 
-/// Returns the light that paths find which have hit nothing, and the lanes whose light is the environment's.
+/// Returns the light that paths find which have hit nothing. It is also added to `found`, by its group.
 #[inline(always)]
 pub fn miss<F: Float>(
     setup: &RenderSetup,
     photons: Option<PhotonMaps>,
     path: &Path<F>,
     mask: F::Mask,
-) -> (Color<F>, F::Mask) {
+    found: &mut GroupQueue,
+) -> Color<F> {
     let mut around = mask;
     let scene = &setup.scene;
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
-    let found = mask & path.pdf.gt(F::zero());
-    if found.any() && scene.environment.panorama.is_some() {
+    let drawn = mask & path.pdf.gt(F::zero());
+    if drawn.any() && scene.environment.panorama.is_some() {
         // The environment is the last emitter.
         let around = F::Int::splat((scene.emitters.len() as u32).wrapping_sub(1));
-        let other = environment::pdf(&scene.environment, path.direction, found)
-            * selection_probability(setup, path, around, found);
-        light = light * F::select(found, power_heuristic(path.pdf, other), F::one());
+        let other = environment::pdf(&scene.environment, path.direction, drawn)
+            * selection_probability(setup, path, around, drawn);
+        light = light * F::select(drawn, power_heuristic(path.pdf, other), F::one());
     }
     if let Some(photons) = photons
         && scene.environment.panorama.is_some()
@@ -77,7 +79,9 @@ pub fn miss<F: Float>(
         light = Color::select(is_seen, backdrop, light);
         around = around & !is_seen;
     }
-    (limited(setup, path, path.throughput * light), around)
+    let light = limited(setup, path, path.throughput * light);
+    let seen = mask & bounces::only_transmitted::<F>(path.bounce_counts);
+    find_around(setup, path, light, [around, seen], found)
 }
 
 /// Clamps light by the settings; never what the camera sees directly or straight through surfaces.

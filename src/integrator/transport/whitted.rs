@@ -7,7 +7,7 @@
 
 use super::medium::MOST;
 use crate::integrator::RenderSetup;
-use crate::integrator::path::light_groups::GroupQueue;
+use crate::integrator::path::light_groups::{GroupQueue, find_around};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::{Path, camera_path};
 use crate::integrator::photons::PhotonMaps;
@@ -25,9 +25,14 @@ use crate::shading::whitted_params::Shaded;
 use crate::shading::{HitLanes, Surface, emitter, environment, fresnel};
 use crate::simd::{Float, Int, Mask};
 
-/// Returns the light that paths find which have hit nothing, and the lanes whose light is the environment's.
+/// Returns the light that paths find which have hit nothing. It is also added to `found`, by its group.
 #[inline(always)]
-pub fn miss<F: Float>(setup: &RenderSetup, path: &Path<F>, mask: F::Mask) -> (Color<F>, F::Mask) {
+pub fn miss<F: Float>(
+    setup: &RenderSetup,
+    path: &Path<F>,
+    mask: F::Mask,
+    found: &mut GroupQueue,
+) -> Color<F> {
     let mut around = mask;
     let environment = &setup.scene.environment;
     let mut light = environment::radiance(environment, path.direction, F::Mask::first(F::WIDTH));
@@ -36,8 +41,14 @@ pub fn miss<F: Float>(setup: &RenderSetup, path: &Path<F>, mask: F::Mask) -> (Co
         light = Color::select(is_seen, backdrop, light);
         around = around & !is_seen;
     }
-    (path.throughput * light, around)
+    let seen = mask & path.pdf.lt(F::splat(MIRRORED));
+    find_around(setup, path, path.throughput * light, [around, seen], found)
 }
+
+/// The value of [`Path::pdf`] of paths that were reflected.
+const MIRRORED: f32 = 1.0;
+/// That of paths that were bent, but never reflected. Those that have only gone straight on have 0.
+const BENT: f32 = 0.5;
 
 /// The least cosine between directions that count as one.
 const STRAIGHT: f32 = 1.0 - 1e-5;
@@ -245,7 +256,7 @@ impl<F: Float> WhittedScatter<F> {
     pub fn reflected(&self, path: &Path<F>, vertex: &WhittedVertex<F>) -> Path<F> {
         let nobody = F::Mask::from_bits(0);
         let path = &Path { width: self.width, ..*path };
-        follow(path, vertex, self.reflect, self.reflect_throughput, nobody)
+        follow(path, vertex, self.reflect, self.reflect_throughput, MIRRORED, nobody)
     }
 
     /// The refracted path, without its radiance.
@@ -254,17 +265,19 @@ impl<F: Float> WhittedScatter<F> {
         let one = F::Int::splat(1);
         let scatterings = F::Int::select(self.gone, path.scatterings + one, path.scatterings);
         let path = &Path { width: self.width, bodies: self.behind, scatterings, ..*path };
-        follow(path, vertex, self.refract, self.refract_throughput, self.forks())
+        follow(path, vertex, self.refract, self.refract_throughput, BENT, self.forks())
     }
 }
 
-/// The path from a vertex along a direction; forked paths draw other random numbers.
+/// The path from a vertex along a direction; forked paths draw other random numbers. `turned` is the least [`Path::pdf`]
+/// of paths that have not gone straight on.
 #[inline(always)]
 fn follow<F: Float>(
     path: &Path<F>,
     vertex: &WhittedVertex<F>,
     direction: Vector<F>,
     throughput: Color<F>,
+    turned: f32,
     forked: F::Mask,
 ) -> Path<F> {
     let depth = path.depth + F::Int::splat(1);
@@ -272,7 +285,7 @@ fn follow<F: Float>(
     Path {
         origin: offset_origin(vertex.position, vertex.geometric_normal, vertex.offset, direction),
         direction,
-        pdf: F::select(is_straight, path.pdf, F::one()),
+        pdf: F::select(is_straight, path.pdf, path.pdf.max(F::splat(turned))),
         throughput,
         radiance: Color::black(),
         bounce_counts: F::Int::select(forked, combine(path.bounce_counts, depth), path.bounce_counts),

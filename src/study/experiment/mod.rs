@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::SaveError;
 use crate::film::tonemap::{DisplayTransform, srgb_decode};
-use crate::formats::picture::{Output, PngBits, load_linear, save};
+use crate::formats::picture::{Output, load_linear, save};
 use crate::formats::study::{Axis, Experiment, Measurement, Plot, SettingsOverride, StudyFile, StudyScene};
 use crate::integrator::Stop;
 use crate::math::Rgb;
@@ -228,18 +228,7 @@ impl<'a> Run<'a> {
 
     fn save(&self, path: &Path, image: &StudyImage) -> Result<(), SaveError> {
         let display = DisplayTransform::new(Tonemap::Clamp, 0.0, &image.pixels);
-        let (width, height, radiance) = (image.width, image.height, &image.pixels[..]);
-        let output = Output {
-            width,
-            height,
-            window: None,
-            radiance,
-            display,
-            bits: PngBits::Eight,
-            metadata: &[],
-            channels: &[],
-        };
-        save(path, &output)
+        save(path, &Output::plain([image.width, image.height], &image.pixels, display))
     }
 
     /// Writes the plots and the page from all results. Returns the path of the page.

@@ -26,6 +26,7 @@ fn settings_are_read_and_have_defaults() {
             pixel_pattern: Pattern::Regular,
             background: Background::Gradient { bottom: grey(0.25), top: Rgb::new(0.1, 0.2, 1.0) },
             backdrop: Some(Background::Constant(grey(0.75))),
+            transparent: true,
             ambient: grey(0.01),
             roulette_depth: None,
             clamp: Some(20.0),

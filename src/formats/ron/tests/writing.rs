@@ -87,7 +87,7 @@ fn written_text_is_compact_and_omits_defaults() {
          min_throughput: 0.01, roulette_depth: None, \
          clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
-         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
+         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, transparent: true, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
          exposure: Auto, build_quality: High, copied_triangles: 1000, light_groups: true, aov: [Normal, Depth]),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
@@ -275,7 +275,11 @@ fn shape() -> impl Strategy<Value = Shape> {
 fn light() -> impl Strategy<Value = Light> {
     let right_angle = std::f32::consts::FRAC_PI_2;
     prop_oneof![
-        (color(), falloff()).prop_map(|(power_w, falloff)| Light::Point { power_w, falloff }),
+        (color(), falloff(), positive()).prop_map(|(power_w, falloff, radius_m)| Light::Point {
+            power_w,
+            falloff,
+            radius_m
+        }),
         (color(), 0.0..=right_angle, 0.0..=right_angle, falloff()).prop_map(|(power_w, a, b, falloff)| {
             Light::Spot { power_w, inner_angle: a.min(b), outer_angle: a.max(b), falloff }
         }),
@@ -405,6 +409,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 pixel_pattern,
                 background,
                 backdrop: auto_exposure.then_some(background),
+                transparent: auto_exposure,
                 ambient,
                 tonemap,
                 exposure_ev,

@@ -202,9 +202,7 @@ impl<'a> Tile<'a> {
                 self.observer.report(&observe::ray(&path, hit));
             }
             if hit.is_miss() {
-                let (light, around) = whitted::miss(setup, &path, true);
-                let radiance = path.radiance + light;
-                self.find_around(&path, light, around);
+                let radiance = path.radiance + whitted::miss(setup, &path, true, &mut self.buffers.found);
                 if self.looks {
                     self.observer.report(&observe::end(&path, radiance));
                 }
@@ -258,9 +256,8 @@ impl<'a> Tile<'a> {
             self.observer.report(&observe::ray(path, hit));
         }
         if hit.is_miss() {
-            let (light, around) = path_tracing::miss(setup, self.photons, path, true);
-            path.radiance = path.radiance + light;
-            self.find_around(path, light, around);
+            let found = &mut self.buffers.found;
+            path.radiance = path.radiance + path_tracing::miss(setup, self.photons, path, true, found);
             if self.looks {
                 self.observer.report(&observe::end(path, path.radiance));
             }
@@ -305,12 +302,6 @@ impl<'a> Tile<'a> {
             let group = group_of(self.setup, emitter);
             self.buffers.found.add(path, Wrapping(group), light, false, true);
         }
-    }
-
-    /// Adds the environment's light that a path has found to that of its group, if `around`.
-    fn find_around(&mut self, path: &Path<f32>, light: Color<f32>, around: bool) {
-        let group = self.setup.scene.around_group;
-        self.buffers.found.add(path, Wrapping(group), light, false, around);
     }
 
     /// Moves the light found by group to a sink.

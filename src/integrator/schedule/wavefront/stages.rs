@@ -89,16 +89,13 @@ impl Kernel for RetireStage<'_, '_> {
             if missed.any()
                 && let Some(sink) = &mut self.sink
             {
-                let (light, around) = match self.setup.transport {
-                    Transport::Whitted => whitted::miss(self.setup, &path, missed),
-                    Transport::Path => path_tracing::miss(self.setup, self.photons, &path, missed),
+                let (setup, found) = (self.setup, &mut *self.found);
+                let light = match setup.transport {
+                    Transport::Whitted => whitted::miss(setup, &path, missed, found),
+                    Transport::Path => path_tracing::miss(setup, self.photons, &path, missed, found),
                 };
                 let radiance = path.radiance + light;
-                let group = self.setup.scene.around_group;
-                if group != NONE {
-                    self.found.add(&path, Int::splat(group), light, false, around);
-                    sink.take_groups(self.found);
-                }
+                sink.take_groups(found);
                 let (mut r, mut g, mut b) = ([0.0; 16], [0.0; 16], [0.0; 16]);
                 let (mut pixel, mut sample) = ([0; 16], [0; 16]);
                 radiance.r.store(&mut r);

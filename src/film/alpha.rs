@@ -1,0 +1,44 @@
+//! The opacity of pixels (alpha).
+
+use std::borrow::Cow;
+
+use super::Film;
+use crate::math::Rgb;
+
+impl Film {
+    /// The radiance of what pixels show by themselves: [`unassociated`].
+    pub(crate) fn own_radiance(&self) -> Vec<Rgb> {
+        let radiance = self.radiance();
+        match self.alpha() {
+            Some(alpha) => unassociated(&radiance, Some(&alpha)).into_owned(),
+            None => radiance,
+        }
+    }
+}
+
+/// The colours of pixels by themselves (unassociated alpha): radiance divided by opacity, both row by row; black where
+/// nothing is. Radiance in a film is associated with alpha (Porter and Duff 1984): it counts as much as the pixel is
+/// covered. Without alpha, the radiance itself.
+pub fn unassociated<'a>(radiance: &'a [Rgb], alpha: Option<&[f32]>) -> Cow<'a, [Rgb]> {
+    let Some(alpha) = alpha else { return Cow::Borrowed(radiance) };
+    let own = |(light, alpha): (&Rgb, &f32)| if *alpha > 0.0 { *light * (1.0 / alpha) } else { Rgb::BLACK };
+    Cow::Owned(radiance.iter().zip(alpha).map(own).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_over_anything_are_those_of_the_pixel_and_what_shows_through_it() {
+        let (color, behind) = (Rgb::new(0.5, 2.0, 0.0), Rgb::new(3.0, 0.25, 1.0));
+        for alpha in [1e-3, 0.25, 1.0] {
+            let own = unassociated(&[color], Some(&[alpha]))[0];
+            let over = own * alpha + behind * (1.0 - alpha);
+            let expected = color + behind * (1.0 - alpha);
+            assert!((over.r - expected.r).abs() < 1e-6 && (over.g - expected.g).abs() < 1e-6);
+        }
+        assert_eq!(unassociated(&[color], Some(&[0.0]))[0], Rgb::BLACK);
+        assert_eq!(unassociated(&[color], None)[0], color);
+    }
+}
