@@ -21,7 +21,7 @@ use crate::world::{Caustics, DepthLimits, Settings, Sharing};
 
 /// The options that only one run has: its part of the samples, its end, its outputs, its views.
 const OF_ONE_RUN: &str =
-    "until max-time checkpoint samples shard output tev spp frames watch paranoid preview";
+    "until max-time checkpoint samples shard output tev spp frames turntable watch paranoid preview";
 /// The options that change nothing in an image, or whose values its header holds.
 const WITHOUT_TRACE: &str = "schedule wave threads simd checkpoint output max-time until shard samples bits quality spp \
     frames fps tev progress memory quiet json overwrite denoise preview allow-outside";
@@ -172,6 +172,10 @@ impl CommandLine {
             look_at,
             orbit,
             zoom,
+            fov_degrees,
+            focal_length_mm,
+            f_stop,
+            focus,
             background,
             env_turn_degrees,
             env_strength,
@@ -200,6 +204,10 @@ impl CommandLine {
         }
         self.option("orbit", orbit.map(|[right, up]| format!("{right},{up}")));
         self.option("zoom", zoom.as_ref());
+        self.option("fov", fov_degrees.as_ref());
+        self.option("focal-length", focal_length_mm.as_ref());
+        self.option("f-stop", f_stop.as_ref());
+        self.option("focus", focus.as_ref());
         self.switch("ground", *ground);
         self.option("background", background.as_ref());
         self.option("size", size.map(|[width, height]| format!("{width}x{height}")));
@@ -216,6 +224,7 @@ impl CommandLine {
             caustics,
             adaptive,
             light_groups,
+            transparent,
             transport,
             seed,
             build_quality,
@@ -257,6 +266,7 @@ impl CommandLine {
         let adaptive = changed(adaptive, &authored.adaptive);
         self.0.extend(adaptive.map(|it| vec![format!("--adaptive={}", name_of(ADAPTIVE, it))]));
         self.switch("light-groups", *light_groups && !authored.light_groups);
+        self.switch("transparent", *transparent && !authored.transparent);
         self.option("seed", changed(seed, &authored.seed));
     }
 }
@@ -324,14 +334,20 @@ fn of_part(header: &FilmHeader, part: [&str; 2], file: &Path) -> CommandLine {
 pub fn of_whole(header: &FilmHeader) -> CommandLine {
     let FilmHeader { settings, view, note, .. } = header;
     let typed = CommandLine::parse(&note.command);
-    let is_frame = typed.0.iter().any(|words| name(words) == "frames");
+    let is_frame = typed.0.iter().any(|words| ["frames", "turntable"].contains(&name(words)));
+    let is_turned = typed.0.iter().any(|words| name(words) == "turntable");
     let mut line = CommandLine::of(["rayfront"]);
     line.extend(&typed.without(OF_ONE_RUN));
     // A film that was continued may have more samples than its command.
     line.option("spp", Some(settings.samples));
     if is_frame {
         // The frames have one exposure in common.
+        line = line.without("time");
         line.option("time", view.options.time_s);
+        if is_turned {
+            line = line.without("orbit");
+            line.option("orbit", view.options.edits.orbit.map(|[right, up]| format!("{right},{up}")));
+        }
         if !settings.auto_exposure {
             line = line.without("exposure");
             line.option("exposure", Some(settings.exposure_ev));
@@ -488,14 +504,15 @@ mod tests {
             "--time=-1.25 --variant=-1 --scene 2 --animation walk --light-units watt --solid-glass --double-sided",
             "--light-units candela --time 0.1 --var height=-1.2 --var paint=(0.8,0.1,0.1)",
             "--env none --set a --set b=c --only d --hide e --hide f --ground --background #fff",
-            "--env sky:-3.5,90 --orbit=-30,10.1 --zoom 0.3 --size 7x9",
+            "--env sky:-3.5,90 --orbit=-30,10.1 --zoom 0.3 --size 7x9 --fov 30.5 --f-stop 2.8 --focus a",
+            "--focal-length 85 --focus 3,4",
             "--env sky:45,220 --look-at -1,2,3 4,5,-6 --background 1,0.5,0",
             "--up z --env studio --env-turn=-90.5 --env-strength 0.25",
-            "--env studio --depth 3 --diffuse-depth 2 --glossy-depth 0 --transmission-depth 1000",
+            "--env studio --depth 3 --diffuse-depth 2 --glossy-depth 0 --transmission-depth 500",
             "--env /a/sky.hdr --sampler jittered --sharing 16 --adaptive=unbiased --seed 18446744073709551615",
             "--caustics 0.25,3.5 --sharing off",
             "--caustics off",
-            "--sharing off --adaptive --light-groups --spp 3 --transport path --sampler independent --quality high",
+            "--sharing off --adaptive --light-groups --transparent --spp 3 --transport path --sampler independent --quality high",
         ];
         for line in options {
             let (options, settings) = understood(line.split(' ').map(String::from));

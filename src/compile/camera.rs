@@ -2,14 +2,19 @@
 
 use hecs::Entity;
 
+use crate::bvh::{AnyHitFilter, Stack, closest_ray};
 use crate::error::CompileError;
 use crate::film::texels::linear_colors;
 use crate::math::{Aabb, DAffine3, DVec3, Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
-use crate::scene::{Aperture, CompiledCamera, HalfSize, Lens, Perspective, Projection, StereoPair};
+use crate::scene::{
+    Aperture, CompiledCamera, CompiledScene, HalfSize, Lens, Perspective, Projection, StereoPair,
+};
+use crate::shading::camera::CameraImage;
+use crate::simd::Isa;
 use crate::world::names::is_same_name;
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
-use crate::world::{self, FisheyeMapping, FocusOn, Image, Shape, Stereo, World};
+use crate::world::{self, FisheyeMapping, FocusAt, FocusOn, Image, Shape, Stereo, World};
 
 /// The names of all cameras, in the order of the world; a camera without a name is called `entity N`.
 pub fn camera_names(world: &World) -> Vec<String> {
@@ -37,6 +42,33 @@ pub(super) fn find(
             })
         }
     }
+}
+
+/// A camera that focuses on what is seen at a place of the image, once the scene is there to be seen.
+pub(super) fn focused(
+    scene: &CompiledScene,
+    world: &World,
+    transforms: &WorldTransforms,
+    (entity, mut camera): (Entity, world::Camera),
+) -> Result<CompiledCamera, CompileError> {
+    let place = world.entities.get::<&FocusAt>(entity).ok().map(|place| place.0);
+    let (Some(place), Some(distance)) = (place, camera.focus_distance_m()) else { return Ok(scene.camera) };
+    let size = world.settings.size;
+    let [x, y] = [0, 1].map(|axis: usize| place[axis] * size[axis] as f32);
+    let (ray, _) =
+        CameraImage::new(&scene.camera, size).ray::<f32>((x, y), (x.floor(), y.floor()), (0.0, 0.0));
+    let hit =
+        closest_ray(Isa::PORTABLE, &scene.bvh, &ray, AnyHitFilter::ACCEPT_ALL, &mut Stack::new(&scene.bvh));
+    if hit.is_miss() {
+        let [x, y] = [x, y].map(f32::floor);
+        let reason = format!(
+            "it cannot focus on pixel {x},{y}, where nothing is: choose another, or an entity (--focus)"
+        );
+        return Err(entity_error(world, entity, reason));
+    }
+    let [dx, dy, dz] = [ray.direction.x, ray.direction.y, ray.direction.z];
+    *distance = hit.t * Vec3::new(dx, dy, dz).dot(scene.camera.forward);
+    Ok(compile(world, transforms, (entity, camera))?.0)
 }
 
 pub(super) fn compile(

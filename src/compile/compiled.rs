@@ -107,8 +107,8 @@ pub fn compile_after(
             Ok::<_, CompileError>(emitters::compile(&surfaces, &lamps, &environment.output))
         },
     )?;
-    let bounds = bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds);
     let mut scene = CompiledScene {
+        bounds: bvh.root.map_or(Aabb { min: Vec3::ZERO, max: Vec3::ZERO }, |root| root.bounds),
         origin,
         camera,
         aperture,
@@ -124,10 +124,10 @@ pub fn compile_after(
         environment: environment.output.clone(),
         around_group: groups.around,
         ambient: world.settings.ambient,
-        bounds,
         light_groups: groups.names.clone(),
         warnings: Vec::new(),
     };
+    scene.camera = camera::focused(&scene, world, transforms, found)?;
     scene.warnings = warnings(&scene, world);
     scene.warnings.extend(open_surfaces::told(&open_surfaces.output));
     let too_many = many_light_meshes(emitters.output.left_out, world);
@@ -279,7 +279,7 @@ mod tests {
         assert!(told(&|_| ()));
         assert!(told(&|world| world.settings.transport = Transport::Path));
         assert!(!told(&|world| world.settings.ambient = Rgb::WHITE));
-        let lamp = Light::Point { power_w: Rgb::WHITE, falloff: Falloff::InverseSquare };
+        let lamp = Light::Point { power_w: Rgb::WHITE, falloff: Falloff::InverseSquare, radius_m: 0.0 };
         assert!(!told(&|world| {
             world.entities.spawn((lamp.clone(), Transform::IDENTITY));
         }));

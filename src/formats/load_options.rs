@@ -1,6 +1,7 @@
 //! Options for reading a scene: the moment, the surroundings and changes of values.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -128,7 +129,7 @@ impl UpAxis {
 }
 
 /// Changes to a scene beyond its files. They are applied in this order: `env_turn_degrees`, `env_strength`, `look_at`,
-/// `set`, `only`, `hide`, `background`, `orbit`, `zoom`, `ground`.
+/// `set`, `only`, `hide`, `background`, `fov_degrees`, `focal_length_mm`, `f_stop`, `focus`, `orbit`, `zoom`, `ground`.
 ///
 /// `only` and `hide` hold queries, which select entities. A query is a kind of component (`Light`), perhaps with a name
 /// or filters in brackets (`Mesh["floor"]`, `Light[name~"lamp*", parent="stage"]`), or only a name (`"lamp*"`); queries
@@ -157,6 +158,20 @@ pub struct Edits {
     /// The factor by which cameras come nearer to the point that they look at, from 0.001 to 1000. An orthographic
     /// camera shows a part that is smaller by this factor instead.
     pub zoom: Option<f64>,
+    /// The vertical angle of view of cameras with a lens (and of pinholes), in degrees, between 0 and 180.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fov_degrees: Option<f64>,
+    /// Their focal length in millimetres, 0.1 to 100,000: with a sensor of 36 mm along the image's longer side (full
+    /// frame), or the camera's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub focal_length_mm: Option<f64>,
+    /// Their f-number, 0.01 to 1000. A camera without a focus focuses on what is in the middle of the image, unless
+    /// there is a `focus`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub f_stop: Option<f64>,
+    /// The name of the entity that is in focus, or the pixel of the image, `X,Y` from its top left.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub focus: Option<String>,
     /// The radiance that rays see if they hit nothing: a colour or a gradient as in scene files, such as `0.2`, of
     /// which the quotes of `#c03020` and the parentheses of `0.1, 0.2, 0.3` may be missing. If there is an
     /// environment or a sky, only the camera sees it, and they still give light.
@@ -173,6 +188,10 @@ pub struct Edits {
 }
 
 impl Edits {
+    /// The range of [`Edits::focal_length_mm`].
+    pub(crate) const FOCAL_LENGTHS_MM: RangeInclusive<f64> = 0.1..=100_000.0;
+    /// The range of [`Edits::f_stop`].
+    pub(crate) const F_STOPS: RangeInclusive<f64> = 0.01..=1000.0;
     /// The largest [`Edits::env_strength`].
     pub const MOST_STRENGTH: f32 = 1e6;
 
@@ -184,6 +203,7 @@ impl Edits {
     /// Leaves cameras where the files put them.
     pub(crate) fn forget_camera(&mut self) {
         (self.look_at, self.orbit, self.zoom) = (None, None, None);
+        (self.fov_degrees, self.focal_length_mm, self.f_stop, self.focus) = (None, None, None, None);
     }
 }
 

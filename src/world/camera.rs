@@ -186,3 +186,8 @@ fields! {
 /// has none. The camera's own distance does not count then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FocusOn(pub hecs::Entity);
+
+/// Keeps the lens of an entity's [`Camera`] focused on what is seen at a place of the image, in its widths and heights from
+/// its top left corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FocusAt(pub [f32; 2]);

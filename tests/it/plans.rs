@@ -63,6 +63,17 @@ fn planned_frames_equal_those_of_one_process() {
         Path::new("/").shell(line).ends(0, &[]);
     }
     check("c");
+    here.out(&format!("{}/fade.ron --turntable 3 --time 1 -o turned.#.png", here.display()));
+    here.out("plan fade.ron --for commands --folder t -o t.#.png -- --turntable 3 --time 1");
+    for line in here.text("t/parts.txt").lines() {
+        Path::new("/").shell(line).ends(0, &[]);
+    }
+    for frame in 1..=3 {
+        assert!(
+            here.bytes(&format!("t.{frame}.png")) == here.bytes(&format!("turned.{frame}.png")),
+            "{frame}"
+        );
+    }
     here.out("plan fade.ron --for openjd --folder o -o o.#.png -- --frames 0-2 --fps 1");
     let (template, program) = (template(&here.join("o")), env!("CARGO_BIN_EXE_rayfront"));
     let [scene, image] = ["fade.ron", "o.#.png"].map(|name| here.join(name).to_string_lossy().into_owned());

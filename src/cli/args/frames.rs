@@ -13,8 +13,11 @@ pub struct FrameOptions {
     /// Frames of an animation, such as 1-48, 1-48x2 (every other), 1,3,7-9 or all; 7/1-48 renders only frame 7 of these,
     /// with the exposure common to all, and auto/1-48 the one selected by the scheduler's task number; #### in -o
     /// stands for the frame's number
-    #[arg(long, value_name = "LIST", value_parser = parse, conflicts_with = "time")]
+    #[arg(long, value_name = "LIST", value_parser = parse)]
     pub frames: Option<Frames>,
+    /// Turn cameras once around what they look at, in this many frames, 1 to N; --frames chooses some of them
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST)))]
+    pub turntable: Option<u32>,
     /// Frames per second: frame N is at N / fps seconds
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_fps)]
     pub fps: f32,
@@ -24,6 +27,14 @@ pub struct FrameOptions {
     /// Number of moments within that time at which the scene is rendered, each with its part of the samples
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=i64::from(RenderedView::MOST_MOMENTS)))]
     pub moments: u32,
+}
+
+impl FrameOptions {
+    /// The frames that the options name, if they name any.
+    pub fn given(&self) -> Option<Frames> {
+        let around = |count| Frames { ranges: vec![[1, count, 1]], of_them: OfThem::All };
+        self.frames.clone().or(self.turntable.map(around))
+    }
 }
 
 /// A list of frames.

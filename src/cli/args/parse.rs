@@ -76,6 +76,21 @@ pub fn parse_zoom(text: &str) -> Result<f64, String> {
     factor.ok_or_else(|| "expected a factor from 0.001 to 1000: 2 is twice as near".into())
 }
 
+pub fn parse_fov(text: &str) -> Result<f64, String> {
+    let degrees = text.trim().parse().ok().filter(|degrees: &f64| *degrees > 0.0 && *degrees < 180.0);
+    degrees.ok_or_else(|| "expected degrees between 0 and 180, such as 40".into())
+}
+
+pub fn parse_focal_length(text: &str) -> Result<f64, String> {
+    let length = text.trim().parse().ok().filter(|length| Edits::FOCAL_LENGTHS_MM.contains(length));
+    length.ok_or_else(|| "expected millimetres from 0.1 to 100000: 50 sees as people do".into())
+}
+
+pub fn parse_f_stop(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|number| Edits::F_STOPS.contains(number));
+    number.ok_or_else(|| "expected an f-number from 0.01 to 1000, such as 2.8".into())
+}
+
 pub fn parse_exposure(text: &str) -> Result<f32, String> {
     let stops = text.parse().ok().filter(|s: &f32| s.is_finite() && s.abs() <= 64.0);
     stops.ok_or_else(|| "expected a number of stops from -64 to 64".into())

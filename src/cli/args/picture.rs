@@ -6,8 +6,9 @@ use super::names::{
     ADAPTIVE, LIGHT_UNITS, QUALITIES, SAMPLERS, TONEMAPS, TRANSPORTS, TransportChoice, UP_AXES, one_of,
 };
 use super::parse::{
-    Exposure, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_place, parse_sharing, parse_size,
-    parse_strength, parse_time, parse_turn, parse_variable, parse_zoom,
+    Exposure, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_f_stop, parse_focal_length,
+    parse_fov, parse_place, parse_sharing, parse_size, parse_strength, parse_time, parse_turn,
+    parse_variable, parse_zoom,
 };
 use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, UpAxis};
 use crate::world::{
@@ -41,6 +42,10 @@ pub struct SampleOptions {
     /// Name of the camera to look through [default: the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
+    /// Show nothing where nothing is hit, and count the opacity of pixels for PNG, WebP and OpenEXR files; environments
+    /// still give light
+    #[arg(long)]
+    pub transparent: bool,
     /// The options of light transport.
     #[command(flatten)]
     pub light: LightOptions,
@@ -53,6 +58,7 @@ impl SampleOptions {
         let settings = &mut world.settings;
         settings.samples = self.spp.unwrap_or(settings.samples);
         settings.seed = self.seed.unwrap_or(settings.seed);
+        settings.transparent |= self.transparent;
         settings.build_quality = self.quality.unwrap_or(settings.build_quality);
     }
 }
@@ -251,6 +257,19 @@ pub struct EditOptions {
     /// Move cameras this many times closer to their targets
     #[arg(long, value_name = "FACTOR", value_parser = parse_zoom)]
     pub zoom: Option<f64>,
+    /// Vertical angle of view of cameras, in degrees
+    #[arg(long, alias = "vfov", value_name = "DEGREES", value_parser = parse_fov)]
+    pub fov: Option<f64>,
+    /// Focal length of cameras in millimetres, for full frame (36 mm along the longer side) or the camera's own sensor
+    #[arg(long, value_name = "MM", value_parser = parse_focal_length, conflicts_with = "fov")]
+    pub focal_length: Option<f64>,
+    /// F-number of cameras, such as 2.8: what is not in focus is blurred; without --focus, a camera that has no focus yet
+    /// focuses on what is in the middle of the image
+    #[arg(long, alias = "fstop", value_name = "N", value_parser = parse_f_stop)]
+    pub f_stop: Option<f64>,
+    /// Focus on an entity, or on what a pixel of the image shows
+    #[arg(long, value_name = "NAME|X,Y")]
+    pub focus: Option<String>,
     /// Put a grey floor under everything
     #[arg(long)]
     pub ground: bool,
@@ -263,9 +282,13 @@ pub struct EditOptions {
 impl EditOptions {
     /// Returns the edits in the form that loaders expect.
     pub fn edits(self) -> Edits {
-        let EditOptions { set, only, hide, look_at, orbit, zoom, ground, background } = self;
+        let EditOptions { set, only, hide, look_at, orbit, zoom, fov, focal_length, f_stop, focus, .. } =
+            self;
+        let EditOptions { ground, background, .. } = self;
         let look_at = look_at.try_into().ok();
-        Edits { set, only, hide, look_at, orbit, zoom, ground, background, ..Edits::default() }
+        let lens =
+            Edits { fov_degrees: fov, focal_length_mm: focal_length, f_stop, focus, ..Edits::default() };
+        Edits { set, only, hide, look_at, orbit, zoom, ground, background, ..lens }
     }
 }
 

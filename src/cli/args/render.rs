@@ -12,7 +12,6 @@ use super::picture::{ModelOptions, PictureOptions, SampleOptions};
 use super::shard::{ShardOption, parse_shard};
 use crate::cli::failure::Failure;
 use crate::film::Region;
-use crate::formats::LoadOptions;
 use crate::formats::film_file::RenderedView;
 use crate::world::World;
 
@@ -101,19 +100,32 @@ impl Render {
     /// Returns the frames of the command; those of `all` depend on the scene, which is read for it.
     pub fn frames_of_scene(&self) -> Result<Option<Frames>, Failure> {
         let end = || {
-            let options = self.view(Some(0.0)).options;
+            let options = self.view(Some(0)).options;
             Ok(crate::formats::load_with(&self.scene, &options)?.animation_end_s)
         };
-        self.frames.frames.clone().map(|frames| frames.until(self.frames.fps, end)).transpose()
+        if self.frames.frames.is_some() && self.frames.turntable.is_none() && self.model.time.is_some() {
+            let reason = "the frames say which moments are rendered: leave it out, or add --turntable";
+            return Err(Failure::command_line(format!("--time: {reason}")));
+        }
+        self.frames.given().map(|frames| frames.until(self.frames.fps, end)).transpose()
     }
 
-    /// Returns the view of the scene that is rendered, at a time.
-    pub fn view(&self, time_s: Option<f32>) -> RenderedView {
-        let FrameOptions { fps, shutter, moments, .. } = self.frames;
+    /// Returns the view of the scene that is rendered, alone or as a frame.
+    pub fn view(&self, frame: Option<u32>) -> RenderedView {
+        let FrameOptions { fps, shutter, moments, turntable, .. } = self.frames;
         let (shutter_s, moments) = (shutter.map(|part| part / fps), shutter.and(Some(moments)));
         let SampleOptions { camera, size, .. } = &self.picture.sampling;
         let (camera, size) = (camera.clone(), *size);
-        let options = LoadOptions { time_s, ..self.model.of_size(size) };
+        let mut options = self.model.of_size(size);
+        match (frame, turntable) {
+            (None, _) => {}
+            (Some(frame), None) => options.time_s = Some(frame as f32 / fps),
+            (Some(frame), Some(count)) => {
+                let [right, up] = options.edits.orbit.unwrap_or_default();
+                let turn = 360.0 * (f64::from(frame) - 1.0) / f64::from(count);
+                options.edits.orbit = Some([right + turn, up]);
+            }
+        }
         RenderedView { camera, shutter_s, moments, options }
     }
 }

@@ -1,5 +1,7 @@
 //! Validation of film headers: their numbers must lie within the bounds of the options they come from.
 
+use std::ops::RangeInclusive;
+
 use super::header::{Begun, FilmHeader, PROGRAM, RenderedView};
 use crate::error::words;
 use crate::film::{Allocation, MOST_LIGHT_GROUPS, Region};
@@ -94,6 +96,11 @@ impl RenderedView {
             self.options.edits.orbit.is_none_or(|angles| all(&angles, RenderedView::MOST_DEGREES)),
         )?;
         let edits = &self.options.edits;
+        is_true("fov_degrees", edits.fov_degrees.is_none_or(|fov| fov > 0.0 && fov < 180.0))?;
+        let is_within =
+            |value: Option<f64>, range: &RangeInclusive<f64>| value.is_none_or(|it| range.contains(&it));
+        is_true("focal_length_mm", is_within(edits.focal_length_mm, &Edits::FOCAL_LENGTHS_MM))?;
+        is_true("f_stop", is_within(edits.f_stop, &Edits::F_STOPS))?;
         is_true(
             "env_turn_degrees",
             edits.env_turn_degrees.is_none_or(|angle| all(&[angle], RenderedView::MOST_DEGREES)),

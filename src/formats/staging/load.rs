@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{auto_camera, framing, surroundings};
+use super::{auto_camera, framing, lens, surroundings};
 use crate::error::Diagnostic;
 use crate::error::{LoadError, did_you_mean};
 use crate::formats::{Edits, Files, LoadOptions, MESHES, extension, ron};
@@ -95,6 +95,7 @@ pub fn load_again(path: &Path, options: &LoadOptions, sources: &SourceFiles) -> 
     // The choice depends on the surroundings and the edits, too.
     world.choose_transport();
     world.settings.size = options.size.unwrap_or(world.settings.size);
+    lens::change(&mut world, &options.edits)?;
     auto_camera::place(&mut world, options, || {
         let Edits { set, only, hide, .. } = options.edits.clone();
         let edits = Edits { set, only, hide, ..Edits::default() };

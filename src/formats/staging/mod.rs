@@ -5,6 +5,7 @@ pub(super) mod bounding_points;
 mod edits;
 mod emission;
 mod framing;
+mod lens;
 pub(crate) mod load;
 mod studio;
 mod surroundings;

@@ -142,13 +142,11 @@ impl<'a> Jobs<'a> {
         let tasks = Tasks::of(plan.shards, arguments.render.frames_of_scene()?)?;
         let tasks_merge = matches!(tasks, Tasks::Shards(_));
         let (here, folder, images) = plan.places(&scene, &tasks)?;
-        let time_s = match &tasks {
-            Tasks::Shards(_) => arguments.render.model.time,
-            Tasks::Frames(frames) => {
-                frames.numbers().next().map(|frame| frame as f32 / arguments.render.frames.fps)
-            }
+        let first = match &tasks {
+            Tasks::Shards(_) => None,
+            Tasks::Frames(frames) => frames.numbers().next(),
         };
-        let (job, resources) = Resources::of(plan, &scene, time_s, &arguments.render)?;
+        let (job, resources) = Resources::of(plan, &scene, first, &arguments.render)?;
         let settings = &job.header.settings;
         let samples = settings.samples;
         if let Tasks::Shards(shards) = tasks

@@ -33,7 +33,7 @@ impl Resources {
     pub fn of(
         plan: &PlanArguments,
         scene: &Path,
-        time_s: Option<f32>,
+        frame: Option<u32>,
         options: &Render,
     ) -> Result<(Job, Resources), Failure> {
         if plan.engine == Engine::Commands && plan.time_limit.is_some() {
@@ -52,7 +52,7 @@ impl Resources {
         });
         let before = memory::resident();
         let (job, bytes) = on_threads(cores.unwrap_or(0) as usize, || {
-            let job = Job::load(scene, options.view(time_s), options.run.work.quiet, |world| {
+            let job = Job::load(scene, options.view(frame), options.run.work.quiet, |world| {
                 options.apply(world);
             })?;
             let needs = needs(plan, options, job.header.region);

@@ -28,7 +28,8 @@ impl ExistingImages<'_> {
     }
 
     /// True if the images of a frame exist and are complete, so that they are kept. Reports what is done.
-    pub fn are_kept(&mut self, images: &[PathBuf], frame: u32, time_s: f32) -> bool {
+    pub fn are_kept(&mut self, images: &[PathBuf], frame: u32) -> bool {
+        let time_s = self.arguments.view(Some(frame)).options.time_s;
         if !images.iter().all(|image| image.exists()) {
             return false;
         }
@@ -55,7 +56,7 @@ impl ExistingImages<'_> {
 
     /// Returns how an image's record differs from this command, number of samples and time, in words that follow "it
     /// was rendered"; `None` for an image without a record.
-    fn difference(&mut self, image: &Path, time_s: f32) -> Option<String> {
+    fn difference(&mut self, image: &Path, time_s: Option<f32>) -> Option<String> {
         let Render { picture, scene, .. } = self.arguments;
         let header = header_of_image(image).ok()?;
         let changed = self.changed.entry(header.scene.hash.clone());
@@ -63,7 +64,7 @@ impl ExistingImages<'_> {
             Some("by another command".into())
         } else if picture.sampling.spp.is_some_and(|samples| header.settings.samples != samples) {
             Some(format!("with {} samples", header.settings.samples))
-        } else if header.view.options.time_s.is_some_and(|before| before != time_s) {
+        } else if header.view.options.time_s != time_s {
             Some("at another time".into())
         } else {
             let changed = changed.or_insert_with(|| header.scene.changed(scene)).as_ref()?;

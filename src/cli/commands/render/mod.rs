@@ -41,7 +41,7 @@ pub fn run(arguments: &Render, line: CommandLine) -> Result<ExitCode, Failure> {
         None if arguments.watch.watch => command.watch(&outputs),
         None => {
             let mut session = LoadSession::new(arguments.frames.shutter.is_some());
-            command.render(outputs, arguments.model.time, &mut session)
+            command.render(outputs, None, &mut session)
         }
         Some(frames) => command.all_frames(&outputs, &frames),
     })??;
@@ -53,7 +53,7 @@ fn outputs(arguments: &Render, shard: Option<[u32; 2]>) -> Result<Outputs, Failu
     let image = default_image(&arguments.scene);
     match (shard, &arguments.output.output[..]) {
         (None, []) => {
-            let is_one = arguments.frames.frames.is_none();
+            let is_one = arguments.frames.given().is_none();
             let images = vec![if is_one { image } else { image.with_extension("####.png") }];
             Ok(Outputs { images, ..Outputs::default() })
         }
@@ -91,11 +91,11 @@ impl RenderCommand<'_> {
 
     /// Renders again whenever a file has changed, until it is interrupted.
     fn watch(&self, outputs: &Outputs) -> Result<u8, Failure> {
-        let Render { watch, model, .. } = self.arguments;
+        let watch = &self.arguments.watch;
         let interrupt = Interrupt::watch();
         let mut session = LoadSession::watching(watch.paranoid);
         loop {
-            match self.render(outputs.clone(), model.time, &mut session) {
+            match self.render(outputs.clone(), None, &mut session) {
                 Err(failure) if failure.is_closed_pipe() => return Err(failure),
                 // The user is about to mend what is broken now.
                 Err(failure) => output::note(format_args!("error: {failure}")),
@@ -115,7 +115,6 @@ impl RenderCommand<'_> {
     /// Renders frame after frame, except those whose images exist and are complete.
     fn all_frames(&self, outputs: &Outputs, frames: &Frames) -> Result<u8, Failure> {
         let Render { frames: options, output, part, .. } = self.arguments;
-        let time_of = |frame: u32| frame as f32 / options.fps;
         let several = frames.numbers().count() > 1;
         if several && outputs.stdout_image.is_some() {
             let reason =
@@ -137,11 +136,11 @@ impl RenderCommand<'_> {
             let named = frames::named(outputs, frame, several)?;
             let outputs = Outputs { to_stdout: outputs.to_stdout && !shows, video, ..named };
             let files_alone = outputs.film.is_none() && !outputs.takes_stdout();
-            if files_alone && !output.overwrite && existing.are_kept(&outputs.images, frame, time_of(frame)) {
+            if files_alone && !output.overwrite && existing.are_kept(&outputs.images, frame) {
                 continue;
             }
             if let Some(first) = exposing.take() {
-                let job = self.load(Some(time_of(first)), &mut session)?;
+                let job = self.load(Some(first), &mut session)?;
                 session.exposure_ev = pilot::exposure_ev(&job, self.arguments.run.stop.max_time)?;
                 if let Some(ev) = session.exposure_ev {
                     self.note(format_args!(
@@ -149,7 +148,7 @@ impl RenderCommand<'_> {
                     ));
                 }
             }
-            code = self.render(outputs, Some(time_of(frame)), &mut session)?;
+            code = self.render(outputs, Some(frame), &mut session)?;
             if code != 0 {
                 break;
             }
@@ -158,10 +157,10 @@ impl RenderCommand<'_> {
         Ok(code)
     }
 
-    /// Loads the scene at a time.
-    fn load(&self, time_s: Option<f32>, session: &mut LoadSession) -> Result<Job, Failure> {
+    /// Loads the scene, alone or as it is in a frame.
+    fn load(&self, frame: Option<u32>, session: &mut LoadSession) -> Result<Job, Failure> {
         let arguments = self.arguments;
-        let (view, quiet) = (arguments.view(time_s), arguments.run.work.quiet);
+        let (view, quiet) = (arguments.view(frame), arguments.run.work.quiet);
         let exposure_ev = session.exposure_ev;
         let mut job = Job::load_frame(&arguments.scene, view, quiet, session, |world| {
             arguments.apply(world);
@@ -173,15 +172,10 @@ impl RenderCommand<'_> {
         Ok(job)
     }
 
-    /// Renders the scene at a time; returns the exit code.
-    fn render(
-        &self,
-        outputs: Outputs,
-        time_s: Option<f32>,
-        session: &mut LoadSession,
-    ) -> Result<u8, Failure> {
+    /// Renders the scene, alone or as it is in a frame; returns the exit code.
+    fn render(&self, outputs: Outputs, frame: Option<u32>, session: &mut LoadSession) -> Result<u8, Failure> {
         let Render { output, run, watch, crop, .. } = self.arguments;
-        let mut job = self.load(time_s, session)?;
+        let mut job = self.load(frame, session)?;
         job.crop(*crop)?;
         if let ControlFlow::Break(code) = self.choose_samples(&mut job)? {
             return Ok(code);

@@ -26,8 +26,8 @@ use crate::files;
 use crate::math::{DVec3, Vec3};
 use crate::world::assets::NamedMaterial;
 use crate::world::{
-    Array, Camera, FocusOn, FromModel, Light, LightGroup, MaterialId, Model, Modifiers, Name, Overrides,
-    Parent, ScatteredCopies, Shape, Stereo, Transform, WithoutCaustics, World,
+    Array, Camera, FocusAt, FocusOn, FromModel, Light, LightGroup, MaterialId, Model, Modifiers, Name,
+    Overrides, Parent, ScatteredCopies, Shape, Stereo, Transform, WithoutCaustics, World,
 };
 
 /// The longest entity on one line, in characters; longer entities take a line for each key.
@@ -273,6 +273,9 @@ fn one_entity(
     }
     if let Ok(stereo) = world.entities.get::<&Stereo>(entity) {
         keys.push(format!("stereo: {}", stereo_pair(&stereo, paths).map_err(within)?));
+    }
+    if world.entities.satisfies::<&FocusAt>(entity) {
+        return Err(within("it focuses on a pixel: focus it on an entity instead".to_owned()));
     }
     if let Ok(focused) = world.entities.get::<&FocusOn>(entity) {
         let name = reference(world, names, focused.0);
