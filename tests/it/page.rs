@@ -203,6 +203,7 @@ fn values_of_a_moved_camera_keep_its_place() {
     let moved = shown.image();
     assert_eq!(shown.wish(json!({"save_edits": true})).0, 200);
     assert!(shown.image() == moved && rendered(&shown.scene()) == moved);
+    assert!(!std::fs::read_to_string(shown.scene()).expect("the scene").contains("edits"));
     // A camera that is saved after both has no value of before.
     assert_eq!(shown.wish(json!({"set": r#"Camera[name="eye"].camera.vertical_fov_degrees = 50"#})).0, 200);
     assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200);

@@ -156,14 +156,11 @@ impl<'a> SceneFile<'_, 'a> {
     }
 }
 
-/// A component's text with a statement carried out; none if it is no structure, but a name or a variable.
+/// A component's text with a statement carried out; none for a field of what is no structure, but a name or a variable.
 fn edited(statement: &Statement, component: &str) -> Option<String> {
     let (_, rest) = scan::split_identifier(component);
     let is_structure = scan::skip_blank(rest).starts_with('(');
-    if statement.path.is_empty() || !is_structure {
-        return None;
-    }
-    statement.edited(component).ok()
+    (statement.path.is_empty() || is_structure).then(|| statement.edited(component).ok()).flatten()
 }
 
 #[cfg(test)]
