@@ -11,12 +11,13 @@ use clap::parser::ValueSource;
 use clap::{Arg, Args, Command};
 
 use super::args::{
-    ADAPTIVE, LIGHT_UNITS, ProcessLimits, QUALITIES, Render, SAMPLERS, TRANSPORTS, UP_AXES, name_of,
-    parse_place,
+    ADAPTIVE, LIGHT_UNITS, ProcessLimits, QUALITIES, Render, SAMPLERS, TONEMAPS, TRANSPORTS, UP_AXES,
+    name_of, parse_place,
 };
 use crate::formats::film_file::FilmHeader;
 use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions, UpAxis};
 use crate::study::explain::Recipe;
+use crate::view::picture;
 use crate::world::{Caustics, DepthLimits, Settings, Sharing};
 
 /// The options that only one run has: its part of the samples, its end, its outputs, its views.
@@ -356,6 +357,9 @@ pub fn of_whole(header: &FilmHeader) -> CommandLine {
     line
 }
 
+/// The note behind a command that cannot place the camera.
+const NOT_MOVED: &str = "  # but that the camera is where its file says";
+
 /// Returns the command that explains a sample of a render.
 pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
     let Recipe { path, options, camera, authored, settings, is_moved } = recipe;
@@ -365,7 +369,30 @@ pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
     line.loading(options);
     line.option("camera", camera.as_ref());
     line.switch("allow-outside", crate::files::outside_is_allowed());
-    let note = if *is_moved { "  # but that the camera is where its file says" } else { "" };
+    let note = if *is_moved { NOT_MOVED } else { "" };
+    format!("{line}{note}")
+}
+
+/// Returns the command that renders what a page shows, perhaps without its noise.
+pub fn of_picture(recipe: &Recipe, display: picture::Display, is_denoised: bool) -> String {
+    let Recipe { path, options, camera, authored, settings, is_moved } = recipe;
+    let mut line = CommandLine::of(["rayfront", &not_an_option(path)]);
+    line.settings(authored, settings);
+    line.loading(options);
+    line.option("camera", camera.as_ref());
+    let tonemap = changed(&display.tonemap, &authored.tonemap);
+    line.option("tonemap", tonemap.map(|tonemap| name_of(TONEMAPS, tonemap)));
+    match display.exposure_ev {
+        None if authored.auto_exposure => {}
+        None => line.option("exposure", Some("auto")),
+        Some(stops) if !authored.auto_exposure && stops == authored.exposure_ev => {}
+        Some(stops) => line.option("exposure", Some(stops)),
+    }
+    line.switch("denoise", is_denoised);
+    line.switch("allow-outside", crate::files::outside_is_allowed());
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    line.output(Path::new(&format!("{name}.png")));
+    let note = if *is_moved { NOT_MOVED } else { "" };
     format!("{line}{note}")
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::picture::{self, CropWindow, Output, PngBits};
+use super::picture::{self, CropWindow, ImageEncoding, Output, PngBits};
 use super::{film_file, ron};
 use crate::denoise::Denoised;
 use crate::error::{LoadError, SaveError};
@@ -57,8 +57,24 @@ pub fn png_bytes(film: &Film, settings: &Settings, options: &ImageOptions) -> Re
     with_output(film, settings, options, picture::png_bytes)
 }
 
+/// The bytes of an OpenEXR file, as [`save_image_with`] would write it.
+///
+/// Errors: a film without pixels.
+pub(crate) fn exr_bytes(
+    film: &Film,
+    settings: &Settings,
+    options: &ImageOptions,
+) -> Result<Vec<u8>, SaveError> {
+    with_output(film, settings, options, |output| {
+        let mut bytes = Vec::new();
+        let done = picture::encode(&mut bytes, ImageEncoding::OpenExr, output);
+        done.map(|()| bytes).map_err(|error| SaveError::new(Path::new("OpenEXR"), error))
+    })
+}
+
 /// The pixels for a screen: sRGB red, green and blue, and an alpha, which is 255 unless the film counts opacity
-/// ([`Film::alpha`]), one for each pixel of the film's region, row by row from the top. The colours are those of an 8-bit PNG; layers and bits have no effect. Missing denoised pixels
+/// ([`Film::alpha`]), one for each pixel of the film's region, row by row from the top. The colours are those of an
+/// 8-bit PNG; layers and bits have no effect. Missing denoised pixels
 /// are black.
 pub fn rgba8(film: &Film, settings: &Settings, options: &ImageOptions) -> Vec<[u8; 4]> {
     with_output(film, settings, options, |output| {

@@ -12,13 +12,20 @@
 //! | `GET /`, `/page.js`, `/page.css` | the page |
 //! | `GET /events` | server-sent events: the whole status, after every change |
 //! | `GET /status` | the current status as JSON |
-//! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue, 255 per pixel, top row first; headers `X-…` |
+//! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue, 255 per pixel, top row first; headers `X-…`; nothing before the first image |
+//! | `GET /image.exr?layer=L` | an OpenEXR file |
+//! | `POST /reference?name=F`, `GET /reference?exposure=E&tonemap=T` | takes the bytes of an image to compare with; shows it as `/image` does |
+//! | `GET /command?layer=L&exposure=E&tonemap=T` | the command that renders the image |
+//! | `GET /values?layer=L&x0=…&y0=…&x1=…&y1=…` | the numbers of a layer's pixels in a region |
+//! | `GET /outline?entity=NAME` | a byte per pixel: 1 at the entity's border, 2 just outside it |
 //! | `GET /pixel?x=X&y=Y` | the values of a pixel |
 //! | `GET /explain?x=X&y=Y&sample=N` | a sample's paths, with their positions in the image |
 //! | `GET /photons?sample=N` | the end points of a sample's photons, with their positions in the image |
 //! | `POST /do` | carries out a request ([`request::ViewRequest`]) |
 
+mod edits;
 mod explanation;
+mod forms;
 mod photons;
 pub mod picture;
 pub mod request;

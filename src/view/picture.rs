@@ -1,22 +1,27 @@
 //! The displayed layers as eight-bit pixels, and the values of single pixels.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::num::Wrapping;
 use std::str::FromStr;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::viewer::Snapshot;
+use crate::denoise::Denoised;
 use crate::film::exposure::automatic_ev;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::{DisplayTransform, quantise_8_bit, srgb_encode};
-use crate::film::{Features, PixelSum, Region, SampleRanges};
+use crate::film::{Features, Film, PixelSum, Region, SampleRanges};
+use crate::formats::{ImageOptions, exr_bytes};
+use crate::integrator::RenderSetup;
 use crate::math::Rgb;
 use crate::render::{Options, RenderState, Session};
 use crate::sampling::hash::mix;
-use crate::world::Tonemap;
+use crate::world::{Settings, Tonemap};
 
 /// A layer that the page can show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +83,34 @@ pub struct PageImage {
     pub pixels: Vec<u8>,
     /// The exposure in stops.
     pub exposure_ev: f32,
+    /// The meaning of the colours, if they stand for numbers.
+    pub bar: Option<ColorBar>,
+    /// True if noise was removed.
+    pub is_denoised: bool,
+}
+
+/// The numbers that the colours of a layer stand for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ColorBar {
+    /// The unit of the numbers, in ASCII.
+    pub unit: &'static str,
+    /// The number of the first colour.
+    pub low: f32,
+    /// The number of the last colour.
+    pub high: f32,
+    /// Evenly spaced colours.
+    pub colors: Vec<[u8; 3]>,
+}
+
+impl ColorBar {
+    /// The number of its colours.
+    const COLORS: u8 = 17;
+
+    /// A bar from the colour of each fraction of the range.
+    fn new(unit: &'static str, [low, high]: [f32; 2], color: impl Fn(f32) -> [u8; 3]) -> ColorBar {
+        let fraction = |at: u8| f32::from(at) / f32::from(Self::COLORS - 1);
+        ColorBar { unit, low, high, colors: (0..Self::COLORS).map(|at| color(fraction(at))).collect() }
+    }
 }
 
 /// The number of samples whose first hits are averaged for the feature layers.
@@ -87,29 +120,48 @@ const LOOKED_AT: u32 = 4;
 pub fn picture(shown: &Snapshot, layer: Layer, display: Display, factors: &[Rgb]) -> PageImage {
     let shown = &mixed(shown, factors);
     let film = &shown.gathered.film;
-    let own = |colors: Vec<[u8; 3]>, size: [u32; 2]| PageImage {
-        size,
+    let own = |colors: Vec<[u8; 3]>, bar: Option<ColorBar>| PageImage {
+        size: shown.size,
         pixels: colors.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
         exposure_ev: display.exposure_ev.unwrap_or(0.0),
+        bar,
+        is_denoised: false,
     };
     match layer {
-        Layer::Light => light(radiance(shown), shown.size, display),
-        Layer::Denoised => {
-            let denoised = session(shown).and_then(|session| session.denoised());
-            let radiance = denoised.map_or_else(|| radiance(shown), |denoised| denoised.radiance);
-            light(radiance, shown.size, display)
+        Layer::Light => {
+            let radiance = radiance(shown);
+            light(&radiance, shown.size, display, &radiance)
         }
-        Layer::Noise => own(noise(film.pixels()), shown.size),
+        Layer::Denoised => {
+            let denoised = denoised(shown);
+            let (is_denoised, noisy) = (denoised.is_some(), radiance(shown));
+            let radiance = denoised.as_ref().map_or(&noisy, |denoised| &denoised.radiance);
+            PageImage { is_denoised, ..light(radiance, shown.size, display, &noisy) }
+        }
+        Layer::Noise => {
+            let bar = ColorBar::new("%", [0.0, 50.0], |part| heat(part.into()));
+            own(film.pixels().iter().map(|sums| heat(2.0 * noise(sums))).collect(), Some(bar))
+        }
         Layer::Samples => {
-            let count = |p: &PixelSum| f64::from(p.count[0]) + f64::from(p.count[1]);
-            let most = film.pixels().iter().map(count).fold(1.0, f64::max);
-            own(film.pixels().iter().map(|p| heat(count(p) / most)).collect(), shown.size)
+            let most = film.pixels().iter().map(samples).max().unwrap_or(0).max(1);
+            let bar = ColorBar::new("samples", [0.0, most as f32], |part| heat(part.into()));
+            let colors = film.pixels().iter().map(|sums| heat(samples(sums) as f64 / most as f64));
+            own(colors.collect(), Some(bar))
         }
         _ => {
-            let whole = || features(shown, Region::whole(shown.setup.size));
-            own(of_features(shown.features.get_or_init(whole), layer), shown.setup.size)
+            let features = all_features(shown);
+            let range = depth_range(&features);
+            let colors = features.iter().map(|first_hit| of_features(first_hit, layer, range)).collect();
+            own(colors, bar_of_features(layer, range))
         }
     }
+}
+
+/// The image without noise; none while pixels have no sample.
+pub fn denoised(shown: &Snapshot) -> Option<Denoised> {
+    // A pixel without a sample would be black.
+    let is_whole = shown.small.is_none();
+    is_whole.then(|| session(shown)).flatten()?.denoised()
 }
 
 /// A snapshot with its light groups mixed.
@@ -125,60 +177,93 @@ fn mixed<'a>(shown: &'a Snapshot, factors: &[Rgb]) -> Cow<'a, Snapshot> {
 
 /// The radiance of all pixels; a pixel without samples takes that of the small image.
 fn radiance(shown: &Snapshot) -> Vec<Rgb> {
-    let film = &shown.gathered.film;
-    let mut radiance = film.radiance();
-    let Some(small) = &shown.small else { return radiance };
-    let (light, [width, height]) = (small.radiance(), shown.size.map(|side| side as usize));
-    let size = [small.region().width(), small.region().height()].map(|side| side as usize);
-    for (at, (own, sums)) in radiance.iter_mut().zip(film.pixels()).enumerate() {
-        if sums.count == [0, 0] {
-            let [x, y] = [at % width * size[0] / width, at / width * size[1] / height];
-            *own = light.get(y * size[0] + x).copied().unwrap_or(*own);
-        }
-    }
-    radiance
+    let [width, height] = shown.size;
+    let at = |index: u32| radiance_at(shown, [index % width, index / width]);
+    (0..width * height).into_par_iter().with_min_len(4096).map(at).collect()
 }
 
-fn light(radiance: Vec<Rgb>, size: [u32; 2], display: Display) -> PageImage {
-    let exposure_ev = display.exposure_ev.unwrap_or_else(|| automatic_ev(&radiance));
-    let curve = DisplayTransform::new(display.tonemap, exposure_ev, &radiance);
+/// The radiance of a pixel of the displayed image, which must contain it.
+fn radiance_at(shown: &Snapshot, [x, y]: [u32; 2]) -> Rgb {
+    let mean = |film: &Film, [x, y]: [u32; 2]| {
+        let sums = film.pixels().get(film.region().index(x, y)).copied().unwrap_or_default();
+        (sums.mean(film.unit().quantum()), sums.count != [0, 0])
+    };
+    let (own, has_samples) = mean(&shown.gathered.film, [x, y]);
+    match &shown.small {
+        Some(small) if !has_samples => {
+            let scaled = |place: u32, size: u32, small: u32| {
+                (u64::from(place) * u64::from(small) / u64::from(size)) as u32
+            };
+            let (region, [width, height]) = (small.region(), shown.size);
+            mean(small, [scaled(x, width, region.width()), scaled(y, height, region.height())]).0
+        }
+        _ => own,
+    }
+}
+
+/// Displays radiance. An automatic exposure is that of `metered`: for an image without noise, the one with it, as in
+/// files.
+pub fn light(radiance: &[Rgb], size: [u32; 2], display: Display, metered: &[Rgb]) -> PageImage {
+    let exposure_ev = display.exposure_ev.unwrap_or_else(|| automatic_ev(metered));
+    let curve = DisplayTransform::new(display.tonemap, exposure_ev, radiance);
     let mut pixels = vec![255; 4 * radiance.len()];
-    pixels.par_chunks_mut(4).zip(&radiance).with_min_len(4096).for_each(|(pixel, light)| {
+    pixels.par_chunks_mut(4).zip(radiance).with_min_len(4096).for_each(|(pixel, light)| {
         pixel[..3].copy_from_slice(&curve.apply_8_bit(*light));
     });
-    PageImage { size, pixels, exposure_ev }
+    PageImage { size, pixels, exposure_ev, bar: None, is_denoised: false }
 }
 
-/// The difference of even and odd samples relative to their mean, mapped to colours from zero to a half and more.
-fn noise(pixels: &[PixelSum]) -> Vec<[u8; 3]> {
-    let of = |p: &PixelSum| {
-        if p.count.contains(&0) {
-            return heat(1.0);
-        }
-        let mean = |parity: usize| {
-            p.sum[parity].iter().map(|sum| *sum as f64).sum::<f64>() / f64::from(p.count[parity])
-        };
-        let (even, odd) = (mean(0), mean(1));
-        heat(2.0 * (even - odd).abs() / (even + odd).abs().max(1.0))
+/// The number of samples of a pixel.
+fn samples(sums: &PixelSum) -> u64 {
+    u64::from(sums.count[0]) + u64::from(sums.count[1])
+}
+
+/// The standard error of a pixel relative to its brightness, estimated from the difference of its even and odd samples;
+/// a half until there are both.
+fn noise(sums: &PixelSum) -> f64 {
+    if sums.count.contains(&0) {
+        return 0.5;
+    }
+    let mean = |parity: usize| {
+        sums.sum[parity].iter().map(|sum| *sum as f64).sum::<f64>() / f64::from(sums.count[parity])
     };
-    pixels.iter().map(of).collect()
+    let (even, odd) = (mean(0), mean(1));
+    (even - odd).abs() / (even + odd).abs().max(1.0)
 }
 
-fn of_features(features: &[Features], layer: Layer) -> Vec<[u8; 3]> {
-    let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+/// The smallest and the largest depth.
+fn depth_range(features: &[Features]) -> [f32; 2] {
     let depths = || features.iter().map(|f| f.depth_m).filter(|depth| depth.is_finite());
-    let (near, far) = (depths().fold(f32::INFINITY, f32::min), depths().fold(0.0, f32::max));
-    let of = |f: &Features| match layer {
-        Layer::Depth if f.depth_m.is_finite() => {
-            [byte(1.0 - 0.95 * (f.depth_m - near) / (far - near).max(1e-6)); 3]
-        }
+    [depths().fold(f32::INFINITY, f32::min), depths().fold(0.0, f32::max)]
+}
+
+fn byte(value: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+}
+
+/// The grey of a depth, given as a fraction of the range of depths: far is dark, but not as dark as nothing.
+fn grey_of_depth(part: f32) -> [u8; 3] {
+    [byte(1.0 - 0.95 * part); 3]
+}
+
+fn of_features(f: &Features, layer: Layer, [near, far]: [f32; 2]) -> [u8; 3] {
+    match layer {
+        Layer::Depth if f.depth_m.is_finite() => grey_of_depth((f.depth_m - near) / (far - near).max(1e-6)),
         Layer::Normal if f.coverage > 0.0 => f.normal.map(|part| byte(0.5 + 0.5 * part)),
         Layer::Albedo => f.albedo.to_array().map(|part| byte(srgb_encode(part))),
         Layer::Entity if f.entity > 0 => any_color(f.entity),
         Layer::Material if f.material > 0 => any_color(f.material.wrapping_add(1 << 16)),
         _ => [0; 3],
-    };
-    features.iter().map(of).collect()
+    }
+}
+
+fn bar_of_features(layer: Layer, [near, far]: [f32; 2]) -> Option<ColorBar> {
+    match layer {
+        Layer::Depth if near <= far => Some(ColorBar::new("m", [near, far], grey_of_depth)),
+        Layer::Normal => Some(ColorBar::new("x red, y green, z blue", [-1.0, 1.0], |part| [byte(part); 3])),
+        Layer::Albedo => Some(ColorBar::new("reflectance", [0.0, 1.0], |part| [byte(srgb_encode(part)); 3])),
+        _ => None,
+    }
 }
 
 /// A colour from dark for 0 to bright for 1.
@@ -192,10 +277,20 @@ fn any_color(number: u32) -> [u8; 3] {
     [mixed, mixed >> 8, mixed >> 16].map(|part| 64 + (part & 0xff) as u8 / 4 * 3)
 }
 
+/// Features of the first hits in all pixels of the displayed image, which may be smaller than the whole one.
+fn all_features(shown: &Snapshot) -> Cow<'_, [Features]> {
+    let region = Region::whole(shown.size);
+    if shown.size == shown.setup.size {
+        return Cow::Borrowed(shown.features.get_or_init(|| features(&shown.setup, shown.options, region)));
+    }
+    let setup = RenderSetup { size: shown.size, sharing: None, ..(*shown.setup).clone() };
+    Cow::Owned(features(&Arc::new(setup), shown.options, region))
+}
+
 /// Features of the first hits in a region.
-fn features(shown: &Snapshot, region: Region) -> Vec<Features> {
-    let options = Options { region: Some(region), ..shown.options };
-    let mut session = Session::of(shown.setup.clone(), LOOKED_AT, options);
+fn features(setup: &Arc<RenderSetup>, options: Options, region: Region) -> Vec<Features> {
+    let options = Options { region: Some(region), ..options };
+    let mut session = Session::of(setup.clone(), LOOKED_AT, options);
     let mut samples = SampleRanges::default();
     samples.insert(0..LOOKED_AT);
     session.resume_from(RenderState { samples, ..session.state().clone() });
@@ -208,6 +303,74 @@ fn session(shown: &Snapshot) -> Option<Session> {
     session.resume_from((*shown.gathered).clone()).then_some(session)
 }
 
+/// The most pixels whose values the page writes over them.
+const MOST_VALUES: u64 = 1024;
+
+/// The numbers of a layer in a region of the displayed image, for each pixel; none if the region is too large or lies
+/// outside, or if the layer has no numbers.
+pub fn values(shown: &Snapshot, layer: Layer, [x0, y0, x1, y1]: [u32; 4]) -> Option<Value> {
+    let is_inside = x0 < x1 && y0 < y1 && x1 <= shown.size[0] && y1 <= shown.size[1];
+    if !is_inside || u64::from(x1 - x0) * u64::from(y1 - y0) > MOST_VALUES {
+        return None;
+    }
+    let film = &shown.gathered.film;
+    let sums = |[x, y]: [u32; 2]| film.pixels()[film.region().index(x, y)];
+    let of_features = |f: &Features| match layer {
+        Layer::Depth => vec![f.depth_m],
+        Layer::Normal => f.normal.to_vec(),
+        _ => f.albedo.to_array().to_vec(),
+    };
+    let value = |place: [u32; 2]| match layer {
+        Layer::Light => Some(radiance_at(shown, place).to_array().to_vec()),
+        Layer::Noise => Some(vec![100.0 * noise(&sums(place)) as f32]),
+        Layer::Samples => Some(vec![samples(&sums(place)) as f32]),
+        Layer::Depth | Layer::Normal | Layer::Albedo => {
+            let features = all_features(shown);
+            features.get(place[1] as usize * shown.size[0] as usize + place[0] as usize).map(of_features)
+        }
+        Layer::Denoised | Layer::Entity | Layer::Material => None,
+    };
+    let places = (y0..y1).flat_map(|y| (x0..x1).map(move |x| [x, y]));
+    let values = places.map(value).collect::<Option<Vec<_>>>()?;
+    Some(json!({"region": [x0, y0, x1, y1], "size": shown.size, "values": values}))
+}
+
+/// The outline of an entity in the displayed image, a byte for each pixel: 1 at its border, 2 just outside it, else 0.
+/// None if there is no entity of this name.
+pub fn outline(shown: &Snapshot, name: &str) -> Option<([u32; 2], Vec<u8>)> {
+    let numbers: HashSet<u32> =
+        shown.entities.iter().filter(|(_, known)| *known == name).map(|(number, _)| number + 1).collect();
+    if numbers.is_empty() {
+        return None;
+    }
+    let features = all_features(shown);
+    let [width, height] = shown.size.map(|side| side as usize);
+    let is_within = |x: usize, y: usize| {
+        x < width && y < height && features.get(y * width + x).is_some_and(|f| numbers.contains(&f.entity))
+    };
+    let byte = |at: usize| {
+        let (x, y) = (at % width, at / width);
+        let inside = is_within(x, y);
+        let around = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+        let is_border = around.iter().any(|(x, y)| is_within(*x, *y) != inside);
+        if !is_border { 0 } else { 2 - u8::from(inside) }
+    };
+    Some((shown.size, (0..width * height).map(byte).collect()))
+}
+
+/// The bytes of an OpenEXR file of the displayed image, whole or with its noise removed.
+pub fn exr(shown: &Snapshot, is_denoised: bool, factors: &[Rgb]) -> Result<Vec<u8>, String> {
+    let shown = &mixed(shown, factors);
+    let without_noise =
+        is_denoised.then(|| denoised(shown).ok_or("there are too few samples yet")).transpose()?;
+    if shown.small.is_some() {
+        return Err("the image is not whole yet: save it after the first pass".to_owned());
+    }
+    let settings = Settings { size: shown.size, ..Settings::default() };
+    let options = ImageOptions { denoised: without_noise.as_ref(), ..ImageOptions::default() };
+    exr_bytes(&shown.gathered.film, &settings, &options).map_err(|error| error.to_string())
+}
+
 /// The values of a pixel of the whole image; none if the pixel lies outside.
 pub fn pixel(shown: &Snapshot, [x, y]: [u32; 2]) -> Option<Value> {
     let [width, height] = shown.setup.size;
@@ -218,8 +381,8 @@ pub fn pixel(shown: &Snapshot, [x, y]: [u32; 2]) -> Option<Value> {
     let film = &shown.gathered.film;
     let place = [x * shown.size[0] / width, y * shown.size[1] / height];
     let sum = film.pixels().get(film.region().index(place[0], place[1]))?;
-    let radiance = radiance(shown).get(film.region().index(place[0], place[1])).copied()?;
-    let features = features(shown, Region { x0: x, y0: y, x1: x + 1, y1: y + 1 });
+    let radiance = radiance_at(shown, place);
+    let features = features(&shown.setup, shown.options, Region { x0: x, y0: y, x1: x + 1, y1: y + 1 });
     let seen = features.first().filter(|features| features.coverage > 0.0);
     let entity = seen.and_then(|f| shown.entities.get(&f.entity.checked_sub(1)?));
     let scene = &shown.setup.scene;
@@ -228,7 +391,7 @@ pub fn pixel(shown: &Snapshot, [x, y]: [u32; 2]) -> Option<Value> {
         "x": x,
         "y": y,
         "radiance": radiance.to_array(),
-        "samples": u64::from(sum.count[0]) + u64::from(sum.count[1]),
+        "samples": samples(sum),
         "depth_m": seen.map(|f| f.depth_m),
         "normal": seen.map(|f| f.normal),
         "albedo": seen.map(|f| f.albedo.to_array()),

@@ -43,6 +43,28 @@ pub enum ViewRequest {
     Restart(bool),
     /// Writes the camera into the scene's file.
     SaveCamera(bool),
+    /// Changes a value by a statement.
+    Set(String),
+    /// Lists the things that have a form.
+    Forms(bool),
+    /// Returns the form of a thing.
+    Form(String),
+    /// Writes the changed values into the scene's file.
+    SaveEdits(bool),
+    /// Takes back the last changed value, or all.
+    Undo(Undo),
+    /// Reads the scene as it is at a time in seconds.
+    TimeS(f32),
+}
+
+/// The statements to take back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Undo {
+    /// The last one.
+    Last,
+    /// All.
+    All,
 }
 
 /// A change of settings.
@@ -67,6 +89,13 @@ pub struct RequestOutcome {
 }
 
 impl ViewRequest {
+    /// True for requests of which many follow each other while a mouse button is down: only small images are rendered
+    /// between them.
+    pub fn is_movement(&self) -> bool {
+        use ViewRequest::{FovDeg, LensRadiusM, Orbit, Pan, Set, TimeS, Zoom};
+        matches!(self, Orbit(_) | Pan(_) | Zoom(_) | FovDeg(_) | LensRadiusM(_) | Set(_) | TimeS(_))
+    }
+
     /// Carries out the request.
     pub fn carry_out(
         self,
@@ -127,6 +156,24 @@ impl ViewRequest {
             ViewRequest::SaveCamera(_) => {
                 let said = scene.save_camera()?;
                 return done(&said, true);
+            }
+            ViewRequest::Set(statement) => {
+                scene.set(&statement)?;
+                return done("", true);
+            }
+            ViewRequest::Forms(_) => return done(&scene.forms().to_string(), false),
+            ViewRequest::Form(target) => return done(&scene.form(&target)?.to_string(), false),
+            ViewRequest::SaveEdits(_) => {
+                let said = scene.save_edits()?;
+                return done(&said, true);
+            }
+            ViewRequest::Undo(which) => {
+                scene.undo(which == Undo::All)?;
+                return done("", true);
+            }
+            ViewRequest::TimeS(time_s) => {
+                scene.look_at_time(finite([f64::from(time_s)])?[0] as f32)?;
+                return done("", true);
             }
         }
         scene.place(rig)?;

@@ -53,12 +53,14 @@ pub enum SceneError {
 
 /// A scene as its files describe it now, with the changes made by hand.
 pub struct LiveScene {
-    path: PathBuf,
-    options: LoadOptions,
+    pub(super) path: PathBuf,
+    pub(super) options: LoadOptions,
+    /// The number of statements in `options` that the command line gives; the page adds others.
+    pub(super) given: usize,
     change: ChangeWorld,
     kept: AssetCache,
     files: Arc<Mutex<Watched>>,
-    world: World,
+    pub(super) world: World,
     /// The settings as read from its files, without any later changes.
     said: Settings,
     compiled: MemoizedScene,
@@ -74,7 +76,7 @@ pub struct LiveScene {
     /// The settings that were changed.
     changed: ChangedSettings,
     /// The camera as moved by hand; none if it was not moved.
-    rig: Option<OrbitCamera>,
+    pub(super) rig: Option<OrbitCamera>,
 }
 
 /// Settings that the user has overridden; they take precedence over the files.
@@ -149,6 +151,7 @@ impl LiveScene {
             changed: ChangedSettings::default(),
             path: path.to_owned(),
             authored,
+            given: options.edits.set.len(),
             options,
             change,
             kept,
@@ -235,12 +238,17 @@ impl LiveScene {
     }
 
     /// Nothing panics while it holds the lock.
-    fn lock_files(&self) -> MutexGuard<'_, Watched> {
+    pub(super) fn lock_files(&self) -> MutexGuard<'_, Watched> {
         self.files.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     fn look_for_faults(&mut self) {
         self.findings = check::check(&self.world, &self.setup(), false);
+    }
+
+    /// The time at which the scene is read, and that of the last change, in seconds; none if nothing moves.
+    pub fn time(&self) -> Option<(f32, Option<f32>)> {
+        self.world.is_animated.then(|| (self.options.time_s.unwrap_or(0.0), self.world.animation_end_s))
     }
 
     /// The names of entities and lights.
@@ -374,6 +382,7 @@ impl LiveScene {
         self.rig = None;
         // The file now contains what the command line set before.
         self.options.edits.forget_camera();
+        self.forget_camera_statements();
         self.reload()?;
         Ok(format!("saved in {}", path.display()))
     }
@@ -404,7 +413,7 @@ impl LiveScene {
     }
 
     /// Statements that set the camera as it was moved by hand; none if its parent or model would move it as well.
-    fn camera_statements(&self, rig: &OrbitCamera) -> Option<[String; 2]> {
+    pub(super) fn camera_statements(&self, rig: &OrbitCamera) -> Option<[String; 2]> {
         let [camera, transform] = self.camera_texts(rig, &self.path).ok()?;
         let name = self.camera_name().filter(|_| !self.authored.depends)?;
         let of_camera = |field: &str, text: &str| format!("Camera[name={name:?}].{field} = {text}");

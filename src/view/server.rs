@@ -7,12 +7,14 @@
 
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::path::Path;
 use std::str::FromStr;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::{FromRequest, Query, Request, State};
+use axum::body::Bytes;
+use axum::extract::{DefaultBodyLimit, FromRequest, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -29,24 +31,38 @@ use tokio_stream::{Stream, StreamExt};
 
 use super::explanation::explanation;
 use super::photons::photons_of;
-use super::picture::{Display, Layer, PageImage, picture, pixel};
+use super::picture::{Display, Layer, PageImage, exr, light, outline, picture, pixel, values};
 use super::request::ViewRequest;
 use super::viewer::Viewer;
+use crate::formats::picture as files;
 use crate::math::Rgb;
 use crate::simd::give_back_freed;
 use crate::study::explain::Recipe;
 use crate::world::Tonemap;
 
 const PAGE: &str = include_str!("page/index.html");
-const SCRIPT: &str = include_str!("page/page.js");
+/// One script in several files; the last one starts the page.
+const SCRIPT: &str = concat!(
+    include_str!("page/page.js"),
+    include_str!("page/explanation.js"),
+    include_str!("page/zoom.js"),
+    include_str!("page/compare.js"),
+    include_str!("page/forms.js"),
+    include_str!("page/time.js"),
+    include_str!("page/start.js"),
+);
 const STYLE: &str = include_str!("page/page.css");
 
 /// The port that is tried first, so that the address usually stays the same.
 const USUAL_PORT: u16 = 8421;
 /// The shortest interval between two status events.
-const NEWS: Duration = Duration::from_millis(80);
+const NEWS: Duration = Duration::from_millis(15);
 /// Timeout for the head of a request, and for its body.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// Timeout for a file.
+const UPLOAD: Duration = Duration::from_secs(60);
+/// The largest file of an image to compare with, in bytes.
+const MOST_BYTES: usize = 1 << 28;
 /// The largest factor of a light group.
 const MOST_LIGHT: f32 = 1e6;
 /// The delay before the next attempt after a connection could not be accepted, for example because of too many open
@@ -59,13 +75,21 @@ pub struct Server {
     token: String,
 }
 
-/// Returns the command that explains a sample of a pixel in a terminal.
-pub type MakeCommand = fn(&Recipe, [u32; 2], u32) -> String;
+/// The commands that repeat in a terminal what the page shows.
+#[derive(Clone, Copy)]
+pub struct MakeCommands {
+    /// Explains a sample of a pixel.
+    pub explain: fn(&Recipe, [u32; 2], u32) -> String,
+    /// Renders the finished image; true: without its noise.
+    pub render: fn(&Recipe, Display, bool) -> String,
+}
 
 struct Site {
     viewer: Arc<Viewer>,
+    /// The image that the page compares with, and its size.
+    reference: Mutex<Arc<(Vec<Rgb>, [u32; 2])>>,
     token: String,
-    command: MakeCommand,
+    commands: MakeCommands,
 }
 
 impl Server {
@@ -86,10 +110,10 @@ impl Server {
     }
 
     /// Serves until the process ends.
-    pub fn serve(self, viewer: Arc<Viewer>, command: MakeCommand) -> std::io::Result<()> {
+    pub fn serve(self, viewer: Arc<Viewer>, commands: MakeCommands) -> std::io::Result<()> {
         let runtime =
             tokio::runtime::Builder::new_current_thread().enable_all().max_blocking_threads(32).build()?;
-        let site = Arc::new(Site { viewer, token: self.token, command });
+        let site = Arc::new(Site { viewer, reference: Mutex::default(), token: self.token, commands });
         let router = Router::new()
             .route("/", get(page))
             .route("/page.js", get(script))
@@ -97,10 +121,15 @@ impl Server {
             .route("/events", get(events))
             .route("/status", get(status))
             .route("/image", get(image))
+            .route("/image.exr", get(exr_file))
+            .route("/command", get(command))
+            .route("/values", get(some_values))
+            .route("/outline", get(outline_of))
             .route("/pixel", get(one_pixel))
             .route("/explain", get(explain))
             .route("/photons", get(photons))
             .route("/do", post(carry_out))
+            .route("/reference", post(take_reference).get(reference).layer(DefaultBodyLimit::max(MOST_BYTES)))
             .layer(from_fn_with_state(site.clone(), guard))
             // Browsers request it for every page.
             .route("/favicon.ico", get(|| async { StatusCode::NO_CONTENT }))
@@ -243,6 +272,10 @@ async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>)
         Ok(read) => read,
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };
+    if site.viewer.serial() == 0 {
+        // Nothing is rendered yet: an image of nothing would be black.
+        return StatusCode::NO_CONTENT.into_response();
+    }
     let made = aside(move || {
         let (serial, shown) = (site.viewer.serial(), site.viewer.shown());
         let picture = picture(&shown, layer, display, &factors);
@@ -252,18 +285,133 @@ async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>)
         }
         (serial, shown.gathered.film.samples_per_pixel(), picture)
     });
-    let Some((serial, samples, PageImage { size: [width, height], pixels, exposure_ev })) = made.await else {
+    let Some((serial, samples, picture)) = made.await else {
         return refuse(StatusCode::INTERNAL_SERVER_ERROR, "the picture could not be made");
     };
+    let headers = [("x-samples", format!("{samples:.2}")), ("x-serial", serial.to_string())];
+    (headers, in_response(picture)).into_response()
+}
+
+/// The pixels of an image, and what is known of it.
+fn in_response(image: PageImage) -> Response {
+    let PageImage { size: [width, height], pixels, exposure_ev, bar, is_denoised } = image;
     let headers = [
         ("content-type", "application/octet-stream".to_owned()),
         ("x-width", width.to_string()),
         ("x-height", height.to_string()),
-        ("x-samples", format!("{samples:.2}")),
-        ("x-serial", serial.to_string()),
         ("x-exposure", exposure_ev.to_string()),
+        ("x-bar", json!(bar).to_string()),
+        ("x-denoised", is_denoised.to_string()),
     ];
     (headers, pixels).into_response()
+}
+
+#[derive(Deserialize)]
+struct FileName {
+    name: String,
+}
+
+/// Takes the bytes of an image to compare with. Its name only tells its format; no file is opened.
+async fn take_reference(
+    State(site): State<Arc<Site>>,
+    Query(FileName { name }): Query<FileName>,
+    request: Request,
+) -> Response {
+    let bytes = match timeout(UPLOAD, Bytes::from_request(request, &())).await {
+        Ok(Ok(bytes)) => bytes,
+        Ok(Err(error)) => return error.into_response(),
+        Err(_) => return refuse(StatusCode::REQUEST_TIMEOUT, "the file did not come whole"),
+    };
+    let read = aside(move || files::linear(&bytes, Path::new(&name)).map_err(|error| error.to_string()));
+    match read.await {
+        Some(Ok((width, height, pixels))) => {
+            let mut kept = site.reference.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            *kept = Arc::new((pixels, [width, height]));
+            axum::Json(json!({"ok": true})).into_response()
+        }
+        Some(Err(reason)) => refuse(StatusCode::BAD_REQUEST, &reason),
+        None => refuse(StatusCode::INTERNAL_SERVER_ERROR, "the file could not be read"),
+    }
+}
+
+/// Returns the image to compare with, displayed like the rendered one.
+async fn reference(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>) -> Response {
+    let display = match wanted.read() {
+        Ok((_, display)) => display,
+        Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
+    };
+    let kept = site.reference.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).clone();
+    let (radiance, size) = &*kept;
+    if radiance.is_empty() {
+        return StatusCode::NO_CONTENT.into_response();
+    }
+    in_response(light(radiance, *size, display, radiance))
+}
+
+/// Returns an OpenEXR file.
+async fn exr_file(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>) -> Response {
+    let (layer, factors) = match wanted.read().and_then(|(layer, _)| Ok((layer, wanted.factors()?))) {
+        Ok(read) => read,
+        Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
+    };
+    let made = aside(move || {
+        let made = exr(&site.viewer.shown(), layer == Layer::Denoised, &factors);
+        give_back_freed();
+        made
+    });
+    match made.await {
+        Some(Ok(bytes)) => ([("content-type", "image/x-exr")], bytes).into_response(),
+        Some(Err(reason)) => refuse(StatusCode::CONFLICT, &reason),
+        None => refuse(StatusCode::INTERNAL_SERVER_ERROR, "the file could not be made"),
+    }
+}
+
+/// Returns the command that renders the image.
+async fn command(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>) -> Response {
+    match wanted.read() {
+        Ok((layer, display)) => {
+            let recipe = site.viewer.shown().recipe;
+            let command = (site.commands.render)(&recipe, display, layer == Layer::Denoised);
+            axum::Json(json!({"command": command})).into_response()
+        }
+        Err(reason) => refuse(StatusCode::BAD_REQUEST, &reason),
+    }
+}
+
+#[derive(Deserialize)]
+struct WantedValues {
+    layer: String,
+    x0: u32,
+    y0: u32,
+    x1: u32,
+    y1: u32,
+}
+
+async fn some_values(State(site): State<Arc<Site>>, Query(wanted): Query<WantedValues>) -> Response {
+    let WantedValues { layer, x0, y0, x1, y1 } = wanted;
+    let layer = match Layer::from_str(&layer) {
+        Ok(layer) => layer,
+        Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
+    };
+    let region = [x0, y0, x1, y1];
+    let found = aside(move || values(&site.viewer.shown(), layer, region)).await.flatten();
+    found.map_or_else(|| StatusCode::NO_CONTENT.into_response(), |found| axum::Json(found).into_response())
+}
+
+#[derive(Deserialize)]
+struct WantedOutline {
+    entity: String,
+}
+
+async fn outline_of(State(site): State<Arc<Site>>, Query(wanted): Query<WantedOutline>) -> Response {
+    let WantedOutline { entity } = wanted;
+    match aside(move || outline(&site.viewer.shown(), &entity)).await.flatten() {
+        Some(([width, height], bytes)) => {
+            let headers = [("x-width", width.to_string()), ("x-height", height.to_string())];
+            (headers, bytes).into_response()
+        }
+        None => refuse(StatusCode::NOT_FOUND, "there is no such entity"),
+    }
 }
 
 #[derive(Deserialize)]
@@ -283,7 +431,7 @@ async fn explain(State(site): State<Arc<Site>>, Query(Place { x, y, sample }): Q
         let mut explained = explanation(&shown, [x, y], sample.unwrap_or(0))?;
         explained["generation"] = json!(shown.generation);
         let sample = explained["sample"].as_u64().unwrap_or_default() as u32;
-        let command = (site.command)(&shown.recipe, [x, y], sample);
+        let command = (site.commands.explain)(&shown.recipe, [x, y], sample);
         explained["command"] = json!(command);
         Some(explained)
     });

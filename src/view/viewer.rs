@@ -27,6 +27,13 @@ const PICTURE: Duration = Duration::from_millis(150);
 const QUEUES: Duration = Duration::from_secs(3);
 /// The largest number of pixels of the first image after a change.
 const FIRST_PIXELS: u64 = 40_000;
+/// The smallest number of pixels of a first image during a movement: with fewer, one sees too little.
+const FEWEST_PIXELS: u64 = 10_000;
+/// The target duration of a first image during a movement. Together with compiling, tone mapping and drawing, that is
+/// about 30 images a second.
+const MOVING: Duration = Duration::from_millis(20);
+/// The time without a movement after which passes over the whole image begin.
+const REST: Duration = Duration::from_millis(150);
 
 /// An immutable snapshot of the rendering: all the data that an image or a response needs.
 #[derive(Clone)]
@@ -170,7 +177,7 @@ impl Viewer {
         self.lock().status.json()
     }
 
-    /// The serial number of the current image.
+    /// The serial number of the current image; 0 before the first.
     pub fn serial(&self) -> u64 {
         self.lock().status.serial
     }
@@ -240,16 +247,20 @@ impl Viewer {
             paused: false,
             looked: None,
             features: Arc::default(),
+            moved: None,
+            first_pixels: FIRST_PIXELS,
         };
         loop {
             let requests = self.wait(&rendering, changed);
             let Some(requests) = requests else { return };
             for command in requests {
+                let moves = command.request.is_movement();
                 let answer =
                     command.request.carry_out(&mut scene, &mut rendering.work, &mut rendering.paused);
                 let changed = answer.as_ref().is_ok_and(|done| done.changes);
                 if changed {
                     rendering.begin_anew();
+                    rendering.moved = moves.then(Instant::now);
                     self.lock().status.begin();
                 }
                 self.tell(command.number, &scene, &rendering, answer.map(|done| done.said));
@@ -278,9 +289,14 @@ impl Viewer {
     /// Waits for work; none if the viewer is to end.
     fn wait(&self, rendering: &Rendering, changed: &AtomicBool) -> Option<Vec<NumberedRequest>> {
         let mut state = self.lock();
-        let is_idle = rendering.paused || rendering.session.as_ref().is_some_and(Session::is_done);
-        if is_idle && state.requests.is_empty() && !state.ends && !changed.load(Ordering::Acquire) {
-            let waited = self.wake.wait_timeout(state, POLL_INTERVAL);
+        let is_done = rendering.session.as_ref().is_some_and(Session::is_done);
+        let pause = match rendering.until_rest().filter(|_| rendering.small.is_some()) {
+            None if rendering.paused || is_done => Some(POLL_INTERVAL),
+            until_rest => until_rest,
+        };
+        let is_idle = state.requests.is_empty() && !state.ends && !changed.load(Ordering::Acquire);
+        if let Some(pause) = pause.filter(|_| is_idle) {
+            let waited = self.wake.wait_timeout(state, pause);
             state = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
         }
         // Still under the lock: later requests stop the work that follows.
@@ -344,17 +360,33 @@ struct Rendering {
     looked: Option<Instant>,
     /// See [`Snapshot::features`].
     features: Arc<OnceLock<Vec<Features>>>,
+    /// The time of the last movement; none once the first image for its end is due.
+    moved: Option<Instant>,
+    /// The number of pixels of the first images during a movement, as many as their duration allows.
+    first_pixels: u64,
 }
 
 impl Rendering {
     fn begin_anew(&mut self) {
         (self.session, self.small, self.spent) = (None, None, Duration::ZERO);
         (self.paused, self.looked, self.features) = (false, None, Arc::default());
+        self.moved = None;
+    }
+
+    /// The time until the movement counts as ended; none if there is none.
+    fn until_rest(&self) -> Option<Duration> {
+        REST.checked_sub(self.moved?.elapsed()).filter(|left| !left.is_zero())
     }
 
     /// Renders the next small image or pass.
     fn go_on(&mut self, viewer: &Viewer, scene: &LiveScene) {
         let Some(small) = self.small.clone() else { return self.first_picture(viewer, scene) };
+        if self.until_rest().is_some() {
+            return;
+        }
+        if self.moved.take().is_some() && self.first_pixels < FIRST_PIXELS {
+            return self.first_picture(viewer, scene);
+        }
         let options = self.work.options();
         let session =
             self.session.get_or_insert_with(|| Session::of(scene.setup(), scene.settings().samples, options));
@@ -414,20 +446,26 @@ impl Rendering {
         }
     }
 
-    /// Renders a small image of one sample per pixel, which is visible immediately.
+    /// Renders a small image of one sample per pixel, which is visible immediately. During a movement, further requests
+    /// do not stop it: they come faster than images, and none would ever be complete.
     fn first_picture(&mut self, viewer: &Viewer, scene: &LiveScene) {
         let whole = scene.setup();
         let pixels = |by: u32| whole.size.iter().map(|side| u64::from(side.div_ceil(by))).product::<u64>();
         // At most half as wide, even for images so small that they would not need this step.
-        let by = (2..).find(|by| pixels(*by) <= FIRST_PIXELS).unwrap_or(2);
+        let most = if self.moved.is_some() { self.first_pixels } else { FIRST_PIXELS };
+        let by = (2..).find(|by| pixels(*by) <= most).unwrap_or(2);
         let size = whole.size.map(|side: u32| side.div_ceil(by));
         let options = self.work.options();
         let small = Arc::new(RenderSetup { size, sharing: None, ..(*whole).clone() });
         let mut session = Session::of(small, 1, options);
-        session.advance_until(1, &Stop::at(&viewer.stop), &|_| ());
+        let start = Instant::now();
+        let stop = if self.moved.is_some() { Stop::NEVER } else { Stop::at(&viewer.stop) };
+        session.advance_until(1, &stop, &|_| ());
         if !session.is_done() {
             return;
         }
+        let possible = pixels(by) as f64 * MOVING.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
+        self.first_pixels = (possible as u64).clamp(FEWEST_PIXELS, FIRST_PIXELS);
         let shown = Snapshot::new(scene, whole, session.state().clone(), options, self.features.clone());
         self.small = Some(Arc::new(session.into_film()));
         let described = Described::new(scene, &self.work);

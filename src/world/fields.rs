@@ -180,8 +180,8 @@ pub(crate) struct Field<'a> {
     pub aliases: &'static [&'static str],
     /// Keys of older versions, which guides omit.
     pub old: &'static [&'static str],
-    /// The field's meaning, for the tables of `scenes/README.md`.
-    #[cfg_attr(not(test), expect(dead_code, reason = "a test writes the tables"))]
+    /// The field's meaning, for the page and the tables of `scenes/README.md`.
+    #[cfg_attr(not(feature = "cli"), allow(dead_code, reason = "the page shows it"))]
     pub doc: &'static str,
     /// True if a scene file must give the field.
     pub required: bool,

@@ -44,7 +44,8 @@ impl Browser {
         let base = format!("http://127.0.0.1:{}/session", port.expect("its port"));
         let agent: ureq::Agent = ureq::Agent::config_builder().timeout_global(Some(PATIENCE)).build().into();
         let options = json!({"args": [
-            "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
+            "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-quic", "--no-first-run",
+            "--disable-background-networking", "--disable-component-update", "--disable-sync",
             format!("--window-size={width},{height}"),
         ]});
         let logs = json!({"browser": "ALL"});
@@ -303,4 +304,58 @@ fn changed(pixels: &Value) -> String {
 /// A script that returns true if the page shows these pixels.
 fn same(pixels: &Value) -> String {
     format!("const pixels = (() => {{ {PIXELS} }})(); return pixels && pixels[0] === {};", pixels[0])
+}
+
+/// The wheel magnifies the image up to the numbers of its pixels; the camera stays.
+#[test]
+fn page_magnifies_compares_and_edits_in_a_browser() {
+    if std::env::var_os("RAYFRONT_BROWSER").is_none() {
+        eprintln!("not asked for: RAYFRONT_BROWSER is not set");
+        return;
+    }
+    let shown = Shown::new();
+    let browser = Browser::new(1400, 900);
+    browser.open(&shown.address());
+    browser.when("the last sample", DONE);
+    std::thread::sleep(Duration::from_millis(300));
+    let first = browser.run(PIXELS);
+    let wheel = "const c = document.getElementById('image'), r = c.getBoundingClientRect(); \
+        c.dispatchEvent(new WheelEvent('wheel', {deltaY: -200, clientX: r.x + r.width / 2, clientY: r.y + r.height / 2})); \
+        return document.querySelectorAll('#numbers text').length;";
+    browser.when("the numbers of pixels", &format!("const n = (() => {{ {wheel} }})(); return n > 0;"));
+    browser.photograph("numbers.png");
+    browser.run("document.getElementById('fit').click(); return true;");
+    assert_eq!(shown.when("a status", |_| true)["camera"]["is_moved"], false);
+
+    // A layer has a bar, and greys out what has no effect on it.
+    let choose = |id: &str, value: &str| {
+        let script = format!("const l = document.getElementById('{id}'); l.value = '{value}';");
+        browser
+            .run(&format!("{script} l.dispatchEvent(new Event('change', {{bubbles: true}})); return true;"));
+    };
+    choose("layer", "depth");
+    browser.when("a bar", "return !document.getElementById('bar').hidden;");
+    let unit = browser.run("return document.getElementById('bar-unit').textContent;");
+    let why = browser.run("const e = document.getElementById('exposure'); return e.disabled && e.title;");
+    assert!(unit == "m" && why.as_str().is_some_and(|why| why.contains("only Light")), "{unit} {why}");
+    choose("layer", "light");
+
+    // What is picked has an outline and a form; a change of its values shows, and beside it the image before.
+    browser.run("document.getElementById('edit-panel').open = true; return true;");
+    browser.drag([0.5, 0.55], [0, 0]);
+    browser.when("the outline", "return !document.getElementById('outline').hidden;");
+    browser.when("the form", "return document.getElementById('form-of').value === 'Material[\"paint\"]';");
+    browser.when("a field", "return document.getElementById('field-diffuse') !== null;");
+    choose("field-diffuse", "0.05");
+    shown.when("the change", |status| status["edits"][0].is_string() && status["is_done"] == true);
+    browser.when("another image", &changed(&first));
+    choose("compare", "previous");
+    browser.when("the image before", "return !document.getElementById('other').hidden;");
+    browser.photograph("edited.png");
+    browser.when("the button", "return !document.getElementById('save-edits').disabled;");
+    browser.run("document.getElementById('save-edits').click(); return true;");
+    shown.when("the file", |status| status["edits"] == json!([]));
+    let text = std::fs::read_to_string(shown.scene()).expect("the scene");
+    assert!(text.contains("\"paint\": (diffuse: (0.05, 0.2, 0.1))"), "{text}");
+    assert_eq!(browser.complaints(), [""; 0]);
 }

@@ -30,6 +30,7 @@ mod meshes;
 mod metamorphic;
 mod nested;
 mod one_thing;
+mod page;
 mod parts;
 mod path;
 mod pictures;

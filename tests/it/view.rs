@@ -27,7 +27,7 @@ pub const SCENE: &str = r#"(
 /// The running program.
 pub struct Shown {
     program: Child,
-    folder: Folder,
+    pub folder: Folder,
     /// `http://127.0.0.1:PORT`.
     base: String,
     token: String,
@@ -68,12 +68,12 @@ impl Shown {
         self.folder.join("scene.ron")
     }
 
-    fn get(&self, path: &str) -> (u16, Vec<u8>) {
+    pub fn get(&self, path: &str) -> (u16, Vec<u8>) {
         let joint = if path.contains('?') { '&' } else { '?' };
         get(&format!("{}{path}{joint}token={}", self.base, self.token), None)
     }
 
-    fn json(&self, path: &str) -> Value {
+    pub fn json(&self, path: &str) -> Value {
         let (code, body) = self.get(path);
         assert_eq!(code, 200, "{path}: {}", String::from_utf8_lossy(&body));
         serde_json::from_slice(&body).expect("JSON")
@@ -85,6 +85,12 @@ impl Shown {
         let mut response = agent().post(&address).send(wish.to_string()).expect("an answer");
         let text = response.body_mut().read_to_string().expect("text");
         (response.status().as_u16(), serde_json::from_str(&text).expect("JSON"))
+    }
+
+    /// Sends bytes and returns the code of the response.
+    pub fn post(&self, path: &str, bytes: &[u8]) -> u16 {
+        let address = format!("{}{path}&token={}", self.base, self.token);
+        agent().post(&address).send(bytes).expect("an answer").status().as_u16()
     }
 
     /// Polls the status until a condition holds, and returns it.
@@ -101,7 +107,7 @@ impl Shown {
     }
 
     /// The finished image as the page receives it, without the fourth byte.
-    fn image(&self) -> Vec<u8> {
+    pub fn image(&self) -> Vec<u8> {
         self.when("the image", |status| status["is_done"] == true);
         let (code, pixels) = self.get("/image?layer=light&exposure=0&tonemap=Clamp");
         assert_eq!((code, pixels.len()), (200, 96 * 54 * 4));
@@ -110,7 +116,7 @@ impl Shown {
 }
 
 /// A scene without black pixels, of some size.
-fn bright(size: &str) -> String {
+pub fn bright(size: &str) -> String {
     let sky = "entities: [(name: \"sky\", light: Environment(radiance: 1)),";
     let text = SCENE.replace("(96, 54)", size).replace("entities: [", sky);
     // A rectangle's back is black.
@@ -130,7 +136,7 @@ fn get(address: &str, host: Option<&str>) -> (u16, Vec<u8>) {
 }
 
 /// The pixels of the scene rendered without the page.
-fn rendered(scene: &Path) -> Vec<u8> {
+pub fn rendered(scene: &Path) -> Vec<u8> {
     let folder = scene.parent().expect("a folder");
     folder.out("scene.ron --quiet -o scene.png");
     image::open(folder.join("scene.png")).expect("a picture").into_rgb8().into_raw()
@@ -429,19 +435,23 @@ fn settings_can_be_changed_and_schedules_give_the_same_image() {
 fn images_of_an_unfinished_first_pass_have_few_black_pixels() {
     let shown = Shown::new();
     shown.image();
-    let (mut partly, mut generation) = (0, shown.json("/status")["generation"].as_u64());
-    let changes: [&dyn Fn(); 3] = [
+    let (mut partly, mut black_of, mut generation) = (0, 0, shown.json("/status")["generation"].as_u64());
+    let changes: [&dyn Fn(); 4] = [
         &|| std::fs::write(shown.scene(), bright("(1920, 1080)")).expect("an edit"),
         &|| assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200),
         &|| assert_eq!(shown.wish(json!({"save_camera": true})).0, 200),
+        &|| assert_eq!(shown.wish(json!({"settings": {"spp": 3}})).0, 200),
     ];
     for change in changes {
         change();
         let begun = shown.when("a change", |status| status["generation"].as_u64() > generation);
         shown.when("a picture of it", |status| status["serial"].as_u64() > begun["serial"].as_u64());
         loop {
-            let address = format!("{}/image?exposure=0&tonemap=Clamp&token={}", shown.base, shown.token);
-            let mut response = agent().get(&address).call().expect("an answer");
+            let layer = ["light", "denoised"][black_of % 2];
+            black_of += 1;
+            let parts = format!("layer={layer}&exposure=0&tonemap=Clamp&token={}", shown.token);
+            let mut response =
+                agent().get(&format!("{}/image?{parts}", shown.base)).call().expect("an answer");
             let header = |name: &str| response.headers()[name].to_str().expect("text").parse::<f64>();
             let (width, samples) =
                 (header("x-width").expect("a width"), header("x-samples").expect("samples"));

@@ -11,7 +11,7 @@ use crate::cli::args::{ModelOptions, PictureOptions};
 use crate::cli::{command_line, failure::Failure, interrupt::Interrupt, output};
 use crate::render::on_threads;
 use crate::view::scene::LiveScene;
-use crate::view::server::Server;
+use crate::view::server::{MakeCommands, Server};
 use crate::view::tev::Tev;
 use crate::view::viewer::{RenderWork, Viewer};
 
@@ -66,7 +66,10 @@ pub fn run(arguments: ViewArguments) -> Result<ExitCode, Failure> {
         let viewer = Arc::new(Viewer::new(&scene, RenderWork::default()).with_tev(tev));
         let served = viewer.clone();
         let serve = move || {
-            if let Err(error) = server.serve(served.clone(), command_line::of_explain) {
+            if let Err(error) = server.serve(
+                served.clone(),
+                MakeCommands { explain: command_line::of_explain, render: command_line::of_picture },
+            ) {
                 output::note(format_args!("error: the page is no longer served: {error}"));
             }
             served.end();

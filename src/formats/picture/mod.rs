@@ -95,8 +95,12 @@ fn finite(texels: &mut [[f32; 3]], width: u32, path: &Path) -> Option<Diagnostic
 /// Reads width, height and linear pixels of an image for comparison with another: PNG and other 8- and 16-bit formats
 /// through the sRGB curve and without alpha; OpenEXR and Radiance HDR unchanged, including NaN and infinity.
 pub fn load_linear(path: &Path) -> Result<(u32, u32, Vec<Rgb>), LoadError> {
-    let bytes = crate::files::read(path).map_err(LoadError::io(path))?;
-    let image = decode_unchanged(&bytes, path)?;
+    linear(&crate::files::read(path).map_err(LoadError::io(path))?, path)
+}
+
+/// [`load_linear`] for the bytes of a file. Messages call it `path`.
+pub fn linear(bytes: &[u8], path: &Path) -> Result<(u32, u32, Vec<Rgb>), LoadError> {
+    let image = decode_unchanged(bytes, path)?;
     let pixels = linear_colors(&image.texels).iter().map(|texel| Rgb::from(*texel)).collect();
     Ok((image.width, image.height, pixels))
 }

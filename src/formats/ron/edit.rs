@@ -47,20 +47,13 @@ fn change<'a>(
         if let Some((found, old)) = scan::key_and_value(item)
             && found == key
         {
-            return (place(old), end(source, text, old), value.to_owned());
+            let old = scan::without_trailing_blanks(old);
+            return (place(old), place(old) + old.len(), value.to_owned());
         }
     }
     // Inserts the key after the opening parenthesis.
     let start = place(entity.0) + 1;
     (start, start, format!("{key}: {value}, "))
-}
-
-/// The end of a value (a name, brackets, or both) in the text, without the blanks and comments after it.
-fn end<'a>(source: &SceneText<'a>, text: &str, value: &'a str) -> usize {
-    let (_, rest) = scan::split_identifier(value.strip_prefix('$').unwrap_or(value));
-    let body = scan::skip_blank(rest);
-    let after = if body.starts_with('(') { source.after_brackets(body) } else { rest };
-    scan::offset_of(text, after).unwrap_or(text.len())
 }
 
 #[cfg(test)]

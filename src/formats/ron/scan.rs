@@ -44,6 +44,17 @@ pub(super) fn skip_blank(text: &str) -> &str {
     }
 }
 
+/// The text without white space and comments at its end.
+pub(super) fn without_trailing_blanks(text: &str) -> &str {
+    let (mut end, mut rest) = (0, skip_blank(text));
+    while !rest.is_empty() {
+        let (_, length) = token(rest);
+        end = text.len() - rest.len() + length;
+        rest = skip_blank(&text[end..]);
+    }
+    &text[..end]
+}
+
 /// Splits `text` into the name that it begins with, which may be empty, and the rest.
 pub(super) fn split_identifier(text: &str) -> (&str, &str) {
     let text = text.strip_prefix("r#").unwrap_or(text);

@@ -694,6 +694,7 @@ class _Point(Variant):
         *,
         power_w: _Color,
         falloff: Variant = ...,
+        radius_m: _Number = ...,
     ) -> Variant: ...
 
 Point: _Point

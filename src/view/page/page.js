@@ -5,6 +5,7 @@ const TOKEN = new URLSearchParams(location.search).get("token") ?? "";
 const CLICK_PX = 4; // a press and release with less movement is a click
 const REST_MS = 80; // the pointer must rest this long before its pixel is requested
 const HOLD_MS = 700; // a control keeps its value this long, until the server responds
+const MOST_SIDE = 4096; // the longest side of the canvas for photons, in pixels
 const BRANCHES = 6; // the number of colours for forked paths; see page.css
 
 /** The latest STATE of the server. */
@@ -154,7 +155,7 @@ async function sendOne(command) {
 }
 
 /** True for movements, whose messages are not shown: there are many per second. */
-const isMovement = (command) => "orbit" in command || "pan" in command || "zoom" in command;
+const isMovement = (command) => ["orbit", "pan", "zoom", "set", "time_s"].some((kind) => kind in command);
 
 /** Merges two commands of the same kind; null if they differ. So a long drag does not flood the server. */
 function merged(earlier, later) {
@@ -163,6 +164,7 @@ function merged(earlier, later) {
   const [a, b] = [earlier[kind], later[kind]];
   if (kind === "orbit" || kind === "pan") return { [kind]: [a[0] + b[0], a[1] + b[1]] };
   if (kind === "zoom") return { zoom: a * b };
+  if (kind === "set" && a.split(" = ")[0] !== b.split(" = ")[0]) return null;
   if (kind === "settings") return { settings: { ...a, ...b } };
   return later;
 }
@@ -193,11 +195,17 @@ function takeState(next) {
   showLights();
   showQueues();
   showPhotons();
+  showEdits();
+  showTime();
+  showMagnification();
   noticeNewPicture();
   if (state.serial !== previous?.serial) {
     askForImage();
     refreshReadout();
     followPhotons();
+    followOutline();
+    refreshForms();
+    refreshOther();
   }
 }
 
@@ -206,34 +214,78 @@ function takeState(next) {
 /** The image on the canvas. */
 const shown = { serial: -1, look: "" };
 
-const askForImage = newestOnly(async () => {
-  if (!state) return;
+/** The parameters of the image that the controls describe. */
+function lookWanted() {
   const look = { layer: view.layer, exposure: view.isAuto ? "auto" : view.exposure, tonemap: view.tonemap };
   if (mix.some(({ factor, color }) => factor !== 1 || color !== WHITE)) look.mix = JSON.stringify(mix.map(lightFactor));
+  return look;
+}
+
+const askForImage = newestOnly(async () => {
+  if (!state) return;
+  const look = lookWanted();
   const isThere = shown.serial >= state.serial && shown.look === JSON.stringify(look);
   if (isThere) return;
   const asked = state.serial;
-  const response = await request("/image", look);
-  const header = (name) => Number(response.headers.get(name));
-  draw(new Uint8ClampedArray(await response.arrayBuffer()), header("X-Width"), header("X-Height"));
-  // The image may be newer than the serial in the state.
-  shown.serial = Math.max(asked, header("X-Serial"));
-  shown.look = JSON.stringify(look);
-  if (view.isAuto) showExposure(header("X-Exposure"));
+  const isOtherLook = shown.look !== JSON.stringify(look);
+  if (look.layer === "denoised") byId("layer-state").textContent = "removing the noise …";
+  const pixels = await fetchImage(look, (headers) => {
+    const header = (name) => Number(headers.get(name));
+    // The image may be newer than the serial in the state.
+    shown.serial = Math.max(asked, header("X-Serial"));
+    shown.look = JSON.stringify(look);
+    if (view.isAuto) showExposure(header("X-Exposure"));
+    showBar(JSON.parse(headers.get("X-Bar")));
+    showLayerState(look.layer, headers);
+  });
+  if (pixels) draw(pixels);
+  if (isOtherLook) refreshOther();
 });
 
-function draw(pixels, width, height) {
+/** The pixels of an image; null before the first one. `see` is called with the headers. */
+async function fetchImage(look, see = () => {}, path = "/image") {
+  const response = await request(path, look);
+  if (response.status === 204) return null;
+  const [width, height] = ["X-Width", "X-Height"].map((name) => Number(response.headers.get(name)));
+  const bytes = new Uint8ClampedArray(await response.arrayBuffer());
+  see(response.headers);
+  return new ImageData(bytes, width, height);
+}
+
+function draw(pixels) {
+  const { width, height } = pixels;
   const canvas = byId("image");
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-  canvas.getContext("2d").putImageData(new ImageData(pixels, width, height), 0, 0);
+  canvas.getContext("2d").putImageData(pixels, 0, 0);
   chooseScaling();
+  noticeFullImage(pixels);
+  askForNumbers();
 }
 
 /** Magnified pixels stay sharp squares; an image that is scaled down must not lose rows. */
 function chooseScaling() {
-  const canvas = byId("image");
-  const factor = (canvas.clientWidth * devicePixelRatio) / canvas.width;
-  canvas.classList.toggle("is-magnified", factor >= 1.5);
+  for (const canvas of [byId("image"), byId("other"), byId("outline")]) {
+    const factor = (canvas.clientWidth * devicePixelRatio) / canvas.width;
+    canvas.classList.toggle("is-magnified", factor >= 1.5);
+  }
+}
+
+/** Shows the numbers that the colours of a layer stand for. */
+function showBar(bar) {
+  byId("bar").hidden = bar === null;
+  if (bar === null) return;
+  const colors = bar.colors.map((color) => `rgb(${color.join(" ")})`);
+  byId("bar-colors").style.setProperty("background", `linear-gradient(to right, ${colors.join(", ")})`);
+  byId("bar-low").textContent = rounded(bar.low, 4);
+  byId("bar-high").textContent = rounded(bar.high, 4);
+  byId("bar-unit").textContent = bar.unit;
+}
+
+function showLayerState(layer, headers) {
+  const is = layer === "denoised" ? headers.get("X-Denoised") === "true" : null;
+  const samples = Number(headers.get("X-Samples"));
+  byId("layer-state").textContent =
+    is === null ? "" : is ? `without noise, from ${rounded(samples, 3)} samples` : "with noise until all pixels have samples";
 }
 
 // Layer, exposure, tone curve.
@@ -274,7 +326,17 @@ function setAutoExposure(isAuto) {
 
 function setLayer(layer) {
   byId("layer").value = view.layer = layer;
+  showLookReasons();
   askForImage();
+  askForNumbers();
+}
+
+/** Greys out what has no effect on the layer. */
+function showLookReasons() {
+  const isLight = ["light", "denoised"].includes(view.layer);
+  for (const id of ["exposure", "exposure-number", "auto-exposure", "tonemap"]) {
+    enable(id, isLight, `${byId("layer").selectedOptions[0].text} has no exposure and no tone curve: only Light has`, "");
+  }
 }
 
 function connectLook() {
@@ -368,7 +430,7 @@ function showStatus(previous) {
   const preview = state.shown[0] < size[0] ? `, now ${state.shown.join(" × ")}` : "";
   byId("size").textContent = `${size.join(" × ")}${preview}`;
   byId("pause").textContent = state.is_paused ? "Go on" : "Pause";
-  byId("pause").disabled = state.is_done;
+  enable("pause", !state.is_done, "All samples are done", "Pause or go on (Space)");
   announce(previous);
 }
 
@@ -440,13 +502,16 @@ function show(id, value) {
 function showControls() {
   showCamera();
   for (const name of ["schedule", "transport", "sampler", "wave", "depth", "spp"]) show(name, state.settings[name]);
+  const hasWaves = state.settings.schedule === "wavefront";
+  enable("wave", hasWaves, "The recursive schedule has no waves", "How many paths go through the stages together");
 }
 
 function showCamera() {
   const { camera, cameras } = state;
   showCameraNames(cameras, camera.name);
   for (const id of ["fov", "fov-number"]) {
-    byId(id).disabled = camera.fov_deg === null; // as for a parallel projection
+    // As for a parallel projection.
+    enable(id, camera.fov_deg !== null, "This camera has no such angle: its own values are below, under Values", "");
     show(id, camera.fov_deg === null ? "" : rounded(camera.fov_deg));
   }
   const lens = camera.lens_radius_m ?? 0; // a pinhole camera has no lens, but may get one
@@ -456,8 +521,9 @@ function showCamera() {
   byId("focus-distance").textContent = camera.focus_m === null ? "all distances" : `${digits(camera.focus_m)} m`;
   byId("camera-origin").textContent = triple(camera.origin);
   byId("camera-target").textContent = triple(camera.target);
-  byId("save-camera").disabled = !(state.can_save && camera.is_moved);
-  byId("reset").disabled = !camera.is_moved;
+  const cannot = camera.is_moved ? "The file does not say where this camera is, or something moves it: copy its line" : "The camera is where its file says";
+  enable("save-camera", state.can_save && camera.is_moved, cannot, "Write the camera into the scene's file");
+  enable("reset", camera.is_moved, "The camera is where its file says", "The scene's camera again (0)");
 }
 
 /** Rounds the server's 32-bit floats, which cannot represent numbers such as 0.1. */
@@ -467,7 +533,7 @@ function showCameraNames(names, chosen) {
   const select = byId("camera");
   const isSame = select.options.length === names.length && names.every((name, index) => select.options[index].value === name);
   if (!isSame) select.replaceChildren(...names.map((name) => new Option(name, name)));
-  select.disabled = names.length < 2;
+  enable("camera", names.length > 1, "The scene has no other camera", "");
   if (chosen !== undefined) show("camera", chosen);
 }
 
@@ -539,13 +605,15 @@ function connectPointer() {
   on("image", "pointercancel", endDrag);
   on("image", "pointerleave", () => point(null));
   on("image", "contextmenu", (event) => event.preventDefault());
+  on("image", "mousedown", (event) => event.button === 1 && event.preventDefault()); // it would scroll
   byId("image").addEventListener("wheel", zoomByWheel, { passive: false }); // it must not scroll the page
 }
 
 function beginDrag(event) {
-  if (drag || event.button === 1) return;
+  if (drag) return;
   const place = [event.clientX, event.clientY];
-  const kind = event.button === 2 || event.shiftKey ? "pan" : "orbit";
+  const slides = event.button === 1 || event.ctrlKey;
+  const kind = slides ? "slide" : event.button === 2 || event.shiftKey ? "pan" : "orbit";
   drag = { kind, button: event.button, start: place, last: place, hasMoved: false };
   event.target.setPointerCapture(event.pointerId);
 }
@@ -556,8 +624,10 @@ function movePointer(event) {
   drag.hasMoved ||= Math.hypot(place[0] - drag.start[0], place[1] - drag.start[1]) >= CLICK_PX;
   if (!drag.hasMoved) return;
   byId("image").classList.add("is-dragged");
+  const way = [place[0] - drag.last[0], place[1] - drag.last[1]];
   const height = byId("image").clientHeight;
-  send({ [drag.kind]: [(place[0] - drag.last[0]) / height, (place[1] - drag.last[1]) / height] });
+  if (drag.kind === "slide") slide(...way);
+  else send({ [drag.kind]: way.map((pixels) => pixels / height) });
   drag.last = place;
 }
 
@@ -576,6 +646,7 @@ function click(pixel, isAlt) {
     setFocusing(false);
   } else {
     explain(pixel, 0);
+    pick(pixel);
   }
 }
 
@@ -586,10 +657,13 @@ function setFocusing(to) {
   if (to) tell("Click what shall be sharp. Escape cancels.");
 }
 
+/** The wheel magnifies the image, and with Alt moves the camera. */
 function zoomByWheel(event) {
   event.preventDefault();
   const pixels = event.deltaY * [1, 16, 400][event.deltaMode]; // in pixels, lines or pages
-  send({ zoom: Math.exp(-Math.max(-200, Math.min(200, pixels)) / 600) });
+  const by = Math.exp(-Math.max(-200, Math.min(200, pixels)) / (event.altKey ? 600 : 300));
+  if (event.altKey) send({ zoom: by });
+  else magnify(by, [event.clientX, event.clientY]);
 }
 
 // The readout.
@@ -621,7 +695,7 @@ const askForPixel = newestOnly(async () => {
 
 function showReadout(known) {
   const set = (name, text) => (byId(`readout-${name}`).textContent = byId(`readout-${name}`).title = text ?? "–");
-  set("radiance", known && triple(known.radiance));
+  set("radiance", known && known.radiance.map((value) => rounded(value, 6)).join("  "));
   set("depth", known && known.depth_m !== null ? `${digits(known.depth_m)} m` : null);
   set("entity", known?.entity);
   set("material", known?.material);
@@ -749,7 +823,9 @@ function landingsText({ emitted, landed, in_picture, seen, points, white_w }) {
 function drawLandings() {
   const canvas = byId("landings");
   const { clientWidth, clientHeight } = byId("image");
-  Object.assign(canvas, { width: clientWidth * devicePixelRatio, height: clientHeight * devicePixelRatio }); // clears it
+  // Of a strongly magnified image, not all pixels of the screen can be had.
+  const density = Math.min(devicePixelRatio, MOST_SIDE / Math.max(clientWidth, clientHeight, 1));
+  Object.assign(canvas, { width: clientWidth * density, height: clientHeight * density }); // clears it
   if (!landings) return;
   const context = canvas.getContext("2d");
   const scale = canvas.width / state.size[0];
@@ -784,236 +860,6 @@ function connectPhotons() {
   on("next-photons", "click", () => stepPhotons(1));
 }
 
-// ---- The explanation of a pixel ----
-
-let wanted = null; // {pixel, sample} of the last request; null: no explanation is shown
-let told = null; // the EXPLANATION that is shown
-
-function explain(pixel, sample) {
-  const isNew = wanted === null;
-  wanted = { pixel, sample };
-  byId("explanation").hidden = false;
-  byId("explanation").setAttribute("aria-busy", "true");
-  byId("explanation-title").textContent = `Pixel ${pixel.join(", ")}`;
-  byId("explanation-sample").textContent = "following …";
-  if (isNew) byId("side").scrollTop = 0;
-  askForExplanation(wanted);
-}
-
-const askForExplanation = newestOnly(async (asked) => {
-  const { pixel, sample } = asked;
-  try {
-    const answer = await (await request("/explain", { x: pixel[0], y: pixel[1], sample })).json();
-    if (wanted === asked) showExplanation(answer);
-  } catch (error) {
-    if (wanted === asked) closeExplanation();
-    throw error;
-  }
-});
-
-function closeExplanation() {
-  wanted = told = null;
-  byId("explanation").hidden = true;
-  drawOverlay();
-}
-
-/** The number of samples to choose from; it grows while the rendering continues. */
-const samplesToExplain = () => Math.max(told.samples, state.samples);
-
-function stepSample(by) {
-  if (!told) return;
-  const sample = wanted.sample + by; // relative to the request, so that several steps add up before its response
-  if (sample >= 0 && sample < samplesToExplain()) explain(wanted.pixel, sample);
-}
-
-function showExplanation(explanation) {
-  told = explanation;
-  byId("explanation").removeAttribute("aria-busy");
-  byId("explanation-title").textContent = `Pixel ${told.pixel.join(", ")}`;
-  byId("explanation-radiance").textContent = triple(told.radiance);
-  byId("explanation-radiance").title = "What this sample adds to the pixel";
-  showDrawnPhotons();
-  showStepper();
-  showAgreement();
-  setStale(false);
-  const isAlone = told.paths.length === 1;
-  byId("paths").replaceChildren(...told.paths.flatMap((path, number) => pathItems(path, number, isAlone)));
-  byId("command").textContent = told.command;
-  drawOverlay();
-}
-
-/** Shows photons that belong to no path: those that end where the camera sees them. */
-function showDrawnPhotons() {
-  const { count: number, radiance } = told.photons;
-  const line = byId("explanation-photons");
-  line.hidden = number === 0;
-  const photons = number === 1 ? "1 photon that it sees directly brings " : `${count(number)} photons that it sees directly bring `;
-  line.replaceChildren(photons, element("span", "number", triple(radiance)));
-}
-
-/** Shows the sample's number, counted from 0 as in the command below. */
-function showStepper() {
-  byId("explanation-sample").textContent = `sample ${told.sample} of 0–${samplesToExplain() - 1}`;
-  byId("previous-sample").disabled = told.sample === 0;
-  byId("next-sample").disabled = told.sample + 1 >= samplesToExplain();
-}
-
-/** Nine digits distinguish any two 32-bit floats. */
-const exact = (values) => values.map((value) => rounded(value, 9)).join(", ");
-
-function showAgreement() {
-  const { wavefront, recursive } = told.schedules;
-  const agreement = byId("agreement");
-  agreement.classList.toggle("is-bad", !told.agrees);
-  agreement.textContent = told.agrees
-    ? "Both schedules: the same bits."
-    : `THE SCHEDULES DIFFER. That is an error in rayfront.\nwavefront: ${exact(wavefront)}\nrecursive: ${exact(recursive)}`;
-}
-
-/** Marks the explanation as outdated if the image has restarted since. */
-function noticeNewPicture() {
-  if (!told) return;
-  showStepper();
-  if (told.generation !== state.generation) setStale(true);
-}
-
-function setStale(isStale) {
-  byId("explanation-stale").hidden = !isStale;
-  byId("overlay").classList.toggle("is-stale", isStale);
-}
-
-function pathItems(path, number, isAlone) {
-  const { forked_off_path, forked_off_bounce } = path;
-  const from = forked_off_path === null ? "from the camera" : `forked off path ${forked_off_path} at bounce ${forked_off_bounce}`;
-  const list = element("ol", "", ...path.steps.map((step, index) => stepItem(step, number, `${number}-${index}`)));
-  const end = element("p", "end", `It ends: ${path.end.replace(/\.$/, "")}.`);
-  const shared = path.shares === null ? [] : [element("p", "end", sharesText(path.shares))];
-  if (isAlone) return [list, end, ...shared];
-  const brings = element("p", "end", "It brings ", element("span", "number", triple(path.radiance)));
-  return [element("h3", "", `Path ${number}, ${from}`), list, end, ...shared, brings];
-}
-
-/** Describes the path reuse: the light from the path itself and from others of its group. */
-function sharesText({ before, own, shared, vertices }) {
-  const group = vertices === 1 ? "1 second vertex" : `${vertices} second vertices`;
-  return (
-    `Up to the first vertex it finds ${triple(before)}, beyond that by its own path alone ${triple(own)}, ` +
-    `and from ${group} of its group ${triple(shared)}.`
-  );
-}
-
-/** A vertex in the list. Hovering over it marks it in the image. */
-function stepItem(step, pathNumber, key) {
-  const badge = element("span", `badge branch-${pathNumber % BRANCHES}`, step.vertex ? String(step.bounce) : "–");
-  const item = element("li", "step", badge, stepFacts(step));
-  item.tabIndex = 0;
-  for (const event of ["mouseenter", "focus"]) item.addEventListener(event, () => mark(key));
-  for (const event of ["mouseleave", "blur"]) item.addEventListener(event, () => mark(null));
-  return item;
-}
-
-function stepFacts({ bounce, queue, throughput, to, vertex }) {
-  const met = vertex ? [vertex.entity, element("span", "of", ` of ${vertex.material}`)] : ["meets nothing"];
-  const facts = element("div", "facts", element("span", "what", ...met));
-  const length = vertex ? `, ${digits(vertex.t)} m` : "";
-  fact(facts, "ray", `bounce ${bounce}, ${queue}${length}`);
-  fact(facts, "throughput", triple(throughput), "number");
-  if (vertex) vertexFacts(facts, vertex, to);
-  return facts;
-}
-
-function vertexFacts(facts, { gives_off, photons, lobe, lights, position, normal }, to) {
-  if (!isBlack(gives_off)) fact(facts, "gives off", triple(gives_off), "number");
-  if (!isBlack(photons)) fact(facts, "photons", triple(photons), "number");
-  for (const light of lights) lightFact(facts, light);
-  if (lobe !== null) fact(facts, "goes on by", lobe);
-  if (!isInImage(to)) fact(facts, "lies", to === null ? "behind the camera" : "outside the image");
-  facts.title = `at ${triple(position)}\nnormal ${triple(normal)}`;
-}
-
-const isInImage = (place) => place !== null && place.every((value, axis) => value >= 0 && value < state.size[axis]);
-
-function fact(facts, term, value, className = "") {
-  facts.append(element("span", "term", term), element("span", className, value));
-}
-
-function lightFact(facts, { light, distance, contribution, arrived, weight, blocked }) {
-  const isWhole = arrived.every((value, channel) => value === contribution[channel]);
-  const whole = triple(contribution);
-  const brings = blocked ? `blocked; would bring\n${whole}` : isWhole ? whole : `${triple(arrived)}\nof ${whole}`;
-  const term = element("span", "term is-light", light);
-  const value = element("span", "number", brings);
-  for (const part of [term, value]) part.classList.toggle("is-blocked", blocked);
-  const away = distance === null ? "" : `, ${digits(distance)} m away`;
-  term.title = value.title = `A ray to this light${away}. This way to find it counts ${digits(weight)}.`;
-  facts.append(term, value);
-}
-
-function connectExplanation() {
-  on("close-explanation", "click", closeExplanation);
-  on("previous-sample", "click", () => stepSample(-1));
-  on("next-sample", "click", () => stepSample(1));
-  on("copy-command", "click", () => told && copy(told.command, "the command"));
-}
-
-// The paths over the image.
-
-/** The overlay's units are CSS pixels, so that dots and lines have the same size on all screens. */
-function drawOverlay() {
-  const overlay = byId("overlay");
-  overlay.replaceChildren();
-  if (!told) return;
-  const scale = byId("image").clientWidth / state.size[0];
-  const place = (point) => point.map((value) => value * scale);
-  const steps = told.paths.flatMap((path, number) => path.steps.map((step, index) => ({ step, number, key: `${number}-${index}` })));
-  for (const { step, number, key } of steps) overlay.append(stepLines(step, number, key, place));
-  // Dots lie above all lines; the camera's vertex, drawn last, above all dots.
-  for (const { step, number, key } of steps.reverse()) {
-    if (step.vertex && step.to) overlay.append(stepDot(step, number, key, place(step.to)));
-  }
-  overlay.append(pixelFrame(place));
-}
-
-/** The ray to a vertex, and those from it to the lights. Points behind the camera are null. */
-function stepLines(step, pathNumber, key, place) {
-  const group = shape("g", `step-lines branch-${pathNumber % BRANCHES}`);
-  group.dataset.key = key;
-  for (const light of step.vertex?.lights ?? []) {
-    if (step.to && light.to) group.append(line(`light-ray${light.blocked ? " is-blocked" : ""}`, place(step.to), place(light.to)));
-  }
-  if (step.from && step.to) {
-    group.append(line(step.vertex ? "ray" : "ray escaped", place(step.from), place(step.to)));
-  }
-  return group;
-}
-
-const line = (className, [x1, y1], [x2, y2]) => shape("line", className, { x1, y1, x2, y2 });
-
-function stepDot(step, pathNumber, key, [x, y]) {
-  const dot = shape("g", `dot branch-${pathNumber % BRANCHES}`, { transform: `translate(${x} ${y})` });
-  dot.dataset.key = key;
-  const number = shape("text", "", { y: 0.5 });
-  number.textContent = step.bounce;
-  dot.append(shape("circle", "", { r: 8 }), number);
-  return dot;
-}
-
-/** A frame around the explained pixel, large enough to be visible. */
-function pixelFrame(place) {
-  const [x, y] = place([told.pixel[0] + 0.5, told.pixel[1] + 0.5]);
-  const side = Math.max(place([1])[0], 24);
-  return shape("rect", "pixel", { x: x - side / 2, y: y - side / 2, width: side, height: side });
-}
-
-function mark(key) {
-  const overlay = byId("overlay");
-  overlay.classList.toggle("has-marked", key !== null);
-  for (const part of overlay.querySelectorAll("[data-key]")) {
-    const isMarked = part.classList.toggle("is-marked", part.dataset.key === key);
-    if (isMarked && part.matches(".dot")) overlay.append(part); // above its neighbours
-  }
-}
-
 // ---- The keyboard ----
 
 const STEP = 0.05; // the step of an arrow key, relative to the image's height
@@ -1023,9 +869,14 @@ const ARROWS = { ArrowLeft: [-STEP, 0], ArrowRight: [STEP, 0], ArrowUp: [0, -STE
 
 const KEYS = {
   "?": () => byId("help").togglePopover(),
-  "+": () => send({ zoom: 1.1 }),
-  "=": () => send({ zoom: 1.1 }),
-  "-": () => send({ zoom: 1 / 1.1 }),
+  "+": () => magnifyByKey(1.25),
+  "=": () => magnifyByKey(1.25),
+  "-": () => magnifyByKey(0.8),
+  home: fitImage,
+  pageup: () => send({ zoom: 1.1 }),
+  pagedown: () => send({ zoom: 1 / 1.1 }),
+  k: keepImage,
+  s: savePng,
   "[": () => stepSample(-1),
   "]": () => stepSample(1),
   ",": () => setExposure(Number(byId("exposure-number").value) - 0.25),
@@ -1036,13 +887,14 @@ const KEYS = {
   p: () => setPhotons(!byId("show-photons").checked),
   f: () => setFocusing(!isFocusing),
   r: () => send({ restart: true }),
-  Escape: escape,
+  escape,
 };
 
 function escape() {
   if (byId("help").matches(":popover-open")) return; // the key closes the help only
   if (isFocusing) setFocusing(false);
-  else closeExplanation();
+  else if (wanted) closeExplanation();
+  else unpick();
 }
 
 function pressKey(event) {
@@ -1050,7 +902,9 @@ function pressKey(event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const isField = target.matches("select, input:not([type=checkbox], [type=range])");
   if (isField && key !== "Escape") return;
-  const action = KEYS[key.length === 1 ? key.toLowerCase() : key] ?? keyInImage(event);
+  const isForPage = key.startsWith("Page") || key === "Home"; // elsewhere, these scroll
+  if (isForPage && target !== byId("image") && target !== document.body) return;
+  const action = KEYS[key.toLowerCase()] ?? keyInImage(event);
   if (!action) return;
   if (key !== "Escape") event.preventDefault(); // the browser closes the help on Escape
   action();
@@ -1067,19 +921,3 @@ function keyInImage({ target, key, shiftKey }) {
   return null;
 }
 
-// ---- Start ----
-
-connectLook();
-connectLights();
-connectControls();
-connectPointer();
-connectExplanation();
-connectPhotons();
-document.addEventListener("keydown", pressKey);
-new ResizeObserver(() => {
-  chooseScaling();
-  drawOverlay();
-  if (state) drawLandings();
-}).observe(byId("frame"));
-point(null);
-listen();

@@ -16,7 +16,7 @@ use rayfront::internals::formats::ron::query::{Query, select, set};
 use rayfront::internals::formats::{self, LoadOptions, film_file, picture, rays, ron, study};
 use rayfront::internals::integrator::Schedule;
 use rayfront::internals::view::scene::LiveScene;
-use rayfront::internals::view::server::Server;
+use rayfront::internals::view::server::{MakeCommands, Server};
 use rayfront::internals::view::viewer::{RenderWork, Viewer};
 use rayfront::internals::world::SourceFiles;
 use rayfront::render::{Options, Session};
@@ -307,7 +307,8 @@ static PAGE: LazyLock<(String, String)> = LazyLock::new(|| {
     let place = (base.trim_start_matches("http://").to_owned(), token.to_owned());
     let viewer = Arc::new(Viewer::new(&scene, RenderWork::default()));
     let served = viewer.clone();
-    std::thread::spawn(move || server.serve(served, |_, _, _| String::new()));
+    let commands = MakeCommands { explain: |_, _, _| String::new(), render: |_, _, _| String::new() };
+    std::thread::spawn(move || server.serve(served, commands));
     std::thread::spawn(move || viewer.run(scene, RenderWork::default()));
     place
 });

@@ -11,6 +11,7 @@
 //! Kinds are components and their forms, as named in scene files; keys are `name`, `parent` and `material`; after `~`,
 //! `*` stands for any text. Values are validated by the reader of scene files, which reads the changed component again.
 
+mod in_text;
 mod mix;
 mod rotation;
 mod select;
@@ -22,6 +23,7 @@ use crate::error::{did_you_mean, in_one_line, with_blanks};
 use crate::formats::ron::scan::{self, find_unclosed};
 use crate::world::{Camera, Light, Shape};
 
+pub use in_text::{assignment, with_statements};
 pub use mix::mix;
 pub use select::{Selected, list, select};
 pub use set::{EditRunner, no_match, set};

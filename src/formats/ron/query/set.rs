@@ -209,7 +209,7 @@ impl Statement<'_> {
     }
 
     /// The component of the path: the one that it begins with (which is removed), or the query's.
-    fn component(&mut self, query: &Query) -> Result<Component, QueryError> {
+    pub(super) fn component(&mut self, query: &Query) -> Result<Component, QueryError> {
         // No component has a field with the name of a component.
         let first = self.path[0];
         if let Some((_, component)) = Component::ALL.iter().find(|(name, _)| *name == first) {
@@ -287,7 +287,7 @@ impl Statement<'_> {
     }
 
     /// The component's text with the new value.
-    fn edited(&self, old: &str) -> Result<String, QueryError> {
+    pub(super) fn edited(&self, old: &str) -> Result<String, QueryError> {
         if self.path.is_empty() {
             return Ok(self.value.to_owned());
         }
@@ -302,7 +302,7 @@ impl Statement<'_> {
             match found {
                 Some(value) if is_last => {
                     let start = scan::offset_of(old, value).unwrap_or(0);
-                    let value = value.trim_end();
+                    let value = scan::without_trailing_blanks(value);
                     let new = self.combined(value)?;
                     return Ok(format!("{}{new}{}", &old[..start], &old[start + value.len()..]));
                 }

@@ -25,6 +25,7 @@ use crate::error::SaveError;
 use crate::files;
 use crate::math::{DVec3, Vec3};
 use crate::world::assets::NamedMaterial;
+use crate::world::fields::Slot;
 use crate::world::{
     Array, Camera, FocusAt, FocusOn, FromModel, Light, LightGroup, MaterialId, Model, Modifiers, Name,
     Overrides, Parent, ScatteredCopies, Shape, Stereo, Transform, WithoutCaustics, World,
@@ -78,6 +79,21 @@ pub(super) fn component_text(
             Some(of(world.only_material(entity).ok_or(several)?)?)
         }
     })
+}
+
+/// Writes single values as in a scene file, with numbers such as `"#3"` for meshes and images.
+pub struct ValueWriter<'a>(AssetPaths<'a>);
+
+impl<'a> ValueWriter<'a> {
+    /// Creates a writer of a world's values.
+    pub fn new(world: &'a World) -> Self {
+        Self(AssetPaths::numbers(&world.assets))
+    }
+
+    /// The text of a value; none if it is absent, a structure with all defaults, or cannot be written.
+    pub(crate) fn text(&self, slot: Slot) -> Option<String> {
+        texture::WrittenTextures::new(&self.0).value(slot).ok().flatten()
+    }
 }
 
 /// The settings as in a scene file.

@@ -1,0 +1,252 @@
+//! The forms of the page, made from the tables of components ([`crate::world::fields`]): the fields of the settings and
+//! of materials, lights and cameras, each with its value, unit and range.
+
+use std::collections::HashMap;
+
+use hecs::Entity;
+use serde_json::{Value, json};
+
+use crate::formats::ron::ValueWriter;
+use crate::world::fields::{Field, Forms, Quantity, Range, Slot, all_fields};
+use crate::world::{Camera, ColorInput, FromModel, Light, MaterialId, World};
+
+/// The most forms that the page lists.
+const MOST_FORMS: usize = 2000;
+
+/// A thing with a form.
+pub struct FormTarget {
+    /// The part of a statement before the field, such as `"lamp".light`.
+    pub statement: String,
+    /// `settings`, `material`, `light` or `camera`.
+    pub kind: &'static str,
+    /// The name of the material or entity.
+    pub name: String,
+    part: FormPart,
+}
+
+enum FormPart {
+    Settings,
+    Material(MaterialId),
+    Light(Entity),
+    Camera(Entity),
+}
+
+/// The things that have a form: those that a name distinguishes.
+pub fn targets(world: &World) -> Vec<FormTarget> {
+    let order = world.in_order();
+    let mut counts: HashMap<String, usize> = HashMap::new();
+    for entity in &order {
+        *counts.entry(world.name_of(*entity)).or_default() += 1;
+    }
+    // In a query, a * stands for any text.
+    let is_clear = |name: &str| !name.contains('*');
+    let mut found = vec![FormTarget {
+        statement: "settings".into(),
+        kind: "settings",
+        name: "settings".into(),
+        part: FormPart::Settings,
+    }];
+    let mut add = |statement: String, kind: &'static str, name: &str, part: FormPart| {
+        found.push(FormTarget { statement, kind, name: name.to_owned(), part });
+    };
+    for (number, named) in world.assets.materials.iter().enumerate() {
+        if let Some(name) = named.name.as_deref().filter(|name| is_clear(name)) {
+            add(
+                format!("Material[{name:?}]"),
+                "material",
+                name,
+                FormPart::Material(MaterialId(number as u32)),
+            );
+        }
+    }
+    for entity in order {
+        let name = world.name_of(entity);
+        if !is_clear(&name) || counts.get(&name) != Some(&1) {
+            continue;
+        }
+        if world.entities.satisfies::<&Camera>(entity) {
+            add(format!("Camera[name={name:?}].camera"), "camera", &name, FormPart::Camera(entity));
+        }
+        if world.entities.satisfies::<&Light>(entity) {
+            add(format!("{name:?}.light"), "light", &name, FormPart::Light(entity));
+        }
+        let own = world.entities.get::<&MaterialId>(entity).ok().map(|id| *id);
+        let is_from_model = world.entities.satisfies::<&FromModel>(entity);
+        let is_unnamed = |id: &MaterialId| {
+            world.assets.materials.get(id.0 as usize).is_some_and(|named| named.name.is_none())
+        };
+        if let Some(id) = own.filter(|id| !is_from_model && is_unnamed(id)) {
+            add(format!("{name:?}.material"), "material", &name, FormPart::Material(id));
+        }
+    }
+    found.truncate(MOST_FORMS);
+    found
+}
+
+/// The form of a thing: the name of its model or form, and its fields. None if the world has no such thing.
+pub fn form(world: &World, statement: &str) -> Option<Value> {
+    let target = targets(world).into_iter().find(|target| target.statement == statement)?;
+    let writer = ValueWriter::new(world);
+    let of_forms =
+        |forms: &mut dyn Forms| (forms.names()[forms.form()].to_owned(), values(forms.fields(), "", &writer));
+    let (form, fields) = match target.part {
+        FormPart::Settings => {
+            ("Settings".to_owned(), values(all_fields(&mut world.settings.clone()), "", &writer))
+        }
+        FormPart::Material(id) => {
+            let mut material = world.assets.materials.get(id.0 as usize)?.material.clone();
+            let part = material.part();
+            (part.what().to_owned(), values(all_fields(part), "", &writer))
+        }
+        FormPart::Light(entity) => of_forms(&mut (*world.entities.get::<&Light>(entity).ok()?).clone()),
+        FormPart::Camera(entity) => of_forms(&mut world.entities.get::<&Camera>(entity).ok().map(|it| *it)?),
+    };
+    let FormTarget { statement, kind, name, .. } = target;
+    Some(json!({"statement": statement, "kind": kind, "name": name, "form": form, "fields": fields}))
+}
+
+fn values(fields: Vec<Field>, prefix: &str, writer: &ValueWriter) -> Vec<Value> {
+    fields
+        .into_iter()
+        .filter(|field| !field.name.is_empty())
+        .map(|field| value(field, prefix, writer))
+        .collect()
+}
+
+/// A field with its value. `kind` says how the page edits it: `flag`, `number`, `color`, `choice`, `text`, `part` (fields
+/// of its own), `absent` (a part that may be added) or `fixed`.
+fn value(field: Field, prefix: &str, writer: &ValueWriter) -> Value {
+    let Field { name, doc, slot, .. } = field;
+    let path = format!("{prefix}{name}");
+    let inner = format!("{path}.");
+    let number = |value: Option<f32>, range: Range| {
+        let [least, most] = limits(range);
+        let range = range.to_string();
+        json!({"kind": "number", "value": value, "range": range, "min": least, "max": most})
+    };
+    let whole = |value: Option<i64>, least: i64, most: i64| {
+        let range = format!("from {least} to {most}");
+        json!({"kind": "number", "value": value, "range": range, "min": least, "max": most, "step": 1})
+    };
+    let color =
+        |value: &[f32; 3], range: Range| json!({"kind": "color", "value": value, "range": range.to_string()});
+    let unit = unit_of(name, &slot);
+    let mut described = match slot {
+        Slot::Flag(flag) => json!({"kind": "flag", "value": *flag}),
+        Slot::Number(value, range) => number(Some(*value), range),
+        Slot::OptionalNumber(value, range) => number(*value, range),
+        Slot::Degrees(angle, range) => number(Some(angle.to_degrees()), range),
+        Slot::Azimuth(angle) => number(Some(angle.to_degrees()), Range::Finite),
+        Slot::Whole(value, least, most) => whole(Some((*value).into()), least.into(), most.into()),
+        Slot::OptionalWhole(value, least, most) => whole(value.map(i64::from), least.into(), most.into()),
+        Slot::Priority(value) => json!({"kind": "number", "value": *value, "range": "whole", "step": 1}),
+        Slot::Color(value, range) => color(&value.to_array(), range),
+        Slot::ColorMap(ColorInput::Constant(value), range) => color(&value.to_array(), range),
+        Slot::NumberMap(input, _) if input.texture.is_none() => number(Some(input.factor), Range::UNIT),
+        Slot::Form(forms) => {
+            let (names, at) = (forms.names(), forms.form());
+            let fields = values(forms.fields(), &inner, writer);
+            json!({"kind": "choice", "value": names[at], "names": names, "fields": fields})
+        }
+        Slot::Part(part) => json!({"kind": "part", "fields": values(all_fields(part), &inner, writer)}),
+        Slot::OptionalPart(part) => match part.part() {
+            Some(part) => json!({"kind": "part", "fields": values(all_fields(part), &inner, writer)}),
+            None => json!({"kind": "absent"}),
+        },
+        Slot::ColorMap(..)
+        | Slot::NumberMap(..)
+        | Slot::ChannelMap(..)
+        | Slot::DataMap(_)
+        | Slot::Normals(_)
+        | Slot::Bumps(_)
+        | Slot::Image(_)
+        | Slot::Profile(_)
+        | Slot::Strands(_)
+        | Slot::Mesh(_)
+        | Slot::Font(_) => json!({"kind": "fixed", "why": "pictures are changed in the scene's file"}),
+        other => json!({"kind": "text", "value": writer.text(other)}),
+    };
+    described["path"] = json!(path);
+    described["name"] = json!(name);
+    described["doc"] = json!(doc.trim());
+    described["unit"] = json!(unit);
+    described
+}
+
+/// The least and the greatest number of a range, as far as it has them.
+fn limits(range: Range) -> [Option<f32>; 2] {
+    match range {
+        Range::Finite => [None, None],
+        Range::Above0 | Range::Distance | Range::Light(_) => [Some(0.0), None],
+        Range::From(least) => [Some(least), None],
+        Range::FromTo(least, most) | Range::Between(least, most) => [Some(least), Some(most)],
+        Range::UpTo(most) => [Some(0.0), Some(most)],
+    }
+}
+
+/// The unit of a field, which its range or the end of its name gives.
+fn unit_of(name: &str, slot: &Slot) -> &'static str {
+    const ENDINGS: [(&str, &str); 7] = [
+        ("_m", "m"),
+        ("_mm", "mm"),
+        ("_w", "W"),
+        ("_s", "s"),
+        ("_ev", "stops"),
+        ("_degrees", "°"),
+        ("_kelvin", "K"),
+    ];
+    match slot {
+        Slot::Color(_, Range::Light(quantity)) | Slot::ColorMap(_, Range::Light(quantity)) => {
+            match quantity {
+                Quantity::Power(_) => "W",
+                Quantity::Irradiance => "W m⁻²",
+                Quantity::Radiance => "W m⁻² sr⁻¹",
+            }
+        }
+        Slot::Degrees(..) | Slot::Azimuth(_) => "°",
+        _ => ENDINGS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("", |(_, unit)| unit),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{Falloff, Material, Name, Principled};
+
+    fn world() -> World {
+        let mut world = World::default();
+        let glass = Material::Principled(Box::new(Principled::default()));
+        world.assets.add_material(Some("glass".into()), glass.clone());
+        let own = world.assets.add_material(None, glass);
+        let light =
+            Light::Point { power_w: crate::math::Rgb::WHITE, falloff: Falloff::default(), radius_m: 0.0 };
+        world.entities.spawn((Name("lamp".into()), light, own));
+        world.entities.spawn((Name("lamp*".into()), Camera::Orthographic { height_m: 2.0 }));
+        world
+    }
+
+    #[test]
+    fn things_with_clear_names_have_forms() {
+        let statements: Vec<_> = targets(&world()).into_iter().map(|target| target.statement).collect();
+        assert_eq!(statements, ["settings", r#"Material["glass"]"#, r#""lamp".light"#, r#""lamp".material"#]);
+        assert!(form(&world(), r#"Material["wood"]"#).is_none());
+    }
+
+    #[test]
+    fn fields_have_values_ranges_units_and_meanings() {
+        let form = form(&world(), r#""lamp".light"#).unwrap();
+        let power = &form["fields"][0];
+        assert_eq!(
+            (&power["path"], &power["kind"], &power["unit"]),
+            (&json!("power_w"), &json!("color"), &json!("W"))
+        );
+        assert_eq!((&power["range"], &power["value"]), (&json!("at least 0"), &json!([1.0, 1.0, 1.0])));
+        let form = super::form(&world(), r#"Material["glass"]"#).unwrap();
+        let fields = form["fields"].as_array().unwrap();
+        let field = |path: &str| fields.iter().find(|field| field["path"] == path).unwrap();
+        assert_eq!((&field("roughness")["min"], &field("roughness")["max"]), (&json!(0.0), &json!(1.0)));
+        assert_eq!((&field("volume")["kind"], &field("normal")["kind"]), (&json!("absent"), &json!("fixed")));
+        assert!(field("anisotropy")["fields"][0]["path"].as_str().unwrap().starts_with("anisotropy."));
+        assert!(fields.iter().all(|field| field["doc"] != ""));
+    }
+}

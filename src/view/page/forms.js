@@ -1,0 +1,218 @@
+
+// ---- Forms: the values of materials, lights, cameras and settings ----
+
+let targets = []; // the things that have a form: {statement, kind, name}
+let formOf = null; // the statement of the thing that is shown
+let formText = ""; // the form as it was drawn
+let formsGeneration = -1; // the generation that they were requested for
+let picked = null; // the name of the entity with an outline
+
+/** Sends a command whose answer is data. */
+async function askServer(command) {
+  const options = { method: "POST", body: JSON.stringify(command), headers: { "Content-Type": "application/json" } };
+  return JSON.parse((await (await request("/do", {}, options)).json()).said);
+}
+
+const KINDS = { settings: "Settings", material: "Materials", light: "Lights", camera: "Cameras" };
+
+/** Requests the list and the form again after each change, as long as the panel is open. */
+const refreshForms = newestOnly(async () => {
+  if (!byId("edit-panel").open || !state || formsGeneration === state.generation) return;
+  const generation = state.generation;
+  const found = await askServer({ forms: true });
+  if (JSON.stringify(found) !== JSON.stringify(targets)) {
+    targets = found;
+    const group = (kind) => {
+      const options = targets.filter((it) => it.kind === kind).map((it) => new Option(it.name, it.statement));
+      return Object.assign(element("optgroup", "", ...options), { label: KINDS[kind] });
+    };
+    byId("form-of").replaceChildren(...Object.keys(KINDS).map(group).filter((it) => it.children.length > 0));
+  }
+  if (!targets.some((it) => it.statement === formOf)) formOf = targets.find((it) => it.kind !== "settings")?.statement ?? "settings";
+  byId("form-of").value = formOf;
+  const form = await askServer({ form: formOf });
+  formsGeneration = generation;
+  showForm(form);
+});
+
+function showForm(form) {
+  const text = JSON.stringify(form);
+  const isBeingEdited = byId("form").contains(document.activeElement) && document.activeElement.matches("input, select");
+  if (text === formText || (isBeingEdited && formText && JSON.parse(formText).statement === form.statement)) return;
+  formText = text;
+  byId("form-name").textContent = form.form;
+  byId("form").replaceChildren(...form.fields.map((field) => fieldRow(form.statement, field)));
+}
+
+function chooseForm(statement) {
+  formOf = statement;
+  formsGeneration = -1;
+  formText = "";
+  refreshForms();
+}
+
+/** A field: its name, its control, and its unit and range. */
+function fieldRow(statement, field) {
+  const id = `field-${field.path}`;
+  const label = element("label", "", field.name);
+  Object.assign(label, { htmlFor: id, title: field.doc });
+  const set = (value) => send({ set: `${statement}.${field.path} = ${value}` });
+  const control = CONTROLS[field.kind](field, set, id);
+  const facts = [field.unit, field.range].filter((it) => it).join(", ");
+  const row = element("div", "field", label, control, element("span", "fact", facts));
+  const inner = (field.fields ?? []).map((part) => fieldRow(statement, part));
+  return inner.length > 0 ? element("div", "part", row, ...inner) : row;
+}
+
+const input = (id, type, value, facts = {}) => Object.assign(element("input"), { id, type, value: value ?? "", ...facts });
+
+/** A number as in a scene file; an empty control is no number. */
+const written = (control) => (control.value === "" ? "None" : String(rounded(control.valueAsNumber, 7)));
+
+const CONTROLS = {
+  flag(field, set, id) {
+    const box = input(id, "checkbox", "", { checked: field.value });
+    box.addEventListener("change", () => set(box.checked));
+    return box;
+  },
+  number(field, set, id) {
+    const limits = { min: field.min ?? "", max: field.max ?? "", step: field.step ?? "any" };
+    const number = input(id, "number", field.value === null ? null : rounded(field.value), limits);
+    number.addEventListener("change", () => (number.checkValidity() ? set(written(number)) : tell(`${field.name}: ${field.range}.`, true)));
+    if (field.min == null || field.max == null || field.value === null || field.max - field.min > 1000) return number;
+    const slider = input(`${id}-slider`, "range", field.value, { ...limits, step: field.step ?? (field.max - field.min) / 500, ariaLabel: field.name });
+    slider.addEventListener("input", () => {
+      number.value = rounded(slider.valueAsNumber, 4);
+      set(number.value);
+    });
+    return element("span", "with-slider", slider, number);
+  },
+  color(field, set, id) {
+    const parts = field.value.map((value, channel) => {
+      const name = ["red", "green", "blue"][channel];
+      return input(channel ? `${id}-${name}` : id, "number", rounded(value, 5), { min: 0, step: "any", ariaLabel: `${field.name}, ${name}` });
+    });
+    const most = Math.max(1e-9, ...field.value);
+    const scale = field.range === "from 0 to 1" ? 1 : most;
+    const color = input(`${id}-color`, "color", hexOf(field.value.map((value) => value / scale)), { ariaLabel: `${field.name}: colour`, title: "Colour" });
+    const send = () => set(`(${parts.map(written).join(", ")})`);
+    for (const part of parts) part.addEventListener("change", send);
+    color.addEventListener("input", () => {
+      lightFactor({ factor: scale, color: color.value }).forEach((value, channel) => (parts[channel].value = rounded(value, 4)));
+      send();
+    });
+    return element("span", "with-color rgb", ...parts, color);
+  },
+  choice(field, set, id) {
+    const select = element("select");
+    select.id = id;
+    select.append(...field.names.map((name) => new Option(name, name)));
+    select.value = field.value;
+    select.addEventListener("change", () => set(select.value));
+    return select;
+  },
+  text(field, set, id) {
+    const text = input(id, "text", field.value, { spellcheck: false });
+    text.addEventListener("change", () => set(text.value));
+    return text;
+  },
+  part: (field) => element("span", "fact", field.value ?? ""),
+  absent(field, set, id) {
+    const button = element("button", "", "Add");
+    Object.assign(button, { id, type: "button" });
+    button.addEventListener("click", () => set("()"));
+    return button;
+  },
+  fixed(field, set, id) {
+    return input(id, "text", field.why, { disabled: true, title: field.why });
+  },
+};
+
+/** The nearest colour of a screen, as the browser's control writes it. */
+function hexOf(linear) {
+  const encoded = linear.map((part) => (part <= 0.0031308 ? 12.92 * part : 1.055 * part ** (1 / 2.4) - 0.055));
+  return `#${encoded.map((part) => Math.round(255 * Math.max(0, Math.min(1, part))).toString(16).padStart(2, "0")).join("")}`;
+}
+
+/** Shows how many values are changed, and whether they can be saved. */
+function showEdits() {
+  const number = state.edits.length;
+  const why = number === 0 ? "No value was changed here" : "Only .ron files can be changed: copy the command instead";
+  byId("edits-state").textContent = number === 0 ? "" : `${number} changed ${number === 1 ? "value" : "values"}, not in the file yet.`;
+  byId("edits-state").title = state.edits.join("\n");
+  enable("save-edits", number > 0 && state.can_save_edits, why, "Write the changed values into the scene's file; its other text stays as it is");
+  for (const id of ["undo", "undo-all"]) enable(id, number > 0, "No value was changed here", "");
+}
+
+/** Greys out a control with the reason, or enables it. */
+function enable(id, isEnabled, why, title) {
+  const control = byId(id);
+  control.disabled = !isEnabled;
+  control.title = isEnabled ? title : why;
+  if (control.closest("label")) control.closest("label").title = control.title;
+  control.setAttribute("aria-description", isEnabled ? "" : why);
+}
+
+// What is picked: its form, and its outline over the image.
+
+async function pick([x, y]) {
+  try {
+    const { entity, material } = await (await request("/pixel", { x, y })).json();
+    picked = entity;
+    askForOutline();
+    if (entity === null) return;
+    byId("picked").textContent = entity;
+    if (targets.length === 0) targets = await askServer({ forms: true });
+    const has = (kind, name) => targets.find((it) => it.kind === kind && it.name === name);
+    const found = has("light", entity) ?? has("material", entity) ?? has("material", material);
+    if (found) chooseForm(found.statement);
+  } catch (error) {
+    fail(error);
+  }
+}
+
+const askForOutline = newestOnly(async () => {
+  const canvas = byId("outline");
+  canvas.hidden = picked === null;
+  byId("picked-row").hidden = picked === null;
+  if (picked === null) return;
+  const response = await request("/outline", { entity: picked });
+  const [width, height] = ["X-Width", "X-Height"].map((name) => Number(response.headers.get(name)));
+  const kinds = new Uint8Array(await response.arrayBuffer());
+  const pixels = new ImageData(width, height);
+  // White inside and black outside, so that it is visible on every ground.
+  kinds.forEach((kind, index) => {
+    if (kind > 0) pixels.data.set(kind === 1 ? [255, 255, 255, 255] : [0, 0, 0, 200], 4 * index);
+  });
+  Object.assign(canvas, { width, height });
+  canvas.getContext("2d").putImageData(pixels, 0, 0);
+  chooseScaling();
+});
+
+let outlineKey = "";
+
+/** The outline moves with the camera. */
+function followOutline() {
+  const key = `${state.generation} ${state.shown[0]}`;
+  if (picked !== null && key !== outlineKey) askForOutline();
+  outlineKey = key;
+}
+
+function unpick() {
+  picked = null;
+  askForOutline();
+}
+
+function connectForms() {
+  on("form-of", "change", (event) => chooseForm(event.target.value));
+  on("edit-panel", "toggle", refreshForms);
+  on("save-edits", "click", () => send({ save_edits: true }));
+  on("undo", "click", () => undo("last"));
+  on("undo-all", "click", () => undo("all"));
+  on("unpick", "click", unpick);
+}
+
+function undo(which) {
+  formText = "";
+  send({ undo: which });
+}

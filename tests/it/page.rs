@@ -1,0 +1,252 @@
+//! The page of `rayfront view`: movements, layers, files, commands, and values that it changes.
+
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::program::Place;
+use super::view::{SCENE, Shown, bright, rendered};
+
+/// A page that is opened at once shows no image before there is one.
+#[test]
+fn page_opened_before_the_first_image_shows_none() {
+    let shown = Shown::with(&bright("(640, 360)"), &[]);
+    let start = Instant::now();
+    loop {
+        let (code, pixels) = shown.get("/image?exposure=0&tonemap=Clamp");
+        if code == 200 {
+            let black = pixels.chunks(4).filter(|pixel| pixel[..3] == [0; 3]).count();
+            return assert!(20 * black < pixels.len() / 4, "{black} pixels are black");
+        }
+        assert!(code == 204 && pixels.is_empty() && start.elapsed() < Duration::from_secs(60), "{code}");
+    }
+}
+
+/// Movements that follow each other faster than images are rendered show small images, and then the whole one.
+#[test]
+fn movements_show_small_images_until_they_end() {
+    let shown = Shown::with(&bright("(320, 180)"), &[]);
+    shown.when("an image", |status| status["serial"].as_u64() > Some(0));
+    const MOVEMENTS: usize = 20;
+    let mut serials = Vec::new();
+    for _ in 0..MOVEMENTS {
+        assert_eq!(shown.wish(json!({"orbit": [0.01, 0.0]})).0, 200);
+        let moved = Instant::now();
+        let status = shown.json("/status");
+        // A busy machine may make the movement seem to have ended.
+        let has_rested = serials.is_empty() || moved.elapsed() > Duration::from_millis(50);
+        assert!(has_rested || status["shown"][0].as_u64() < Some(320), "{status}");
+        serials.push(status["serial"].as_u64().expect("a serial"));
+    }
+    serials.dedup();
+    assert!(2 * serials.len() > MOVEMENTS, "{} images", serials.len());
+    shown.when("the whole image", |status| {
+        status["shown"][0] == 320 && status["samples"].as_f64() >= Some(1.0)
+    });
+}
+
+/// The command that the page copies renders the bytes that it shows.
+#[cfg(unix)]
+#[test]
+fn copied_command_renders_the_image_of_the_page() {
+    let set = json!({"set": r#"Material["paint"].diffuse = (0.1, 0.9, 0.2)"#});
+    let (orbit, fov) = (json!({"orbit": [0.1, 0.05]}), json!({"fov_deg": 30.0}));
+    let settings = json!({"settings": {"depth": 3, "spp": 7, "sampler": "independent"}});
+    let look = "layer=light&exposure=0&tonemap=Clamp";
+    let other = "layer=light&exposure=-1.5&tonemap=Agx";
+    for (options, wishes, look) in [
+        (&[][..], &[][..], look),
+        (&["--exposure", "2", "--tonemap", "aces"], &[], look),
+        (&["--exposure", "auto"], &[], other),
+        (&["--zoom", "1.5"], &[set.clone(), settings.clone(), orbit.clone(), fov.clone()], other),
+        (&[], &[orbit, set, settings, fov], "layer=denoised&exposure=auto&tonemap=PbrNeutral"),
+    ] {
+        let shown = Shown::with(SCENE, options);
+        for wish in wishes {
+            assert_eq!(shown.wish(wish.clone()).0, 200, "{wish}");
+        }
+        shown.when("the image", |status| status["is_done"] == true);
+        let command =
+            shown.json(&format!("/command?{look}"))["command"].as_str().expect("a command").to_owned();
+        crate::printed::typed(&shown.folder, &command, "--quiet");
+        let name = if command.contains("--denoise") { "scene.denoised.png" } else { "scene.png" };
+        let (_, pixels) = shown.get(&format!("/image?{look}"));
+        let pixels: Vec<u8> = pixels.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect();
+        let file = image::open(shown.folder.join(name)).expect("a picture").into_rgb8().into_raw();
+        assert!(file == pixels, "{options:?} {wishes:?}: {command}");
+    }
+}
+
+#[test]
+fn layers_have_numbers_and_a_bar_of_their_colours() {
+    let shown = Shown::new();
+    shown.image();
+    let pixel = shown.json("/pixel?x=48&y=30");
+    let of = |layer: &str| shown.json(&format!("/values?layer={layer}&x0=48&y0=30&x1=50&y1=31"));
+    assert_eq!(of("light")["values"][0], pixel["radiance"]);
+    assert_eq!(
+        (&of("samples")["values"], &of("light")["region"]),
+        (&json!([[4.0], [4.0]]), &json!([48, 30, 50, 31]))
+    );
+    let depth = of("depth")["values"][0][0].as_f64().expect("a depth");
+    let near = shown.json("/pixel?x=48&y=30")["depth_m"].as_f64().expect("a depth");
+    assert!((depth - near).abs() < 1e-4, "{depth} {near}");
+    for none in [
+        "layer=entity&x0=0&y0=0&x1=1&y1=1", "layer=light&x0=0&y0=0&x1=96&y1=54",
+        "layer=light&x0=95&y0=0&x1=97&y1=1",
+    ] {
+        assert_eq!(shown.get(&format!("/values?{none}")).0, 204, "{none}");
+    }
+    let (code, outline) = shown.get("/outline?entity=ball");
+    assert_eq!((code, outline.len()), (200, 96 * 54));
+    assert!(outline.contains(&1) && outline.contains(&2) && outline[48 + 30 * 96] == 0);
+    assert_eq!(shown.get("/outline?entity=bell").0, 404);
+}
+
+/// The OpenEXR file has the radiance of the image that a command renders.
+#[test]
+fn saved_openexr_has_the_radiance_of_the_rendering() {
+    let shown = Shown::new();
+    shown.image();
+    let (code, bytes) = shown.get("/image.exr?layer=light");
+    assert_eq!(code, 200);
+    std::fs::write(shown.folder.join("page.exr"), bytes).expect("a file");
+    shown.folder.out("scene.ron --quiet -o scene.exr");
+    let [page, whole] = ["page.exr", "scene.exr"].map(|name| shown.folder.pixels(name));
+    assert!(page == whole);
+    // As an image to compare with, it looks the same.
+    assert_eq!(shown.get("/reference?exposure=1&tonemap=Agx").0, 204);
+    let post = |name: &str, bytes: &[u8]| shown.post(&format!("/reference?name={name}"), bytes);
+    assert_eq!(post("a.exr", &std::fs::read(shown.folder.join("scene.exr")).expect("a file")), 200);
+    let [(_, image), (_, reference)] =
+        ["image", "reference"].map(|path| shown.get(&format!("/{path}?exposure=1&tonemap=Agx")));
+    assert!(image == reference);
+    assert_eq!(post("a.exr", b"no picture"), 400);
+}
+
+/// The forms of a scene, as the page requests them.
+fn form(shown: &Shown, target: &str) -> Value {
+    let (code, answer) = shown.wish(json!({"form": target}));
+    assert_eq!(code, 200, "{answer}");
+    serde_json::from_str(answer["said"].as_str().expect("a form")).expect("JSON")
+}
+
+#[test]
+fn changed_values_show_and_are_saved_where_the_file_has_them() {
+    let shown = Shown::new();
+    let before = shown.image();
+    let (_, listed) = shown.wish(json!({"forms": true}));
+    let listed: Value = serde_json::from_str(listed["said"].as_str().expect("a list")).expect("JSON");
+    for target in [r#"Material["paint"]"#, r#""lamp".light"#, r#"Camera[name="eye"].camera"#, "settings"] {
+        assert!(
+            listed.as_array().is_some_and(|all| all.iter().any(|it| it["statement"] == target)),
+            "{listed}"
+        );
+    }
+    let power = &form(&shown, r#""lamp".light"#)["fields"][0];
+    assert_eq!((&power["path"], &power["value"]), (&json!("power_w"), &json!([300.0, 300.0, 300.0])));
+    let set = |statement: &str| shown.wish(json!({"set": statement}));
+    assert_eq!(set(r#"Material["paint"].diffuse = (0.1, 0.2, 0.9)"#).0, 200);
+    let start = Instant::now();
+    shown.when("the change", |status| status["shown"] != json!([0, 0]));
+    assert!(start.elapsed() < Duration::from_secs(1));
+    assert!(shown.image() != before);
+    assert_eq!(set(r#""lamp".light.power_w = 100"#).0, 200);
+    assert_eq!(set(r#"Camera[name="eye"].camera.vertical_fov_degrees = 30"#).0, 200);
+    assert_eq!(set(r#"settings.samples = 3"#).0, 200);
+    // A mistake changes nothing, and names the range.
+    let (code, answer) = set(r#"Material["paint"].shininess = -1"#);
+    assert!(
+        code == 400 && answer["error"].as_str().is_some_and(|error| error.contains("at least 0")),
+        "{answer}"
+    );
+    // A request names no file.
+    assert_eq!(set(r#"Material["paint"].diffuse = "/etc/passwd""#).0, 400);
+    assert_eq!(set(r#""lamp".light.power_w = 200"#).0, 200);
+    let status = shown.when("the image", |status| status["is_done"] == true);
+    assert_eq!(status["edits"].as_array().map(Vec::len), Some(4));
+    let changed = shown.image();
+    assert_eq!(shown.wish(json!({"save_edits": true})).0, 200);
+    let text = std::fs::read_to_string(shown.scene()).expect("the scene");
+    let expected = SCENE
+        .replace("(0.8, 0.2, 0.1)", "(0.1, 0.2, 0.9)")
+        .replace("power_w: 300", "power_w: 200")
+        .replace("vertical_fov_degrees: 40", "vertical_fov_degrees: 30")
+        .replace("samples: 4", "samples: 3");
+    assert_eq!(text, expected);
+    assert!(shown.image() == changed && rendered(&shown.scene()) == changed, "the file says what was seen");
+    assert_eq!(shown.json("/status")["edits"], json!([]));
+    // Taken back.
+    assert_eq!(set("settings.samples = 1").0, 200);
+    assert_eq!(shown.wish(json!({"undo": "last"})).0, 200);
+    assert!(shown.image() == changed);
+    assert_eq!(shown.wish(json!({"undo": "all"})).0, 400);
+}
+
+/// A value of a camera that was moved by hand changes from there, and both are saved.
+#[test]
+fn values_of_a_moved_camera_keep_its_place() {
+    let shown = Shown::new();
+    assert_eq!(shown.wish(json!({"orbit": [0.2, 0.1]})).0, 200);
+    let origin =
+        shown.when("a moved camera", |status| status["camera"]["is_moved"] == true)["camera"]["origin"]
+            .clone();
+    assert_eq!(shown.wish(json!({"set": r#"Camera[name="eye"].camera.vertical_fov_degrees = 30"#})).0, 200);
+    let status = shown.json("/status");
+    let distance = |axis: usize| {
+        (status["camera"]["origin"][axis].as_f64().expect("x") - origin[axis].as_f64().expect("x")).abs()
+    };
+    assert!(
+        (0..3).all(|axis| distance(axis) < 1e-4) && status["camera"]["fov_deg"].as_f64() < Some(30.1),
+        "{status}"
+    );
+    let moved = shown.image();
+    assert_eq!(shown.wish(json!({"save_edits": true})).0, 200);
+    assert!(shown.image() == moved && rendered(&shown.scene()) == moved);
+    assert!(!std::fs::read_to_string(shown.scene()).expect("the scene").contains("edits"));
+    // A camera that is saved after both has no value of before.
+    assert_eq!(shown.wish(json!({"set": r#"Camera[name="eye"].camera.vertical_fov_degrees = 50"#})).0, 200);
+    assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200);
+    let moved = shown.image();
+    assert_eq!(shown.wish(json!({"save_camera": true})).0, 200);
+    assert!(shown.image() == moved && rendered(&shown.scene()) == moved);
+}
+
+/// What the file does not write where it belongs becomes a statement in its `edits`.
+#[test]
+fn values_of_shared_materials_and_variables_are_saved_as_edits() {
+    let scene = SCENE
+        .replace("settings:", "variables: {\"power\": Area(power_w: 300, size_m: 2)},\n    settings:")
+        .replace("light: Area(power_w: 300, size_m: 2)", "light: $power");
+    let shown = Shown::with(&scene, &[]);
+    assert_eq!(shown.wish(json!({"set": r#""lamp".light.power_w = 100"#})).0, 200);
+    let darker = shown.image();
+    assert_eq!(shown.wish(json!({"save_edits": true})).0, 200);
+    let text = std::fs::read_to_string(shown.scene()).expect("the scene");
+    assert!(
+        text.contains("// Where we stand.") && text.contains(r#""\"lamp\".light.power_w = 100""#),
+        "{text}"
+    );
+    assert!(rendered(&shown.scene()) == darker);
+    assert_eq!(shown.wish(json!({"set": r#""lamp".light.power_w = 50"#})).0, 200);
+    let darkest = shown.image();
+    assert_eq!(shown.wish(json!({"save_edits": true})).0, 200);
+    let text = std::fs::read_to_string(shown.scene()).expect("the scene");
+    assert_eq!(text.matches("power_w =").count(), 1, "{text}");
+    assert!(darkest != darker && rendered(&shown.scene()) == darkest);
+}
+
+#[test]
+fn animated_scenes_are_shown_at_any_time() {
+    let scene = SCENE.replace("power_w: 300", "power_w: Keys([(0, 300), (4, 30)])");
+    let shown = Shown::with(&scene, &[]);
+    let first = shown.image();
+    assert_eq!(shown.json("/status")["time"]["end_s"], 4.0);
+    assert_eq!(shown.wish(json!({"time_s": 4.0})).0, 200);
+    assert!(shown.image() != first);
+    shown.folder.out("scene.ron --quiet --time 4 -o last.png");
+    let last = image::open(shown.folder.join("last.png")).expect("a picture").into_rgb8().into_raw();
+    assert!(shown.image() == last);
+    let still = Shown::new();
+    assert_eq!(still.json("/status")["time"], Value::Null);
+}
