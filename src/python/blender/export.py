@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A dependency graph as a scene of rayfront in a folder. Reads Blender's data, and changes none."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Callable, NamedTuple
+
+import bpy
+from mathutils import Matrix
+
+from . import strands
+from .cameras import camera
+from .coordinates import MeshSpace
+from .images import Images
+from .lights import light
+from .materials import Material
+from .meshes import SOLID, Model
+from .ron import TO_Y_UP, Ron, form, placed, text
+from .world import environment
+
+SCENE = "scene.ron"
+
+
+class Moments(NamedTuple):
+    """The time for which a shutter is open: `part` of a frame, in which places are read at each of `times`."""
+
+    part: float
+    times: list[float]
+    go_to: Callable[[float], None]
+
+
+class Exported(NamedTuple):
+    """What the program has to be told about the scene."""
+
+    size: tuple[int, int]
+    shutter: float | None
+
+
+class Export:
+    """The parts of one scene."""
+
+    def __init__(self, depsgraph: Any, folder: str, warn: Callable[[str], None]):
+        self.depsgraph, self.folder, self.warn = depsgraph, folder, warn
+        layer = depsgraph.view_layer_eval
+        self.images = Images(folder)
+        self.model = Model(self.images, layer.material_override, warn)
+        self.entities: list[dict[str, Any]] = []
+        self.count = 0
+
+    def write(self, moments: Moments | None) -> Exported:
+        """Writes all files. A ValueError says what would make the picture one of something else."""
+        scene, layer = self.depsgraph.scene, self.depsgraph.view_layer_eval
+        if not scene.camera:
+            raise ValueError("the scene has no camera")
+        render = scene.render
+        part = render.resolution_percentage / 100
+        size = (max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part)))
+        lens, place = camera(self.depsgraph, size, self.folder, self.warn)
+        self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
+        surroundings = environment(layer.world_override or scene.world, self.images, self.warn)
+        if surroundings:
+            self.entities.append({"name": "world"} | surroundings)
+        nodes = self._instances()
+        shutter = self._moves(moments, nodes, place) if moments else None
+        if self.model.nodes:
+            self.model.write(os.path.join(self.folder, "model.glb"))
+            names = ",\n      ".join(f"{text(name)}: {ron}" for name, ron in self.model.overrides.items())
+            self.entities.append({"gltf": "model.glb", "overrides": Ron("{\n      " + names + ",\n  }")})
+        lines = "".join(f"  {text(entity)},\n" for entity in self.entities)
+        with open(os.path.join(self.folder, SCENE), "w", encoding="utf-8") as out:
+            out.write(f"(settings: {text(settings(scene, size))},\nentities: [\n{lines}])\n")
+        return Exported(size, shutter)
+
+    def _instances(self) -> dict[tuple, int]:
+        """Adds all that the dependency graph places. Returns the nodes of the meshes, by what stays the same with time."""
+        nodes = {}
+        for instance in self.depsgraph.object_instances:
+            ob = instance.object
+            if ob.type == "LIGHT":
+                self.count += 1
+                name = f"light{self.count}"
+                found = light(ob, instance.matrix_world.copy(), name, self.folder, self.warn)
+                if found:
+                    self.entities.append({"name": f"{ob.name} ({name})"} | found)
+                self._visibility(ob, lamp=True)
+            elif ob.type in SOLID:
+                self._particles(ob)
+                if instance.show_self:
+                    node = self.model.add(instance)
+                    if node is not None:
+                        nodes[identity(instance)] = node
+                    self._visibility(ob, lamp=False)
+            elif ob.type == "CURVES":
+                self._curves(instance)
+            elif ob.type in {"VOLUME", "POINTCLOUD", "GREASEPENCIL", "GPENCIL"}:
+                kind = {"VOLUME": "a grid of a volume", "POINTCLOUD": "a point cloud"}.get(ob.type, "Grease Pencil")
+                self.warn(f"object {ob.name!r}: {kind}")
+        return nodes
+
+    def _curves(self, instance: Any) -> None:
+        ob, self.count = instance.object, self.count + 1
+        name = f"strands{self.count}.hair"
+        if not strands.write(ob.data, os.path.join(self.folder, name)):
+            return
+        material = next((slot.material for slot in ob.material_slots if slot.material), None)
+        entity = {"name": f"{ob.name} ({name})", "shape": form("Strands", file=name)}
+        if material:
+            entity["material"] = Material(material, MeshSpace(), self.images, self.warn).ron
+        self.entities.append(entity | {"transform": placed(instance.matrix_world)})
+
+    def _particles(self, ob: Any) -> None:
+        for system in ob.particle_systems:
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                self.warn(f"object {ob.name!r}: hair by particles (convert it to curves)")
+
+    def _visibility(self, ob: Any, lamp: bool) -> None:
+        """Tells of what hides an object from some rays."""
+        kinds = ("diffuse", "glossy", "transmission", "volume_scatter") + (() if lamp else ("camera", "shadow"))
+        hidden = [kind.replace("_", " ") for kind in kinds if not getattr(ob, f"visible_{kind}")]
+        if hidden:
+            self.warn(f"object {ob.name!r}: it is not hidden from rays of the kind {', '.join(hidden)}")
+        for name, what in (("is_shadow_catcher", "a shadow catcher"), ("is_holdout", "a holdout")):
+            if getattr(ob, name):
+                self.warn(f"object {ob.name!r}: {what}")
+        if ob.light_linking.receiver_collection or ob.light_linking.blocker_collection:
+            self.warn(f"object {ob.name!r}: light linking")
+
+    def _moves(self, moments: Moments, nodes: dict[tuple, int], place: Matrix) -> float | None:
+        """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves."""
+        seen: dict[tuple, list[Matrix]] = {key: [] for key in nodes}
+        cameras = []
+        for time in moments.times:
+            moments.go_to(time)
+            cameras.append(self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world.copy())
+            for instance in self.depsgraph.object_instances:
+                key = identity(instance)
+                if key in seen:
+                    seen[key].append(instance.matrix_world.copy())
+        moments.go_to(0.0)
+        moving = {
+            key: places
+            for key, places in seen.items()
+            if len(places) == len(moments.times) and any(differ(places[0], other) for other in places[1:])
+        }
+        # Of the program's frames of one second.
+        times = [time * moments.part for time in moments.times]
+        for key, places in moving.items():
+            self.model.move(nodes[key], times, places)
+        if any(differ(cameras[0], other) for other in cameras[1:]):
+            shift = cameras[0].inverted() @ place
+            self.entities[0]["transform"] = moved(times, [m @ shift for m in cameras])
+        elif not moving:
+            return None
+        return moments.part
+
+
+def identity(instance: Any) -> tuple:
+    """What an instance is, at any time."""
+    parent = instance.parent.name_full if instance.parent else ""
+    return instance.object.name_full, parent, tuple(instance.persistent_id) if instance.is_instance else ()
+
+
+def differ(a: Matrix, b: Matrix) -> bool:
+    return max(abs(x - y) for left, right in zip(a, b) for x, y in zip(left, right)) > 1e-6
+
+
+def moved(times: list[float], places: list[Matrix]) -> dict[str, Any]:
+    """A transform with keys. A camera's scale does not count."""
+    parts = [(TO_Y_UP @ place).decompose() for place in places]
+    turns = []
+    for _, turn, _ in parts:
+        if turns and turns[-1].dot(turn) < 0:
+            turn.negate()
+        turns.append(turn)
+    keys = {
+        "translate": [(t, tuple(p[0])) for t, p in zip(times, parts)],
+        "rotate_quaternion": [(t, (q.x, q.y, q.z, q.w)) for t, q in zip(times, turns)],
+    }
+    return {name: Ron(f"Keys({text(values)})") for name, values in keys.items()}
+
+
+def settings(scene: Any, size: tuple[int, int]) -> dict[str, Any]:
+    """How to render."""
+    mine = scene.rayfront
+    fields: dict[str, Any] = {
+        "size": size,
+        "samples": mine.samples,
+        "max_depth": mine.max_depth,
+        "transport": Ron("Path"),
+        "exposure": Ron("Fixed"),
+        "seed": mine.seed,
+        # Blender's filter has its width, rayfront's its radius.
+        "filter": form("BlackmanHarris", radius=max(scene.render.filter_size / 2, 0.01)),
+    }
+    for kind in ("diffuse", "glossy", "transmission"):
+        depth = getattr(mine, f"{kind}_depth")
+        if depth < mine.max_depth:
+            fields[f"{kind}_depth"] = depth
+    if not mine.caustics:
+        fields["caustics"] = Ron("Off")
+    if mine.clamp > 0:
+        fields["clamp"] = mine.clamp
+    if scene.render.film_transparent:
+        # The surroundings give light, and the camera does not see them.
+        fields["backdrop"] = 0.0
+    return fields
+
+
+def folder(path: str) -> str:
+    """A folder that exists, named as in Blender."""
+    found = bpy.path.abspath(path)
+    os.makedirs(found, exist_ok=True)
+    return found
