@@ -121,7 +121,7 @@ class Export:
         if hidden:
             self.warn(f"object {ob.name!r}: it is not hidden from rays of the kind {', '.join(hidden)}")
         for name, what in (("is_shadow_catcher", "a shadow catcher"), ("is_holdout", "a holdout")):
-            if getattr(ob, name):
+            if getattr(ob, name) and not lamp:
                 self.warn(f"object {ob.name!r}: {what}")
         if ob.light_linking.receiver_collection or ob.light_linking.blocker_collection:
             self.warn(f"object {ob.name!r}: light linking")

@@ -42,7 +42,7 @@ def form(name: str, **fields: Any) -> Ron:
 
 def matrix(m: Matrix) -> Ron:
     """A transform of rayfront's world."""
-    return Ron("Matrix" + text(tuple(tuple(row) for row in m[:3])))
+    return Ron(f"Matrix({text(tuple(tuple(row) for row in m[:3]))})")
 
 
 def placed(m: Matrix) -> Ron:
