@@ -9,6 +9,7 @@ from typing import Any, Callable, NamedTuple
 from mathutils import Euler, Vector
 
 from .nodes import Input
+from .ron import Ron
 
 
 class MeshSpace(NamedTuple):
@@ -43,12 +44,12 @@ class Coordinates:
 
     def pattern(self, scale: float) -> dict[str, Any]:
         """The fields of a pattern that is `scale` times as fine."""
-        fields: dict[str, Any] = {"space": self.space, "scale": self.scale * scale}
+        fields: dict[str, Any] = {"space": Ron(self.space), "scale": self.scale * scale}
         if any(abs(angle) > 1e-6 for angle in self.rotation):
-            fields["rotate_degrees"] = [math.degrees(angle) for angle in self.rotation]
+            fields["rotate_degrees"] = tuple(math.degrees(angle) for angle in self.rotation)
         if self.offset.length > 1e-9:
             fields["offset"] = self.offset * scale
-        return {key: tuple(v) if isinstance(v, (list, Vector)) else v for key, v in fields.items()}
+        return fields
 
     def picture(self) -> dict[str, Any]:
         """The fields of a picture, whose v goes downwards as well."""

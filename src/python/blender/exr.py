@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads OpenEXR files of scan lines: plain, RLE (rayfront's), ZIPS or ZIP (Blender's). Python in Blender has no library for it."""
+"""OpenEXR files: Blender's Python has no library for them.
+
+Reads files of scan lines: plain, RLE (rayfront's), ZIPS or ZIP (Blender's). Writes plain ones.
+"""
 
 from __future__ import annotations
 
@@ -86,3 +89,31 @@ def _undone(block: bytes) -> bytes:
     woven = np.empty_like(flat)
     woven[0::2], woven[1::2] = flat[:half], flat[half:]
     return woven.tobytes()
+
+
+def write(path: str, rgb: np.ndarray) -> None:
+    """(height, width, 3), the top row first."""
+    height, width, _ = rgb.shape
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    channels = b"".join(name + b"\0" + struct.pack("<iB3xii", 2, 0, 1, 1) for name in (b"B", b"G", b"R")) + b"\0"
+    header = b"\x76\x2f\x31\x01\x02\0\0\0"
+    for name, kind, value in (
+        (b"channels", b"chlist", channels),
+        (b"compression", b"compression", b"\0"),
+        (b"dataWindow", b"box2i", window),
+        (b"displayWindow", b"box2i", window),
+        (b"lineOrder", b"lineOrder", b"\0"),
+        (b"pixelAspectRatio", b"float", struct.pack("<f", 1)),
+        (b"screenWindowCenter", b"v2f", struct.pack("<ff", 0, 0)),
+        (b"screenWindowWidth", b"float", struct.pack("<f", 1)),
+    ):
+        header += name + b"\0" + kind + b"\0" + struct.pack("<i", len(value)) + value
+    header += b"\0"
+    line = np.dtype([("y", "<i4"), ("size", "<i4"), ("texels", "<f4", (3, width))])
+    lines = np.empty(height, line)
+    lines["y"], lines["size"] = np.arange(height), 12 * width
+    lines["texels"] = rgb[..., ::-1].transpose(0, 2, 1)
+    first = len(header) + 8 * height
+    with open(path, "wb") as out:
+        out.write(header + (first + line.itemsize * np.arange(height, dtype="<u8")).tobytes())
+        out.write(lines.tobytes())

@@ -12,6 +12,8 @@ from typing import Any
 import bpy
 import numpy as np
 
+from . import exr
+
 # What rayfront reads as it is.
 READABLE = {".png", ".jpg", ".jpeg", ".tga", ".bmp", ".webp", ".hdr", ".exr"}
 
@@ -47,8 +49,8 @@ class Images:
             raise ValueError(f"{user}: the picture {image.name!r} has no pixels: {path or 'it was never saved'}")
         rows = pixels(image)
         if image.is_float:
-            write_hdr(os.path.join(self.folder, name + ".hdr"), rows[..., :3])
-            return name + ".hdr"
+            exr.write(os.path.join(self.folder, name + ".exr"), rows[..., :3])
+            return name + ".exr"
         write_png(os.path.join(self.folder, name + ".png"), rows)
         return name + ".png"
 
@@ -72,17 +74,3 @@ def write_png(path: str, rows: np.ndarray) -> None:
         out.write(b"\x89PNG\r\n\x1a\n")
         for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(raw, 3)), (b"IEND", b"")):
             out.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
-
-
-def write_hdr(path: str, rgb: np.ndarray) -> None:
-    """(height, width, 3), the top row first, as a Radiance picture."""
-    rgb = np.maximum(np.asarray(rgb, np.float32), 0)
-    brightest = rgb.max(axis=2)
-    _, exponent = np.frexp(np.maximum(brightest, 1e-32))
-    texels = np.empty(rgb.shape[:2] + (4,), np.uint8)
-    texels[..., :3] = np.clip(rgb * np.ldexp(np.float32(256), -exponent)[..., None], 0, 255)
-    texels[..., 3] = np.clip(exponent + 128, 0, 255)
-    texels[brightest < 1e-30] = 0
-    with open(path, "wb") as out:
-        out.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % rgb.shape[:2])
-        out.write(texels.tobytes())

@@ -91,9 +91,11 @@ class Material:
         roughness = self.maps.number(source.input("Roughness"))
         fields = {"base_color": color, "metallic": 1.0, "roughness": roughness}
         if isinstance(color, tuple):
-            # Cycles' has no Fresnel term: takes away at 82 degrees what Schlick's has added.
-            rise = (1 - math.cos(math.radians(82))) ** 5
-            fields["edge_tint"] = tuple(c / (c + (1 - c) * rise) for c in color)
+            # Cycles' has no Fresnel term: the tint takes away at 82 degrees so much that the mean over all directions,
+            # to which Schlick's term adds (1 − c) / 21, is the colour.
+            cosine = math.cos(math.radians(82))
+            bow, rise = 6 * cosine * (1 - cosine) ** 6, (1 - cosine) ** 5
+            fields["edge_tint"] = tuple(1 - bow * (1 - c) / (c + (1 - c) * rise) for c in color)
         return fields | self._stretched(source, "Anisotropy", "Rotation", roughness) | self._normal(source)
 
     def _metallic(self, source: Output) -> Fields:
@@ -109,8 +111,11 @@ class Material:
         return fields | self._stretched(source, "Anisotropy", "Rotation", roughness) | self._normal(source)
 
     def _glass(self, source: Output) -> Fields:
+        color = self.maps.color(source.input("Color"))
+        if not one(color):
+            self.warn("the colour of reflections by a Glass BSDF: they are white")
         fields = {
-            "base_color": self.maps.color(source.input("Color")),
+            "base_color": color,
             "roughness": self.maps.number(source.input("Roughness")),
             "ior": self.maps.constant(source.input("IOR")),
             "transmission": 1.0,
@@ -132,7 +137,7 @@ class Material:
         color = self.maps.color(source.input("Color"))
         if one(color):
             return {**NOTHING}
-        return {"base_color": color, "transmission": 1.0, "roughness": 0.0, "ior": 1.0}
+        return {"base_color": color, "specular": 0.0, "transmission": 1.0, "roughness": 0.0, "ior": 1.0}
 
     def _scattering(self, source: Output) -> Fields:
         scale = self.maps.constant(source.input("Scale"))
@@ -238,6 +243,8 @@ class Material:
             root = ((fields["ior"] - 1) / (fields["ior"] + 1)) ** 2 * 2 * level
             root = min(root, 0.98) ** 0.5
             fields["ior"] = (1 + root) / (1 - root)
+            if root < 1e-3:
+                fields["specular"] = 0.0
 
     def _body(self, source: Output, fields: Fields) -> None:
         """What lets light in: glass, or subsurface scattering."""

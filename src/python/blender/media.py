@@ -56,7 +56,7 @@ def of_subsurface(color: Rgb, radius: Rgb, anisotropy: float) -> dict[str, Any]:
         a = min(max(a, 0.0), 0.999)
         single = 1 - math.exp(-5.09406 * a + 2.61188 * a**2 - 4.31805 * a**3)
         shape = 1.9 - a + 3.5 * (a - 0.8) ** 2
-        total = 1 / max(r * shape, 1e-6)
+        total = 4 * math.pi / max(r * shape, 1e-6)
         extinction.append(total)
         scattering.append(total * single)
     return volume(extinction, scattering, anisotropy)

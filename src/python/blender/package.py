@@ -15,7 +15,7 @@ import zipfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 # What stays behind.
-OWN = {"package.py", "test_blender.py"}
+OWN = ("package.py", "test_")
 PLATFORMS = {("linux", "x86_64"): "linux-x64", ("linux", "aarch64"): "linux-arm64", ("darwin", "arm64"): "macos-arm64",
              ("darwin", "x86_64"): "macos-x64", ("win32", "AMD64"): "windows-x64", ("win32", "ARM64"): "windows-arm64"}  # fmt: skip
 
@@ -36,7 +36,7 @@ def main(program: str, output: str, documents: list[str]) -> None:
 
         put("blender_manifest.toml", manifest.encode())
         for name in sorted(os.listdir(HERE)):
-            if name.endswith(".py") and name not in OWN:
+            if name.endswith(".py") and not name.startswith(OWN):
                 with open(os.path.join(HERE, name), "rb") as file:
                     put(name, file.read())
         with open(program, "rb") as file:
