@@ -18,7 +18,7 @@ from . import exr, program
 from .export import SCENE, Export, Exported, Moments, folder
 from .tev import Viewer
 
-OUTPUT = "out.exr"
+OUTPUT, DENOISED = "out.exr", "out.denoised.exr"
 # Blender's passes by rayfront's layers: the flag of the view layer, the pass, its channels and kind, the layer.
 PASSES = (
     ("use_pass_z", "Depth", "Z", "VALUE", "depth"),
@@ -187,8 +187,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
             RayfrontEngine.last["log"] = lines
             fault = next((line for line in lines if line.startswith("error")), lines[-1] if lines else "")
             raise ValueError(fault or f"the program ended with the code {process.returncode}, and said nothing")
-        # Of frames there is one line for each.
-        return json.loads(said.strip().splitlines()[0]) if said.strip() else {}
+        return json.loads(said)
 
     def _progress(self, log: Any) -> list[str]:
         """Takes in what the program has said of its progress. Returns its other lines."""
@@ -218,9 +217,8 @@ class RayfrontEngine(bpy.types.RenderEngine):
         """Hands the finished picture to Blender. A part's result is as large as the part."""
         width, height = size
         mine = depsgraph.scene.rayfront
-        name = OUTPUT if self.exported.shutter is None else OUTPUT.replace(".", ".0000.")
-        planes = exr.read(os.path.join(self.folder, name))
-        light = exr.read(os.path.join(self.folder, name.replace(".exr", ".denoised.exr"))) if mine.denoise else planes
+        planes = exr.read(os.path.join(self.folder, OUTPUT))
+        light = exr.read(os.path.join(self.folder, DENOISED)) if mine.denoise else planes
         alpha = planes["coverage.A"] if depsgraph.scene.render.film_transparent else np.ones((height, width), np.float32)
         result = self.begin_result(0, 0, width, height, layer=depsgraph.view_layer_eval.name)
         passes = result.layers[0].passes

@@ -16,7 +16,7 @@ from .images import Images
 from .lights import light
 from .materials import Material
 from .meshes import SOLID, Model
-from .ron import TO_Y_UP, Ron, form, placed, text
+from .ron import Ron, differ, form, moved, placed, text
 from .world import environment
 
 SCENE = "scene.ron"
@@ -159,25 +159,6 @@ def identity(instance: Any) -> tuple:
     """What an instance is, at any time."""
     parent = instance.parent.name_full if instance.parent else ""
     return instance.object.name_full, parent, tuple(instance.persistent_id) if instance.is_instance else ()
-
-
-def differ(a: Matrix, b: Matrix) -> bool:
-    return max(abs(x - y) for left, right in zip(a, b) for x, y in zip(left, right)) > 1e-6
-
-
-def moved(times: list[float], places: list[Matrix]) -> dict[str, Any]:
-    """A transform with keys. A camera's scale does not count."""
-    parts = [(TO_Y_UP @ place).decompose() for place in places]
-    turns = []
-    for _, turn, _ in parts:
-        if turns and turns[-1].dot(turn) < 0:
-            turn.negate()
-        turns.append(turn)
-    keys = {
-        "translate": [(t, tuple(p[0])) for t, p in zip(times, parts)],
-        "rotate_quaternion": [(t, (q.x, q.y, q.z, q.w)) for t, q in zip(times, turns)],
-    }
-    return {name: Ron(f"Keys({text(values)})") for name, values in keys.items()}
 
 
 def settings(scene: Any, size: tuple[int, int]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from mathutils import Matrix
 from .coordinates import MeshSpace
 from .images import Images
 from .materials import Material
-from .ron import TO_Y_UP, Ron, form
+from .ron import TO_Y_UP, Ron, differ, form, steps
 
 SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 NO_MATERIAL = form("Principled", base_color=0.8, metallic=0.0, specular=0.0, double_sided=True)
@@ -77,16 +77,11 @@ class Model:
 
     def move(self, node: int, times: list[float], places: list[Matrix]) -> None:
         """Moves a node along with time."""
-        parts = [(TO_Y_UP @ place).decompose() for place in places]
-        for earlier, later in zip(parts, parts[1:]):
-            if earlier[1].dot(later[1]) < 0:
-                later[1].negate()
-        first, matrix = parts[0], self.nodes[node].pop("matrix")
-        back = Matrix.LocRotScale(*first)
-        if max(abs(back[r][c] - matrix[4 * c + r]) for c in range(4) for r in range(4)) > 1e-3:
-            self.warn(f"the motion of {self.nodes[node]['name']!r}, which is sheared")
-            self.nodes[node]["matrix"] = matrix
+        parts = steps(places)
+        if any(differ(Matrix.LocRotScale(*part), TO_Y_UP @ place, 1e-3) for part, place in zip(parts, places)):
+            self.warn(f"object {self.nodes[node]['name']!r}: its motion, for it is sheared")
             return
+        del self.nodes[node]["matrix"]
         columns = {
             "translation": np.array([tuple(p[0]) for p in parts], np.float32),
             "rotation": np.array([(p[1].x, p[1].y, p[1].z, p[1].w) for p in parts], np.float32),

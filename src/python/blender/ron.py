@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Values as text of rayfront's scene files (RON), and the way from Blender's axes to rayfront's."""
+"""Values as text of rayfront's scene files (RON), and places from Blender's axes to rayfront's."""
 
 from __future__ import annotations
 
 import json
 from typing import Any
 
-from mathutils import Matrix
+from mathutils import Matrix, Quaternion, Vector
 
 # Blender's +Z is up, rayfront's +Y. Cameras and lamps look along -Z in both.
 TO_Y_UP = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
@@ -54,3 +54,27 @@ def unscaled(m: Matrix) -> Matrix:
     """The place and the rotation of `m`: of cameras and lamps nothing else counts."""
     place, turn, _ = m.decompose()
     return Matrix.LocRotScale(place, turn, None)
+
+
+def differ(a: Matrix, b: Matrix, limit: float = 1e-6) -> bool:
+    """Whether two places are further apart than rounding makes them."""
+    return max(abs(x - y) for left, right in zip(a, b) for x, y in zip(left, right)) > limit
+
+
+def steps(places: list[Matrix]) -> list[tuple[Vector, Quaternion, Vector]]:
+    """Translation, rotation and scale in rayfront's world, of a thing that moves the shorter way from place to place."""
+    parts = [(TO_Y_UP @ place).decompose() for place in places]
+    for earlier, later in zip(parts, parts[1:]):
+        if earlier[1].dot(later[1]) < 0:
+            later[1].negate()
+    return parts
+
+
+def moved(times: list[float], places: list[Matrix]) -> dict[str, Any]:
+    """The transform of a camera that moves, with keys."""
+    parts = steps(places)
+    keys = {
+        "translate": [(time, part[0]) for time, part in zip(times, parts)],
+        "rotate_quaternion": [(time, (q.x, q.y, q.z, q.w)) for time, (_, q, _) in zip(times, parts)],
+    }
+    return {name: Ron(f"Keys({text(values)})") for name, values in keys.items()}

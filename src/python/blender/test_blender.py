@@ -125,12 +125,227 @@ def materials() -> None:
 
 @test
 def looks() -> None:
+    """Materials one by one. RAYFRONT_LOOKS chooses some."""
+    chosen = os.environ.get("RAYFRONT_LOOKS", "").split(",")
     for name, (_, limit) in test_looks.LOOKS.items():
-        if not ONLY_LOOKS or name in ONLY_LOOKS:
+        if chosen == [""] or name in chosen:
             compare(f"look_{name}", test_looks.scene(name), 64, 128, limit, rms=0.06)
 
 
-ONLY_LOOKS = [name for name in os.environ.get("RAYFRONT_LOOKS", "").split(",") if name]
+@test
+def cameras() -> None:
+    """The picture of surroundings by each kind of camera, and lamps through a lens."""
+
+    def scene(**fields: Any) -> Any:
+        found = scenes.lamps(SIZE, "SUN")
+        scenes.panorama(1.0, 0.5)
+        scenes.camera((0, -8, 3), (0, 0, 0.9), **fields)
+        return found
+
+    compare("camera_shifted", scene(lens=45, shift_x=0.1, shift_y=-0.15), 32, 32)
+    compare("camera_upright", scene(lens=45, sensor_fit="VERTICAL", sensor_height=20), 32, 32)
+    compare("camera_orthographic", scene(type="ORTHO", ortho_scale=6, shift_x=0.1, shift_y=0.1), 32, 32)
+    compare("camera_panorama", scene(type="PANO", panorama_type="EQUIRECTANGULAR"), 32, 32)
+    wide = scene(lens=45)
+    wide.render.pixel_aspect_x = 1.5
+    compare("camera_wide_pixels", wide, 32, 32)
+    for name, fields in (
+        ("lens_blades", {"aperture_blades": 5, "aperture_rotation": 0.4}),
+        ("lens_wide", {"aperture_ratio": 0.5}),
+        ("lens_narrow", {"aperture_ratio": 2.0, "aperture_blades": 6}),
+    ):
+        lens = scenes.materials(SIZE)
+        scenes.focus(lens.camera, 4.0, aperture_fstop=0.5, **fields)
+        compare(f"camera_{name}", lens, 64, 128, rms=0.06)
+    square = scene(type="PANO", panorama_type="FISHEYE_EQUIDISTANT", fisheye_fov=2.5)
+    square.render.resolution_x = square.render.resolution_y
+    compare("camera_fisheye", square, 32, 32)
+
+
+@test
+def transparency() -> None:
+    """Surroundings that light, and are not seen."""
+    scene = scenes.materials(SIZE)
+    bpy.data.objects.remove(bpy.data.objects["Plane"])
+    scene.render.film_transparent = True
+    theirs, ours = shoot(scene, "transparency", 128, cycles=True), shoot(scene, "transparency", 64)
+    a, b = ours["Combined.A"], theirs["Combined.A"]
+    check("transparency_alpha", abs(a.mean() - b.mean()) < 0.01, f"{a.mean():.4f}, Cycles {b.mean():.4f}")
+    glass = np.abs(rgb(ours)[b == 0]).max(initial=0.0)
+    check("transparency_black", glass == 0, f"at most {glass:.4f} where there is nothing")
+    ratio = rgb(ours).mean() / rgb(theirs).mean()
+    check("transparency_light", abs(ratio - 1) < 0.02, f"ratio {ratio:.4f}")
+
+
+@test
+def passes() -> None:
+    scene = scenes.materials(SIZE)
+    layer = scene.view_layers[0]
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_position = layer.use_pass_diffuse_color = True
+    theirs, ours = shoot(scene, "passes", 64, cycles=True), shoot(scene, "passes", 16)
+    for name, limit in (("Depth.Z", 0.02), ("Normal.Z", 0.005), ("Position.X", 0.01), ("DiffCol.R", 0.02)):
+        a, b = ours[name], theirs[name]
+        median = float(np.median(np.abs(a - b)[(np.abs(a) < 1e9) & (np.abs(b) < 1e9)]))
+        check(f"pass_{name}", median < limit, f"median difference {median:.4f}")
+
+
+@test
+def denoising() -> None:
+    scene = scenes.materials(SIZE)
+    scene.rayfront.denoise = True
+    planes = shoot(scene, "denoising", 8)
+    noisy = np.stack([planes[f"Noisy Image.{c}"] for c in "RGB"], axis=2)
+    steps = [float(np.abs(np.diff(p, axis=0)).mean()) for p in (rgb(planes), noisy)]
+    check("denoising", steps[0] < 0.8 * steps[1], f"from row to row {steps[0]:.4f}, noisy {steps[1]:.4f}")
+
+
+@test
+def border() -> None:
+    scene = scenes.materials(SIZE)
+    whole = rgb(shoot(scene, "whole", 4))
+    render = scene.render
+    render.use_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.5
+    for crop, shape in ((False, (72, 128)), (True, (18, 64))):
+        render.use_crop_to_border = crop
+        part = rgb(shoot(scene, "border", 4))
+        inside = part if crop else part[36:54, 32:96]
+        same = part.shape[:2] == shape and np.array_equal(inside, whole[36:54, 32:96])
+        check(f"border{'_cropped' if crop else ''}", same, f"{part.shape[1]} x {part.shape[0]}, the same pixels")
+
+
+@test
+def animation() -> None:
+    scene = scenes.materials(SIZE)
+    scene.frame_end = 3
+    still = rgb(shoot(scene, "still", 4))
+    scene.render.filepath = os.path.join(FOLDER, "frame_")
+    bpy.ops.render.render(animation=True)
+    from bl_ext.user_default.rayfront import exr
+
+    def frame(number: int) -> np.ndarray:
+        planes = exr.read(f"{scene.render.filepath}{number:04d}.exr")
+        return rgb({key.split(".", 1)[1]: plane for key, plane in planes.items()})
+
+    steps = [float(np.abs(frame(n) - frame(1)).mean()) for n in (2, 3)]
+    moves = np.array_equal(frame(1), still) and min(steps) > 0.002
+    check("animation", moves, f"frame 1 is the still; 2 and 3 differ from 1 by {steps[0]:.4f}, {steps[1]:.4f}")
+
+
+@test
+def motion_blur() -> None:
+    scene = scenes.materials(SIZE)
+    scene.frame_set(2)
+    camera = scene.camera
+    for frame, x in ((1, -0.5), (3, 0.5)):
+        camera.location.x = x
+        camera.keyframe_insert("location", frame=frame)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.8
+    compare("motion_blur", scene, 64, 128, rms=0.06)
+
+
+@test
+def hair() -> None:
+    scene = scenes.lamps(SIZE, "SUN")
+    curves = bpy.data.hair_curves.new("hair")
+    rng = np.random.default_rng(1)
+    count, length = 400, 5
+    curves.add_curves([length] * count)
+    roots = rng.uniform((-2.5, -2, 0), (2.5, 0, 0), (count, 3))
+    bends = rng.normal(0, 0.15, (count, 3)) * (1, 1, 0)
+    t = np.linspace(0, 1, length)[None, :, None]
+    points = roots[:, None] + t * (0, 0, 1.2) + t**2 * bends[:, None]
+    curves.points.foreach_set("position", points.astype(np.float32).ravel())
+    curves.points.foreach_set("radius", np.full(count * length, 0.02, np.float32))
+    curves.materials.append(scenes.material("hair", Base_Color=(0.5, 0.3, 0.1), Roughness=1.0, Specular_IOR_Level=0.0))
+    scenes.link(bpy.data.objects.new("hair", curves))
+    scene.cycles_curves.shape = "THICK"
+    compare("hair", scene, 64, 64, rms=0.06)
+
+
+def attempt(function: Callable) -> str:
+    """The message of what a script or a user is told."""
+    try:
+        return str(function())
+    except RuntimeError as error:
+        return str(error).strip()
+
+
+@test
+def faults() -> None:
+    """Errors are told, and never a picture of something else."""
+
+    def fails(name: str, words: str, change: Callable[[Any], None]) -> None:
+        scene = scenes.materials((32, 18))
+        scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
+        change(scene)
+        told = attempt(bpy.ops.render.render)
+        check(f"fault_{name}", words in told, told.splitlines()[0])
+
+    def lose(scene: Any) -> None:
+        image = bpy.data.images.new("lost", 8, 8)
+        image.source, image.filepath = "FILE", "/nowhere/lost.png"
+        scenes.node(bpy.data.materials["coat"], "ShaderNodeTexImage", scenes.shader(bpy.data.materials["coat"]).inputs[0]).image = image
+
+    def unset(scene: Any) -> None:
+        scenes.node(bpy.data.materials["coat"], "ShaderNodeTexImage", scenes.shader(bpy.data.materials["coat"]).inputs[0])
+
+    def program(path: str) -> None:
+        bpy.context.preferences.addons["bl_ext.user_default.rayfront"].preferences.program = path
+
+    def no_camera(scene: Any) -> None:
+        scene.camera = None
+
+    def strange_world(scene: Any) -> None:
+        tree = scene.world.node_tree
+        both = tree.nodes.new("ShaderNodeAddShader")
+        tree.links.new(both.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+
+    fails("texture_missing", "lost", lose)
+    fails("texture_unset", "no picture", unset)
+    fails("no_camera", "no camera", no_camera)
+    fails("no_program", "no program", lambda _: program("/no/such/program"))
+    fails("program_fails", "ended with the code 1", lambda _: program("/bin/false"))
+    fails("world", "Add Shader", strange_world)
+
+
+@test
+def losses() -> None:
+    """What is not carried is told by name."""
+    scene = scenes.materials((32, 18))
+    coat = bpy.data.materials["coat"]
+    scenes.node(coat, "ShaderNodeTexMagic", scenes.shader(coat).inputs["Base Color"])
+    scenes.shader(coat).inputs["Coat Tint"].default_value = (1, 0.5, 0.5, 1)
+    scenes.lamp("AREA", (0, 0, 5), spread=1.0)
+    scenes.link(bpy.data.objects.new("smoke", bpy.data.volumes.new("smoke")))
+    bpy.data.objects["mover"].visible_glossy = False
+    scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
+    bpy.ops.render.render()
+    lost = "\n".join(engine().last["lost"])
+    for words in ("'coat': Coat Tint", "the node Magic Texture", "'area': a spread", "'smoke'", "'mover': it is not hidden"):
+        check(f"loss_{words}", words in lost, next((line for line in lost.splitlines() if words in line), lost))
+
+
+@test
+def cancelling() -> None:
+    scene = scenes.materials(SIZE)
+    scene.render.engine, scene.rayfront.samples = "RAYFRONT", 100000
+    begun, plain = time.perf_counter(), engine()._stops
+    engine()._stops = lambda self: time.perf_counter() - begun > 2
+    try:
+        bpy.ops.render.render()
+    finally:
+        engine()._stops = plain
+    took, last = time.perf_counter() - begun, engine().last
+    check("cancelling", bool(last.get("cancelled")) and took < 6, f"after 2 s; back after {took:.1f} s")
+
+
+@test
+def live() -> None:
+    scene = scenes.materials(SIZE)
+    scene.render.engine, scene.rayfront.samples = "RAYFRONT", 64
+    bpy.ops.render.render()
+    check("live", engine().last["shown"] > 1, f"{engine().last['shown']} pictures on the way")
 
 
 def main() -> int:

@@ -8,7 +8,7 @@ from typing import Any, Callable
 from .coordinates import Coordinates, MeshSpace, coordinates
 from .images import Images
 from .nodes import Input, Output
-from .ron import Ron, form, text
+from .ron import Ron, form
 
 CHANNELS = {"Red": "Red", "Green": "Green", "Blue": "Blue", "R": "Red", "G": "Green", "B": "Blue"}
 SRGB = {"sRGB", "sRGB Texture", "Filmic sRGB"}
@@ -60,7 +60,7 @@ class Maps:
         try:
             return convert(source)
         except NotCarried as reason:
-            self.warn(f"{reason} (for {socket.socket.name}, which is {text(socket.value)} in its place)")
+            self.warn(f"{reason} (for {socket.socket.name}, where {said(socket.value)} stands in)")
             return socket.value
 
     def _color(self, source: Output) -> Map:
@@ -288,6 +288,11 @@ def mixed(x: Map, y: Map, by: Map) -> Map:
     if isinstance(x, Ron) or isinstance(y, Ron) or isinstance(by, Ron):
         return form("Mix", a=x, b=y, by=by)
     return combined("Add", combined("Multiply", x, 1 - by), combined("Multiply", y, by))
+
+
+def said(value: Any) -> str:
+    """A value for a message."""
+    return ", ".join(f"{v:.3g}" for v in value) if isinstance(value, tuple) else f"{value:.3g}"
 
 
 def one(x: Map) -> bool:
