@@ -129,7 +129,8 @@ class Export:
     def _moves(self, moments: Moments, nodes: dict[tuple, int], place: Matrix) -> float | None:
         """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves."""
         seen: dict[tuple, list[Matrix]] = {key: [] for key in nodes}
-        cameras = []
+        eye = self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world
+        shift, cameras = eye.inverted() @ place, []
         for time in moments.times:
             moments.go_to(time)
             cameras.append(self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world.copy())
@@ -148,7 +149,6 @@ class Export:
         for key, places in moving.items():
             self.model.move(nodes[key], times, places)
         if any(differ(cameras[0], other) for other in cameras[1:]):
-            shift = cameras[0].inverted() @ place
             self.entities[0]["transform"] = moved(times, [m @ shift for m in cameras])
         elif not moving:
             return None
