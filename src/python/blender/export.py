@@ -17,7 +17,7 @@ from .lights import light
 from .materials import Material
 from .meshes import SOLID, Model
 from .ron import Ron, differ, form, moved, placed, text
-from .world import environment
+from .world import surroundings
 
 SCENE = "scene.ron"
 
@@ -58,9 +58,9 @@ class Export:
         size = (max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part)))
         lens, place = camera(self.depsgraph, size, self.folder, self.warn)
         self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
-        surroundings = environment(layer.world_override or scene.world, self.images, self.warn)
-        if surroundings:
-            self.entities.append({"name": "world"} | surroundings)
+        around = surroundings(layer.world_override or scene.world, self.images, self.warn)
+        if around.entity:
+            self.entities.append({"name": "world"} | around.entity)
         nodes = self._instances()
         shutter = self._moves(moments, nodes, place) if moments else None
         if self.model.nodes:
@@ -69,7 +69,7 @@ class Export:
             self.entities.append({"gltf": "model.glb", "overrides": Ron("{\n      " + names + ",\n  }")})
         lines = "".join(f"  {text(entity)},\n" for entity in self.entities)
         with open(os.path.join(self.folder, SCENE), "w", encoding="utf-8") as out:
-            out.write(f"(settings: {text(settings(scene, size))},\nentities: [\n{lines}])\n")
+            out.write(f"(settings: {text(settings(scene, size, around.backdrop))},\nentities: [\n{lines}])\n")
         return Exported(size, shutter)
 
     def _instances(self) -> dict[tuple, int]:
@@ -161,8 +161,8 @@ def identity(instance: Any) -> tuple:
     return instance.object.name_full, parent, tuple(instance.persistent_id) if instance.is_instance else ()
 
 
-def settings(scene: Any, size: tuple[int, int]) -> dict[str, Any]:
-    """How to render."""
+def settings(scene: Any, size: tuple[int, int], backdrop: tuple[float, ...] | None) -> dict[str, Any]:
+    """How to render, and what the camera sees in place of the surroundings."""
     mine = scene.rayfront
     fields: dict[str, Any] = {
         "size": size,
@@ -183,8 +183,9 @@ def settings(scene: Any, size: tuple[int, int]) -> dict[str, Any]:
     if mine.clamp > 0:
         fields["clamp"] = mine.clamp
     if scene.render.film_transparent:
-        # The surroundings give light, and the camera does not see them.
         fields["backdrop"] = 0.0
+    elif backdrop:
+        fields["backdrop"] = backdrop
     return fields
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings and panels."""
 
+import os
 import shutil
 import subprocess
 import tempfile
@@ -11,6 +12,7 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 from . import program
 from .export import SCENE, Export
 
+LOG = "log.txt"
 # Panels of EEVEE's alone.
 OTHERS = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes"}
 
@@ -66,7 +68,9 @@ class RAYFRONT_OT_live_page(bpy.types.Operator):
         try:
             Export(context.evaluated_depsgraph_get(), folder, lost.append).write(None)
             command = [program.path(), "view", SCENE]
-            self.processes.append((subprocess.Popen(command, cwd=folder, **program.HIDDEN), folder))
+            with open(os.path.join(folder, LOG), "wb") as log:  # It says where its page is.
+                process = subprocess.Popen(command, cwd=folder, stdout=log, stderr=log, **program.HIDDEN)
+            self.processes.append((process, folder))
         except (ValueError, OSError) as error:
             self.report({"ERROR"}, f"rayfront: {error}")
             return {"CANCELLED"}

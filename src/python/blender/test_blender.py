@@ -12,9 +12,11 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import re
 import sys
 import tempfile
 import time
+import urllib.request
 from typing import Any, Callable
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -175,6 +177,41 @@ def transparency() -> None:
     check("transparency_black", glass == 0, f"at most {glass:.4f} where there is nothing")
     ratio = rgb(ours).mean() / rgb(theirs).mean()
     check("transparency_light", abs(ratio - 1) < 0.02, f"ratio {ratio:.4f}")
+
+
+@test
+def backdrop() -> None:
+    """A world that the camera sees in another colour than the one in which it lights."""
+    scene = scenes.lamps(SIZE)
+    tree = scene.world.node_tree
+    mix, seen, path = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "Background", "LightPath"))
+    seen.inputs["Color"].default_value = (0.1, 0.4, 0.1, 1)
+    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    tree.links.new(tree.nodes["Background"].outputs[0], mix.inputs[1])
+    tree.links.new(seen.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+    compare("backdrop", scene, 32, 64)
+
+
+@test
+def live_page() -> None:
+    """The button's page, asked as a browser would."""
+    scene = scenes.lamps((32, 18), "SUN")
+    scene.render.engine = "RAYFRONT"
+    from bl_ext.user_default.rayfront.panels import RAYFRONT_OT_live_page as page
+
+    bpy.ops.rayfront.live_page()
+    process, folder = page.processes[0]
+    said, until = "", time.monotonic() + 60
+    while time.monotonic() < until and not said:
+        time.sleep(0.2)
+        with open(os.path.join(folder, "log.txt"), encoding="utf-8") as log:
+            place = re.search(r"http://\S+", log.read())
+        if place:
+            said = urllib.request.urlopen(place[0], timeout=20).read(4000).decode("utf-8", "replace")
+    check("live_page", process.poll() is None and "<html" in said, f"{len(said)} characters of a page")
+    page.close()
+    check("live_page_closed", process.poll() is not None, "the program has ended")
 
 
 @test

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable
+from typing import Any, Callable, NamedTuple
 
 from mathutils import Matrix
 
@@ -15,16 +15,44 @@ from .ron import TO_Y_UP, Ron, form, matrix
 from .textures import Maps
 
 
-def environment(world: Any, images: Images, warn: Callable[[str], None]) -> dict[str, Any] | None:
-    """The entity of the surroundings. None if there is no light in them."""
+class Surroundings(NamedTuple):
+    """The entity that gives light, and the colour that the camera sees in its place; None if there is none."""
+
+    entity: dict[str, Any] | None = None
+    backdrop: tuple[float, ...] | None = None
+
+
+def surroundings(world: Any, images: Images, warn: Callable[[str], None]) -> Surroundings:
+    """The surroundings of a scene."""
     if world is None:
-        return None
+        return Surroundings()
     maps = Maps(images, MeshSpace(), f"world {world.name!r}", warn)
     if not world.use_nodes or not world.node_tree:
-        return _plain(tuple(world.color))
+        return Surroundings(_plain(tuple(world.color)))
     if surface(world.node_tree, "OUTPUT_WORLD", "Volume"):
         maps.warn("a volume")
     source = surface(world.node_tree, "OUTPUT_WORLD", "Surface")
+    if source is None:
+        return Surroundings()
+    if source.type == "MIX_SHADER":
+        by = source.input(0).source()
+        if by and by.type == "LIGHT_PATH" and by.socket.name == "Is Camera Ray":
+            seen = source.input(2).source()
+            return Surroundings(_background(source.input(1).source(), images, maps), _seen(seen, maps))
+    return Surroundings(_background(source, images, maps))
+
+
+def _seen(source: Output | None, maps: Maps) -> tuple[float, ...]:
+    """The colour of a background that lights nothing."""
+    if source is None:
+        return (0.0, 0.0, 0.0)
+    if source.type != "BACKGROUND" or isinstance(maps.color(source.input("Color")), Ron):
+        raise ValueError(f"{maps.user}: what only the camera sees is a {source.node.bl_label}, and no plain colour")
+    strength = maps.constant(source.input("Strength"))
+    return tuple(c * strength for c in maps.color(source.input("Color")))
+
+
+def _background(source: Output | None, images: Images, maps: Maps) -> dict[str, Any] | None:
     if source is None:
         return None
     if source.type not in {"BACKGROUND", "EMISSION"}:
