@@ -51,6 +51,8 @@ class RayfrontEngine(bpy.types.RenderEngine):
         for flag, name, channels, kind, _ in PASSES:
             if getattr(layer, flag):
                 self.register_pass(scene, layer, name, len(channels), channels, kind)
+        for group in layer.lightgroups:
+            self.register_pass(scene, layer, f"Combined_{group.name}", 3, "RGB", "COLOR")
         if scene.rayfront.denoise:
             self.register_pass(scene, layer, NOISY, 3, "RGB", "COLOR")
 
@@ -235,6 +237,9 @@ class RayfrontEngine(bpy.types.RenderEngine):
         for layer, name in (("normal", "Normal"), ("position", "Position")):
             if f"{layer}.X" in planes:
                 put(name, planes[f"{layer}.X"], -planes[f"{layer}.Z"], planes[f"{layer}.Y"])
+        for group in depsgraph.view_layer_eval.lightgroups:
+            dark = np.zeros((height, width), np.float32)
+            put(f"Combined_{group.name}", *(planes.get(f"light_{group.name}.{c}", dark) for c in "RGB"))
         if "albedo.R" in planes:
             put("DiffCol", planes["albedo.R"], planes["albedo.G"], planes["albedo.B"])
         self.end_result(result)

@@ -44,7 +44,9 @@ class Export:
         self.depsgraph, self.folder, self.warn = depsgraph, folder, warn
         layer = depsgraph.view_layer_eval
         self.images = Images(folder)
-        self.model = Model(self.images, layer.material_override, warn)
+        self.groups = {group.name for group in layer.lightgroups}
+        # A model for each light group of its objects: a group is of all below an entity.
+        self.models: dict[str, Model] = {}
         self.entities: list[dict[str, Any]] = []
         self.count = 0
 
@@ -60,19 +62,27 @@ class Export:
         self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
         around = surroundings(layer.world_override or scene.world, self.images, self.warn)
         if around.entity:
-            self.entities.append({"name": "world"} | around.entity)
+            world = layer.world_override or scene.world
+            self.entities.append({"name": "world"} | self._group(world) | around.entity)
         nodes = self._instances()
         shutter = self._moves(moments, nodes, place) if moments else None
-        if self.model.nodes:
-            self.model.write(os.path.join(self.folder, "model.glb"))
-            names = ",\n      ".join(f"{text(name)}: {ron}" for name, ron in self.model.overrides.items())
-            self.entities.append({"gltf": "model.glb", "overrides": Ron("{\n      " + names + ",\n  }")})
+        for number, (group, model) in enumerate(self.models.items()):
+            if model.nodes:
+                name = f"model{number}.glb"
+                model.write(os.path.join(self.folder, name))
+                names = ",\n      ".join(f"{text(key)}: {ron}" for key, ron in model.overrides.items())
+                entity = {"gltf": name, "overrides": Ron("{\n      " + names + ",\n  }")}
+                self.entities.append(entity | ({"group": group} if group else {}))
         lines = "".join(f"  {text(entity)},\n" for entity in self.entities)
         with open(os.path.join(self.folder, SCENE), "w", encoding="utf-8") as out:
             out.write(f"(settings: {text(settings(scene, size, around.backdrop))},\nentities: [\n{lines}])\n")
         return Exported(size, shutter)
 
-    def _instances(self) -> dict[tuple, int]:
+    def _group(self, of: Any) -> dict[str, str]:
+        """The light group of an object or a world, as a field."""
+        return {"group": of.lightgroup} if of.lightgroup in self.groups else {}
+
+    def _instances(self) -> dict[tuple, tuple[Model, int]]:
         """Adds all that the dependency graph places. Returns the nodes of the meshes, by what stays the same with time."""
         nodes = {}
         for instance in self.depsgraph.object_instances:
@@ -82,14 +92,15 @@ class Export:
                 name = f"light{self.count}"
                 found = light(ob, instance.matrix_world.copy(), name, self.folder, self.warn)
                 if found:
-                    self.entities.append({"name": f"{ob.name} ({name})"} | found)
+                    self.entities.append({"name": f"{ob.name} ({name})"} | self._group(ob) | found)
                 self._visibility(ob, lamp=True)
             elif ob.type in SOLID:
                 self._particles(ob)
                 if instance.show_self:
-                    node = self.model.add(instance)
+                    model = self._model(ob)
+                    node = model.add(instance)
                     if node is not None:
-                        nodes[identity(instance)] = node
+                        nodes[identity(instance)] = model, node
                     self._visibility(ob, lamp=False)
             elif ob.type == "CURVES":
                 self._curves(instance)
@@ -97,6 +108,13 @@ class Export:
                 kind = {"VOLUME": "a grid of a volume", "POINTCLOUD": "a point cloud"}.get(ob.type, "Grease Pencil")
                 self.warn(f"object {ob.name!r}: {kind}")
         return nodes
+
+    def _model(self, ob: Any) -> Model:
+        group = self._group(ob).get("group", "")
+        if group not in self.models:
+            override = self.depsgraph.view_layer_eval.material_override
+            self.models[group] = Model(self.images, override, self.warn)
+        return self.models[group]
 
     def _curves(self, instance: Any) -> None:
         ob, self.count = instance.object, self.count + 1
@@ -126,7 +144,7 @@ class Export:
         if ob.light_linking.receiver_collection or ob.light_linking.blocker_collection:
             self.warn(f"object {ob.name!r}: light linking")
 
-    def _moves(self, moments: Moments, nodes: dict[tuple, int], place: Matrix) -> float | None:
+    def _moves(self, moments: Moments, nodes: dict[tuple, tuple[Model, int]], place: Matrix) -> float | None:
         """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves."""
         seen: dict[tuple, list[Matrix]] = {key: [] for key in nodes}
         eye = self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world
@@ -147,7 +165,8 @@ class Export:
         # Of the program's frames of one second.
         times = [time * moments.part for time in moments.times]
         for key, places in moving.items():
-            self.model.move(nodes[key], times, places)
+            model, node = nodes[key]
+            model.move(node, times, places)
         if any(differ(cameras[0], other) for other in cameras[1:]):
             self.entities[0]["transform"] = moved(times, [m @ shift for m in cameras])
         elif not moving:

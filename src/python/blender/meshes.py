@@ -61,8 +61,8 @@ class Model:
         """Places the mesh of an instance of the dependency graph. Returns the number of its node, if it has a mesh."""
         ob = instance.object
         slots = tuple(slot.material.name_full if slot.material else "" for slot in ob.material_slots)
-        # Copies share the data; but the evaluated mesh of an object with modifiers is its own.
-        key = (ob.data.as_pointer() if ob.data else 0, "" if instance.is_instance else ob.name_full, slots)
+        # Copies share the data; but the mesh that modifiers make of it is the object's own.
+        key = (ob.data.as_pointer() if ob.data else 0, ob.name_full if ob.modifiers else "", slots)
         if key not in self.numbers:
             mesh = ob.to_mesh()
             self.numbers[key] = self._mesh(ob, mesh) if mesh else None

@@ -107,6 +107,8 @@ class RenderPanel(bpy.types.Panel):
 
 
 class RAYFRONT_PT_sampling(RenderPanel):
+    """How much work goes into a picture."""
+
     bl_label = "Sampling"
     names = ("samples", "noise", "max_time", "adaptive", "denoise", "seed")
 
@@ -116,12 +118,16 @@ class RAYFRONT_PT_sampling(RenderPanel):
 
 
 class RAYFRONT_PT_light_paths(RenderPanel):
+    """How far light is followed."""
+
     bl_label = "Light Paths"
     bl_options = {"DEFAULT_CLOSED"}
     names = ("max_depth", "diffuse_depth", "glossy_depth", "transmission_depth", "clamp", "caustics")
 
 
 class RAYFRONT_PT_film(RenderPanel):
+    """What the picture shows, and where the scene stays."""
+
     bl_label = "Film"
     bl_options = {"DEFAULT_CLOSED"}
     names = ("live", "keep")
@@ -133,6 +139,8 @@ class RAYFRONT_PT_film(RenderPanel):
 
 
 class RAYFRONT_PT_passes(bpy.types.Panel):
+    """The passes that rayfront has, in the tab View Layer."""
+
     bl_label = "Passes"
     bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "view_layer"
     COMPAT_ENGINES = {"RAYFRONT"}

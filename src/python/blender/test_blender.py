@@ -227,6 +227,22 @@ def passes() -> None:
 
 
 @test
+def light_groups() -> None:
+    """A lamp, a world and a glowing ball, each by itself."""
+    scene = scenes.lamps(SIZE, "AREA")
+    scene.world.lightgroup = "around"
+    bpy.data.objects["area"].lightgroup = "lamp"
+    glow = scenes.material("glow", Emission_Color=(1, 0.5, 0.2), Emission_Strength=3.0)
+    scenes.ball((-1, -1, 0.3), glow, radius=0.3).lightgroup = "ball"
+    for name in ("around", "lamp", "ball"):
+        scene.view_layers[0].lightgroups.add().name = name
+    theirs, ours = shoot(scene, "groups", 128, cycles=True), shoot(scene, "groups", 64)
+    for name in ("around", "lamp", "ball"):
+        a, b = (planes[f"Combined_{name}.R"].mean() for planes in (ours, theirs))
+        check(f"light_group_{name}", abs(a / b - 1) < 0.02, f"ratio {a / b:.4f}")
+
+
+@test
 def denoising() -> None:
     scene = scenes.materials(SIZE)
     scene.rayfront.denoise = True
