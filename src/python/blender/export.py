@@ -15,7 +15,7 @@ from .coordinates import MeshSpace
 from .images import Images
 from .lights import light
 from .materials import Material
-from .meshes import SOLID, Model
+from .meshes import Model
 from .ron import Ron, differ, form, moved, placed, text
 from .world import surroundings
 
@@ -94,7 +94,7 @@ class Export:
                 if found:
                     self.entities.append({"name": f"{ob.name} ({name})"} | self._group(ob) | found)
                 self._visibility(ob, lamp=True)
-            elif ob.type in SOLID:
+            elif isinstance(ob.data, bpy.types.Mesh):  # Text and the like come once more, as a mesh.
                 self._particles(ob)
                 if instance.show_self:
                     model = self._model(ob)

@@ -15,7 +15,6 @@ from .images import Images
 from .materials import Material
 from .ron import TO_Y_UP, Ron, differ, form, steps
 
-SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 NO_MATERIAL = form("Principled", base_color=0.8, metallic=0.0, specular=0.0, double_sided=True)
 FLOAT, UNSIGNED = 5126, 5125
 VERTICES, INDICES = 34962, 34963

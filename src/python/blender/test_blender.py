@@ -10,9 +10,11 @@ pictures. Exits with 1 if something is not as it should be.
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import os
 import re
+import struct
 import sys
 import tempfile
 import time
@@ -106,23 +108,23 @@ def compare(name: str, scene: Any, samples: int, of_cycles: int, limit: float = 
 
 @test
 def four_lamps() -> None:
-    compare("four_lamps", scenes.lamps(SIZE, "POINT", "SUN", "AREA", "SPOT"), 256, 512, 0.003)
+    compare("four_lamps", scenes.lamps(SIZE, "POINT", "SUN", "AREA", "SPOT"), 128, 256, 0.003)
 
 
 @test
 def each_lamp() -> None:
     for kind in ("POINT", "SUN", "AREA", "SPOT"):
-        compare(f"lamp_{kind.lower()}", scenes.lamps(SIZE, kind), 128, 256, 0.005)
+        compare(f"lamp_{kind.lower()}", scenes.lamps(SIZE, kind), 64, 128, 0.005)
 
 
 @test
 def grey_world() -> None:
-    compare("grey_world", scenes.lamps(SIZE), 128, 256, 0.003)
+    compare("grey_world", scenes.lamps(SIZE), 64, 128, 0.003)
 
 
 @test
 def materials() -> None:
-    compare("materials", scenes.materials(SIZE), 256, 512, rms=0.08)
+    compare("materials", scenes.materials(SIZE), 128, 256)
 
 
 @test
@@ -295,6 +297,46 @@ def motion_blur() -> None:
         camera.keyframe_insert("location", frame=frame)
     scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.8
     compare("motion_blur", scene, 64, 128, rms=0.06)
+
+
+@test
+def kinds_of_objects() -> None:
+    """Text, metaballs, curves, copies that share a mesh, one of them with a modifier, and instances of nodes."""
+    scene = scenes.lamps(SIZE, "SUN")
+    bpy.ops.mesh.primitive_plane_add(size=4, location=(0, 0, 0.2))
+    modifier = bpy.context.object.modifiers.new("nodes", "NODES")
+    tree = modifier.node_group = bpy.data.node_groups.new("cubes", "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    first, last, copies, cube, both = (
+        tree.nodes.new(kind)
+        for kind in (
+            "NodeGroupInput", "NodeGroupOutput", "GeometryNodeInstanceOnPoints", "GeometryNodeMeshCube", "GeometryNodeJoinGeometry",
+        )
+    )  # fmt: skip
+    cube.inputs[0].default_value = (0.5, 0.5, 0.5)
+    for output, to in (
+        (first.outputs[0], copies.inputs["Points"]), (cube.outputs[0], copies.inputs["Instance"]),
+        (copies.outputs[0], both.inputs[0]), (first.outputs[0], both.inputs[0]), (both.outputs[0], last.inputs[0]),
+    ):  # fmt: skip
+        tree.links.new(output, to)
+    ball = scenes.ball((0, 0, 2), scenes.material("plain"), 0.3)
+    for x in (-1, 1, 2):
+        scenes.link(ball.copy()).location.x = x
+    other = scenes.link(ball.copy())
+    other.location = (-2, 0, 2)
+    other.modifiers.new("thicker", "SOLIDIFY").thickness = -0.3
+    bpy.ops.object.text_add(location=(0, -2, 0.3))
+    bpy.ops.object.metaball_add(location=(2, -2, 0.5))
+    bpy.ops.curve.primitive_bezier_circle_add(location=(-2, -2, 1))
+    bpy.context.object.data.bevel_depth = 0.1
+    scene.rayfront.keep = os.path.join(FOLDER, "kinds")
+    compare("kinds", scene, 64, 64)
+    with open(os.path.join(FOLDER, "kinds", "model0.glb"), "rb") as file:
+        (size,) = struct.unpack_from("<12xI", file.read(16))
+        model = json.loads(file.read(size + 4)[4:])
+    meshes, nodes = len(model["meshes"]), len(model["nodes"])
+    check("copies_share", meshes == nodes - 6, f"{meshes} meshes at {nodes} places")
 
 
 @test
