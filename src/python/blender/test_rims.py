@@ -80,21 +80,25 @@ def walk(degrees: float, alpha: float, reflectance: Callable, count: int = 400_0
     return once, whole
 
 
-def by_rayfront(program: str, folder: str, degrees: float, roughness: float) -> float:
-    """A black plane, seen from an angle in light from everywhere."""
+def by_rayfront(program: str, folder: str, degrees: float, roughness: float, base: float = 0, sun: float | None = None) -> float:
+    """A plane, seen from an angle, in light from everywhere or from a sun at another angle, opposite."""
     x, y = 5 * math.sin(math.radians(degrees)), 5 * math.cos(math.radians(degrees))
+    light = "(light: Environment(radiance: 1))"
+    if sun is not None:
+        at = (-math.sin(math.radians(sun)), math.cos(math.radians(sun)), 0)
+        light = f"(light: Directional(irradiance: 1), transform: LookAt(from: {at}, to: (0, 0, 0), up: (0, 0, -1)))"
     with open(os.path.join(folder, "rim.ron"), "w", encoding="utf-8") as out:
         out.write(f"""(settings: (size: (8, 8), samples: 1024, transport: Path, max_depth: 0, sharing: Off), entities: [
             (camera: Orthographic(height_m: 0.01), transform: LookAt(from: ({x}, {y}, 0), to: (0, 0, 0), up: (0, 0, -1))),
-            (light: Environment(radiance: 1)),
+            {light},
             (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))),
-             material: Principled(base_color: 0, metallic: 0, roughness: {roughness}, ior: {INDEX}))])""")
+             material: Principled(base_color: {base}, metallic: 0, roughness: {roughness}, ior: {INDEX}))])""")
     command = [program, "rim.ron", "-o", "rim.exr", "--quiet", "--json"]
     subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     return float(exr.read(os.path.join(folder, "rim.exr"))["G"].mean())
 
 
-def by_cycles(folder: str, degrees: float, roughness: float) -> float:
+def by_cycles(folder: str, degrees: float, roughness: float, base: float = 0, sun: float | None = None) -> float:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.samples, scene.cycles.max_bounces = "CYCLES", 1024, 1
@@ -103,7 +107,7 @@ def by_cycles(folder: str, degrees: float, roughness: float) -> float:
     material = bpy.data.materials.new("black")
     material.use_nodes = True
     inputs = material.node_tree.nodes["Principled BSDF"].inputs
-    inputs["Base Color"].default_value = (0, 0, 0, 1)
+    inputs["Base Color"].default_value = (base, base, base, 1)
     inputs["Roughness"].default_value, inputs["IOR"].default_value = roughness, INDEX
     bpy.ops.mesh.primitive_plane_add(size=18)
     bpy.context.object.data.materials.append(material)
@@ -114,7 +118,12 @@ def by_cycles(folder: str, degrees: float, roughness: float) -> float:
     camera.rotation_euler = camera.location.to_track_quat("Z", "Y").to_euler()
     scene.world = bpy.data.worlds.new("white")
     scene.world.use_nodes = True
-    scene.world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1)
+    scene.world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1) if sun is None else (0, 0, 0, 1)
+    if sun is not None:
+        lamp = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
+        bpy.context.collection.objects.link(lamp)
+        lamp.data.energy, lamp.data.angle = 1.0, 0.0
+        lamp.rotation_euler = Vector((-math.sin(math.radians(sun)), 0, math.cos(math.radians(sun)))).to_track_quat("Z", "Y").to_euler()
     image = scene.render.image_settings
     image.file_format, image.color_depth, image.exr_codec = "OPEN_EXR_MULTILAYER", "32", "ZIP"
     scene.render.filepath = os.path.join(folder, "rim_cycles.exr")
@@ -134,6 +143,10 @@ def main(program: str) -> None:
                 row = [whole, once, walk(degrees, alpha, schlick)[0]]
                 row += [by_rayfront(program, folder, degrees, roughness), by_cycles(folder, degrees, roughness)]
                 rows.append(f"| {roughness} | {degrees}° | " + " | ".join(f"{value:.4f}" for value in row) + " |")
+        print("A base colour of 0.5, a roughness of 0.3: light over irradiance, from 75° to 20° and from 20° to 75°")
+        for name, by in (("rayfront", lambda *a: by_rayfront(program, folder, *a)), ("Cycles", lambda *a: by_cycles(folder, *a))):
+            ways = [by(a, 0.3, 0.5, b) / math.cos(math.radians(b)) for a, b in ((75, 20), (20, 75))]
+            print(f"{name}: {ways[0]:.4f} {ways[1]:.4f}")
     print("| roughness | angle | walk | its first bounce | the same by Schlick | rayfront | Cycles |")
     print("\n".join(["|---|---|---|---|---|---|---|"] + rows))
 
