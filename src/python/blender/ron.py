@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
 # Blender's +Z is up, rayfront's +Y. Cameras and lamps look along -Z in both.
@@ -32,7 +33,7 @@ def text(value: Any) -> str:
         return "[" + ", ".join(map(text, value)) + "]"
     if hasattr(value, "__len__"):
         return "(" + ", ".join(map(text, value)) + ")"
-    return repr(round(float(value), 9))
+    return str(np.float32(value))  # As Blender has it, in as few digits as it takes.
 
 
 def form(name: str, **fields: Any) -> Ron:

@@ -229,6 +229,22 @@ def passes() -> None:
 
 
 @test
+def settings() -> None:
+    """All settings at once: the program understands what they become."""
+    scene = scenes.materials((64, 36))
+    mine = scene.rayfront
+    mine.noise, mine.max_time, mine.adaptive, mine.seed, mine.clamp, mine.caustics = 2.5, 20.0, True, 7, 8.0, False
+    mine.max_depth, mine.diffuse_depth, mine.glossy_depth, mine.transmission_depth, mine.live = 6, 2, 3, 4, False
+    mine.keep = os.path.join(FOLDER, "settings")
+    scene.render.threads_mode, scene.render.threads = "FIXED", 1
+    planes = shoot(scene, "settings", 256)
+    with open(os.path.join(mine.keep, "said.json"), encoding="utf-8") as file:
+        said = json.load(file)
+    told = [said[key] for key in ("threads", "seed", "max_depth", "diffuse_depth", "glossy_depth", "transmission_depth")]
+    check("settings", told == [1, 7, 6, 2, 3, 4] and rgb(planes).mean() > 0.1, f"{told}, {said['samples']} samples")
+
+
+@test
 def light_groups() -> None:
     """A lamp, a world and a glowing ball, each by itself."""
     scene = scenes.lamps(SIZE, "AREA")
