@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 import os
-from typing import Any, Callable
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from mathutils import Matrix
@@ -86,7 +87,9 @@ def _aperture(dof: Any, path: str, size: int = 256) -> float:
 
 def _panorama(data: Any, size: tuple[int, int]) -> Ron:
     # Cycles had these before Blender 5.
-    kind, of = (data.panorama_type, data) if hasattr(data, "panorama_type") else (data.cycles.panorama_type, data.cycles)
+    kind, of = (
+        (data.panorama_type, data) if hasattr(data, "panorama_type") else (data.cycles.panorama_type, data.cycles)
+    )
     if kind == "EQUIRECTANGULAR":
         across, up = of.longitude_max - of.longitude_min, of.latitude_max - of.latitude_min
         level = max(abs(of.longitude_max + of.longitude_min), abs(of.latitude_max + of.latitude_min)) < 1e-4
@@ -99,4 +102,6 @@ def _panorama(data: Any, size: tuple[int, int]) -> Ron:
             fov = 4 * math.asin(min(data.sensor_width / (4 * of.fisheye_lens), 1)) if of.fisheye_lens else fov
         mapping = Ron(FISHEYES[kind])
         return form("Fisheye", fov_degrees=math.degrees(fov), mapping=mapping, circular=kind == "FISHEYE_EQUIDISTANT")
-    raise ValueError(f"the camera is a panorama of the type {kind.replace('_', ' ').title()}, which rayfront does not have")
+    raise ValueError(
+        f"the camera is a panorama of the type {kind.replace('_', ' ').title()}, which rayfront does not have"
+    )

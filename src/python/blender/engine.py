@@ -221,7 +221,9 @@ class RayfrontEngine(bpy.types.RenderEngine):
         mine = depsgraph.scene.rayfront
         planes = exr.read(os.path.join(self.folder, OUTPUT))
         light = exr.read(os.path.join(self.folder, DENOISED)) if mine.denoise else planes
-        alpha = planes["coverage.A"] if depsgraph.scene.render.film_transparent else np.ones((height, width), np.float32)
+        alpha = (
+            planes["coverage.A"] if depsgraph.scene.render.film_transparent else np.ones((height, width), np.float32)
+        )
         result = self.begin_result(0, 0, width, height, layer=depsgraph.view_layer_eval.name)
         passes = result.layers[0].passes
 

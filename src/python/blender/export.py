@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import bpy
 from mathutils import Matrix
@@ -60,9 +61,9 @@ class Export:
         size = (max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part)))
         lens, place = camera(self.depsgraph, size, self.folder, self.warn)
         self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
-        around = surroundings(layer.world_override or scene.world, self.images, self.warn)
+        around = surroundings(getattr(layer, "world_override", None) or scene.world, self.images, self.warn)
         if around.entity:
-            world = layer.world_override or scene.world
+            world = getattr(layer, "world_override", None) or scene.world
             self.entities.append({"name": "world"} | self._group(world) | around.entity)
         nodes = self._instances()
         shutter = self._moves(moments, nodes, place) if moments else None

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable
+from collections.abc import Callable
+from typing import Any
 
 from . import media
 from .coordinates import MeshSpace
@@ -39,6 +40,8 @@ class Material:
         fields.setdefault("metallic", 0.0)
         fields["double_sided"] = True
         self.ron = form("Principled", **fields)
+        # Its number in the model.
+        self.number = 0
 
     def _plain(self) -> Fields:
         """Without nodes, materials have the colours of the viewport."""
@@ -67,7 +70,7 @@ class Material:
         if source.type != "DISPLACEMENT" or "bump" in fields:
             self.warn("displacement")
             return
-        if self.material.displacement_method != "BUMP":
+        if getattr(self.material, "displacement_method", "BUMP") != "BUMP":
             self.warn("displacement, which is shaded as a bump in its place")
         height = self.maps.number(source.input("Height"))
         if isinstance(height, Ron):
@@ -169,7 +172,10 @@ class Material:
         return self._blended(a, b, by)
 
     def _blended(self, a: Fields, b: Fields, by: Map) -> Fields:
-        leaves = {frozenset(("base_color", "specular")), frozenset(("specular", "diffuse_transmission", "diffuse_transmission_color"))}
+        leaves = {
+            frozenset(("base_color", "specular")),
+            frozenset(("specular", "diffuse_transmission", "diffuse_transmission_color")),
+        }
         if {frozenset(a), frozenset(b)} == leaves and a["specular"] == b["specular"] == 0.0:
             # Matte on both sides, as leaves are: just what rayfront's material is.
             front, back = (a, b) if "base_color" in a else (b, a)
@@ -264,7 +270,9 @@ class Material:
             scale = maps.constant(source.input("Subsurface Scale"))
             radius = [r * scale for r in maps.constant(source.input("Subsurface Radius"))]
             if source.node.subsurface_method != "RANDOM_WALK":
-                self.warn(f"Subsurface by {source.node.subsurface_method.replace('_', ' ').title()}: Random Walk stands in")
+                self.warn(
+                    f"Subsurface by {source.node.subsurface_method.replace('_', ' ').title()}: Random Walk stands in"
+                )
             anisotropy = maps.constant(source.input("Subsurface Anisotropy"))
             if isinstance(color, Ron):
                 self.warn("Subsurface of a texture's colour: one colour is scattered")

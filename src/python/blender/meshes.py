@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import json
 import struct
-from typing import Any, Callable
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from mathutils import Matrix
@@ -37,7 +38,10 @@ class Binary:
         component = UNSIGNED if array.dtype == np.uint32 else FLOAT
         found = {"bufferView": len(self.views) - 1, "componentType": component, "count": len(array), "type": kind}
         if bounds:
-            found |= {"min": np.atleast_1d(array.min(axis=0)).tolist(), "max": np.atleast_1d(array.max(axis=0)).tolist()}
+            found |= {
+                "min": np.atleast_1d(array.min(axis=0)).tolist(),
+                "max": np.atleast_1d(array.max(axis=0)).tolist(),
+            }
         self.accessors.append(found)
         return len(self.accessors) - 1
 

@@ -25,7 +25,7 @@ def main(program: str, output: str, documents: list[str]) -> None:
     here = PLATFORMS[sys.platform, platform.machine()]
     version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout.split()[1]
     with open(os.path.join(HERE, "blender_manifest.toml"), encoding="utf-8") as file:
-        manifest = re.sub(r'(?m)^version = .*$', f'version = "{version}"\nplatforms = ["{here}"]', file.read())
+        manifest = re.sub(r"(?m)^version = .*$", f'version = "{version}"\nplatforms = ["{here}"]', file.read())
     manifest = "".join(line for line in manifest.splitlines(keepends=True) if "package.py" not in line)
     with zipfile.ZipFile(output, "w", zipfile.ZIP_DEFLATED) as out:
 

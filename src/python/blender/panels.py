@@ -26,14 +26,16 @@ class RayfrontPreferences(bpy.types.AddonPreferences):
         name="Program", subtype="FILE_PATH", description="The program rayfront; without one, that of the extension"
     )
 
-    def draw(self, context):
+    def draw(self, context) -> None:
         self.layout.prop(self, "program")
 
 
 class RayfrontSettings(bpy.types.PropertyGroup):
     """Settings of a scene."""
 
-    samples: IntProperty(name="Samples", default=64, min=1, max=4194304, description="Samples per pixel; best a power of two")
+    samples: IntProperty(
+        name="Samples", default=64, min=1, max=4194304, description="Samples per pixel; best a power of two"
+    )
     noise: FloatProperty(
         name="Noise Threshold", default=0.0, min=0.0, max=100.0, subtype="PERCENTAGE",
         description="Ends earlier, once the noise is below this part of the picture's brightness; 0: never",
@@ -51,7 +53,9 @@ class RayfrontSettings(bpy.types.PropertyGroup):
     )
     caustics: BoolProperty(name="Caustics", default=True, description="The light of glass and mirrors, by photons")
     live: BoolProperty(name="Show While Rendering", default=True)
-    keep: StringProperty(name="Keep Scene in", subtype="DIR_PATH", description="A folder for the scene of the last picture")
+    keep: StringProperty(
+        name="Keep Scene in", subtype="DIR_PATH", description="A folder for the scene of the last picture"
+    )
 
 
 class RAYFRONT_OT_live_page(bpy.types.Operator):
@@ -62,7 +66,7 @@ class RAYFRONT_OT_live_page(bpy.types.Operator):
 
     processes = []
 
-    def execute(self, context):
+    def execute(self, context) -> set:
         lost = []
         folder = tempfile.mkdtemp(prefix="rayfront_live_")
         try:
@@ -79,7 +83,7 @@ class RAYFRONT_OT_live_page(bpy.types.Operator):
         return {"FINISHED"}
 
     @classmethod
-    def close(cls):
+    def close(cls) -> None:
         """Ends all pages."""
         for process, folder in cls.processes:
             process.terminate()
@@ -96,10 +100,10 @@ class RenderPanel(bpy.types.Panel):
     names: tuple = ()
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context) -> bool:
         return context.engine in cls.COMPAT_ENGINES
 
-    def draw(self, context):
+    def draw(self, context) -> None:
         self.layout.use_property_split = True
         self.layout.use_property_decorate = False
         for name in self.names:
@@ -112,7 +116,7 @@ class RAYFRONT_PT_sampling(RenderPanel):
     bl_label = "Sampling"
     names = ("samples", "noise", "max_time", "adaptive", "denoise", "seed")
 
-    def draw(self, context):
+    def draw(self, context) -> None:
         super().draw(context)
         self.layout.operator("rayfront.live_page", icon="URL")
 
@@ -132,7 +136,7 @@ class RAYFRONT_PT_film(RenderPanel):
     bl_options = {"DEFAULT_CLOSED"}
     names = ("live", "keep")
 
-    def draw(self, context):
+    def draw(self, context) -> None:
         super().draw(context)
         self.layout.prop(context.scene.render, "film_transparent", text="Transparent")
         self.layout.prop(context.scene.render, "filter_size", text="Filter Width")
@@ -146,10 +150,10 @@ class RAYFRONT_PT_passes(bpy.types.Panel):
     COMPAT_ENGINES = {"RAYFRONT"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context) -> bool:
         return context.engine in cls.COMPAT_ENGINES
 
-    def draw(self, context):
+    def draw(self, context) -> None:
         self.layout.use_property_split = True
         for name in ("use_pass_z", "use_pass_normal", "use_pass_position", "use_pass_diffuse_color"):
             self.layout.prop(context.view_layer, name)
@@ -174,7 +178,7 @@ def of_any_engine():
             yield panel
 
 
-def register():
+def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.rayfront = bpy.props.PointerProperty(type=RayfrontSettings)
@@ -182,7 +186,7 @@ def register():
         panel.COMPAT_ENGINES.add("RAYFRONT")
 
 
-def unregister():
+def unregister() -> None:
     RAYFRONT_OT_live_page.close()
     for panel in of_any_engine():
         panel.COMPAT_ENGINES.discard("RAYFRONT")

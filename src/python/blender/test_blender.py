@@ -19,7 +19,8 @@ import sys
 import tempfile
 import time
 import urllib.request
-from typing import Any, Callable
+from collections.abc import Callable
+from typing import Any
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
@@ -240,7 +241,9 @@ def settings() -> None:
     planes = shoot(scene, "settings", 256)
     with open(os.path.join(mine.keep, "said.json"), encoding="utf-8") as file:
         said = json.load(file)
-    told = [said[key] for key in ("threads", "seed", "max_depth", "diffuse_depth", "glossy_depth", "transmission_depth")]
+    told = [
+        said[key] for key in ("threads", "seed", "max_depth", "diffuse_depth", "glossy_depth", "transmission_depth")
+    ]
     check("settings", told == [1, 7, 6, 2, 3, 4] and rgb(planes).mean() > 0.1, f"{told}, {said['samples']} samples")
 
 
@@ -396,10 +399,14 @@ def faults() -> None:
     def lose(scene: Any) -> None:
         image = bpy.data.images.new("lost", 8, 8)
         image.source, image.filepath = "FILE", "/nowhere/lost.png"
-        scenes.node(bpy.data.materials["coat"], "ShaderNodeTexImage", scenes.shader(bpy.data.materials["coat"]).inputs[0]).image = image
+        scenes.node(
+            bpy.data.materials["coat"], "ShaderNodeTexImage", scenes.shader(bpy.data.materials["coat"]).inputs[0]
+        ).image = image
 
     def unset(scene: Any) -> None:
-        scenes.node(bpy.data.materials["coat"], "ShaderNodeTexImage", scenes.shader(bpy.data.materials["coat"]).inputs[0])
+        scenes.node(
+            bpy.data.materials["coat"], "ShaderNodeTexImage", scenes.shader(bpy.data.materials["coat"]).inputs[0]
+        )
 
     def program(path: str) -> None:
         bpy.context.preferences.addons["bl_ext.user_default.rayfront"].preferences.program = path
@@ -433,7 +440,13 @@ def losses() -> None:
     scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
     bpy.ops.render.render()
     lost = "\n".join(engine().last["lost"])
-    for words in ("'coat': Coat Tint", "the node Magic Texture", "'area': a spread", "'smoke'", "'mover': it is not hidden"):
+    for words in (
+        "'coat': Coat Tint",
+        "the node Magic Texture",
+        "'area': a spread",
+        "'smoke'",
+        "'mover': it is not hidden",
+    ):
         check(f"loss_{words}", words in lost, next((line for line in lost.splitlines() if words in line), lost))
 
 

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable
+from collections.abc import Callable
+from typing import Any
 
 import bpy
 import numpy as np
@@ -302,7 +303,13 @@ def subsurface():
 def fog():
     m = material("m")
     m.node_tree.nodes.remove(shader(m))
-    node(m, "ShaderNodeVolumePrincipled", m.node_tree.nodes["Material Output"].inputs["Volume"], Color=(0.8, 0.6, 0.4, 1), Density=2.0)
+    node(
+        m,
+        "ShaderNodeVolumePrincipled",
+        m.node_tree.nodes["Material Output"].inputs["Volume"],
+        Color=(0.8, 0.6, 0.4, 1),
+        Density=2.0,
+    )
     return m
 
 
@@ -310,5 +317,11 @@ def fog():
 def tinted_water():
     m = material("m")
     surface(m, "ShaderNodeBsdfGlass", Color=(1, 1, 1, 1), Roughness=0.0, IOR=1.33)
-    node(m, "ShaderNodeVolumeAbsorption", m.node_tree.nodes["Material Output"].inputs["Volume"], Color=(0.3, 0.6, 0.9, 1), Density=1.0)
+    node(
+        m,
+        "ShaderNodeVolumeAbsorption",
+        m.node_tree.nodes["Material Output"].inputs["Volume"],
+        Color=(0.3, 0.6, 0.9, 1),
+        Density=1.0,
+    )
     return m

@@ -14,7 +14,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from typing import Callable
+from collections.abc import Callable
 
 import bpy
 import numpy as np
@@ -80,7 +80,9 @@ def walk(degrees: float, alpha: float, reflectance: Callable, count: int = 400_0
     return once, whole
 
 
-def by_rayfront(program: str, folder: str, degrees: float, roughness: float, base: float = 0, sun: float | None = None) -> float:
+def by_rayfront(
+    program: str, folder: str, degrees: float, roughness: float, base: float = 0, sun: float | None = None
+) -> float:
     """A plane, seen from an angle, in light from everywhere or from a sun at another angle, opposite."""
     x, y = 5 * math.sin(math.radians(degrees)), 5 * math.cos(math.radians(degrees))
     light = "(light: Environment(radiance: 1))"
@@ -123,7 +125,9 @@ def by_cycles(folder: str, degrees: float, roughness: float, base: float = 0, su
         lamp = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
         bpy.context.collection.objects.link(lamp)
         lamp.data.energy, lamp.data.angle = 1.0, 0.0
-        lamp.rotation_euler = Vector((-math.sin(math.radians(sun)), 0, math.cos(math.radians(sun)))).to_track_quat("Z", "Y").to_euler()
+        lamp.rotation_euler = (
+            Vector((-math.sin(math.radians(sun)), 0, math.cos(math.radians(sun)))).to_track_quat("Z", "Y").to_euler()
+        )
     image = scene.render.image_settings
     image.file_format, image.color_depth, image.exr_codec = "OPEN_EXR_MULTILAYER", "32", "ZIP"
     scene.render.filepath = os.path.join(folder, "rim_cycles.exr")
@@ -144,7 +148,10 @@ def main(program: str) -> None:
                 row += [by_rayfront(program, folder, degrees, roughness), by_cycles(folder, degrees, roughness)]
                 rows.append(f"| {roughness} | {degrees}° | " + " | ".join(f"{value:.4f}" for value in row) + " |")
         print("A base colour of 0.5, a roughness of 0.3: light over irradiance, from 75° to 20° and from 20° to 75°")
-        for name, by in (("rayfront", lambda *a: by_rayfront(program, folder, *a)), ("Cycles", lambda *a: by_cycles(folder, *a))):
+        for name, by in (
+            ("rayfront", lambda *a: by_rayfront(program, folder, *a)),
+            ("Cycles", lambda *a: by_cycles(folder, *a)),
+        ):
             ways = [by(a, 0.3, 0.5, b) / math.cos(math.radians(b)) for a, b in ((75, 20), (20, 75))]
             print(f"{name}: {ways[0]:.4f} {ways[1]:.4f}")
     print("| roughness | angle | walk | its first bounce | the same by Schlick | rayfront | Cycles |")

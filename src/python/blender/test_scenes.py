@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable
+from collections.abc import Callable
+from typing import Any
 
 import bpy
 import numpy as np
@@ -160,7 +161,9 @@ def lamps(size: tuple[int, int], *kinds: str) -> Any:
     if "SUN" in kinds:
         lamp("SUN", (4, -6, 7), energy=0.8, angle=math.radians(4), color=(1, 0.95, 0.8))
     if "AREA" in kinds:
-        area = lamp("AREA", (2.5, -1, 3), (1, 0, 0), energy=90, shape="RECTANGLE", size=1.2, size_y=0.5, color=(0.5, 0.7, 1))
+        area = lamp(
+            "AREA", (2.5, -1, 3), (1, 0, 0), energy=90, shape="RECTANGLE", size=1.2, size_y=0.5, color=(0.5, 0.7, 1)
+        )
         area.scale = (1.5, 1, 1)
     if "SPOT" in kinds:
         lamp("SPOT", (0, -3, 3.5), energy=300, spot_size=math.radians(40), spot_blend=0.4, shadow_soft_size=0.0)
@@ -181,7 +184,9 @@ def materials(size: tuple[int, int]) -> Any:
     ball((-1.1, 0, 0.5), plastic)
     ball((0, 0, 0.5), material("gold", Base_Color=(0.9, 0.6, 0.2), Metallic=1.0, Roughness=0.2))
     ball((1.1, 0, 0.5), material("coat", Base_Color=(0.05, 0.1, 0.5), Roughness=0.6, Coat_Weight=1.0))
-    ball((2.2, 0, 0.5), material("glow", Base_Color=(0.2, 0.2, 0.2), Emission_Color=(1, 0.5, 0.2), Emission_Strength=2.0))
+    ball(
+        (2.2, 0, 0.5), material("glow", Base_Color=(0.2, 0.2, 0.2), Emission_Color=(1, 0.5, 0.2), Emission_Strength=2.0)
+    )
     rough = material("rough map", Metallic=1.0)
     ramp = node(rough, "ShaderNodeTexImage", shader(rough).inputs["Roughness"])
     ramp.image = picture("rough", (128, 128), lambda u, v: (0.1 + 0.8 * u)[..., None], is_data=True)

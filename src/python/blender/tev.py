@@ -18,7 +18,7 @@ class Viewer:
 
     def __init__(self) -> None:
         self.server = socket.create_server(("127.0.0.1", 0))
-        self.address = "127.0.0.1:%d" % self.server.getsockname()[1]
+        self.address = f"127.0.0.1:{self.server.getsockname()[1]}"
         self.link: socket.socket | None = None
         self.pending = bytearray()
         self.picture: np.ndarray | None = None

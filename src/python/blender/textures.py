@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable
+from collections.abc import Callable
+from typing import Any
 
 from .coordinates import Coordinates, MeshSpace, coordinates
 from .images import Images
@@ -222,7 +223,9 @@ class Maps:
         if node.offset_frequency != 2 or abs(node.offset - 0.5) > 1e-3 or node.squash != 1:
             raise NotCarried("the node Brick Texture with another bond than rows that are shifted by half")
         self.warn("a Brick Texture: all bricks have Color1, and their mortar is not smooth")
-        a, b = (0.0, 1.0) if source.socket.name == "Fac" else (self.color(source.input(n)) for n in ("Mortar", "Color1"))
+        a, b = (
+            (0.0, 1.0) if source.socket.name == "Fac" else (self.color(source.input(n)) for n in ("Mortar", "Color1"))
+        )
         a, b = (b, a) if source.socket.name == "Fac" else (a, b)
         pattern = place.pattern(self.constant(source.input("Scale")) / height)
         return form("Bricks", length=length, mortar=min(2 * mortar, 1.0), **pattern, a=a, b=b)
@@ -237,7 +240,9 @@ class Maps:
         self.warn("a Noise Texture: rayfront's own noise of the same fineness stands in for it")
         octaves = min(max(round(detail) + 1, 1), 16)
         lacunarity = min(max(lacunarity, 1.0), 8.0)
-        return form("Noise", octaves=octaves, roughness=min(roughness, 1.0), lacunarity=lacunarity, **place.pattern(scale))
+        return form(
+            "Noise", octaves=octaves, roughness=min(roughness, 1.0), lacunarity=lacunarity, **place.pattern(scale)
+        )
 
     def _voronoi(self, source: Output) -> Map:
         node, kind = source.node, source.socket.name

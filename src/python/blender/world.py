@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from mathutils import Matrix
 
@@ -97,7 +98,10 @@ def _turn(vector: Input, maps: Maps) -> Matrix:
         return Matrix.Identity(3)
     if any(source.input(name).source() for name in ("Location", "Rotation", "Scale")):
         maps.warn("a Mapping with linked values")
-    if max(abs(s - 1) for s in source.input("Scale").value) > 1e-4 or max(map(abs, source.input("Location").value)) > 1e-4:
+    if (
+        max(abs(s - 1) for s in source.input("Scale").value) > 1e-4
+        or max(map(abs, source.input("Location").value)) > 1e-4
+    ):
         maps.warn("a Mapping that does more than to turn")
     turn = source.input("Rotation").socket.default_value.to_matrix()
     return turn.transposed() if source.node.vector_type == "TEXTURE" else turn
