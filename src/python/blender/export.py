@@ -61,23 +61,27 @@ class Export:
         size = (max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part)))
         lens, place = camera(self.depsgraph, size, self.folder, self.warn)
         self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
-        around = surroundings(getattr(layer, "world_override", None) or scene.world, self.images, self.warn)
+        world = getattr(layer, "world_override", None) or scene.world
+        around = surroundings(world, self.images, self.warn)
         if around.entity:
-            world = getattr(layer, "world_override", None) or scene.world
             self.entities.append({"name": "world"} | self._group(world) | around.entity)
         nodes = self._instances()
         shutter = self._moves(moments, nodes, place) if moments else None
-        for number, (group, model) in enumerate(self.models.items()):
-            if model.nodes:
-                name = f"model{number}.glb"
-                model.write(os.path.join(self.folder, name))
-                names = ",\n      ".join(f"{text(key)}: {ron}" for key, ron in model.overrides.items())
-                entity = {"gltf": name, "overrides": Ron("{\n      " + names + ",\n  }")}
-                self.entities.append(entity | ({"group": group} if group else {}))
+        self._models()
         lines = "".join(f"  {text(entity)},\n" for entity in self.entities)
         with open(os.path.join(self.folder, SCENE), "w", encoding="utf-8") as out:
             out.write(f"(settings: {text(settings(scene, size, around.backdrop))},\nentities: [\n{lines}])\n")
         return Exported(size, shutter)
+
+    def _models(self) -> None:
+        """Writes the meshes, when all of them are placed, and moved."""
+        for number, (group, model) in enumerate(self.models.items()):
+            if model.nodes:
+                name = f"model{number}.glb"
+                model.write(os.path.join(self.folder, name))
+                materials = ",\n      ".join(f"{text(key)}: {ron}" for key, ron in model.overrides.items())
+                entity = {"gltf": name, "overrides": Ron("{\n      " + materials + ",\n  }")}
+                self.entities.append(entity | ({"group": group} if group else {}))
 
     def _group(self, of: Any) -> dict[str, str]:
         """The light group of an object or a world, as a field."""
