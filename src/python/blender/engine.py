@@ -202,7 +202,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
                 others.append(line)
                 continue
             self.update_progress(percent / 100)
-            remaining = f" | {left:.0f} s left" if left is not None else ""
+            remaining = f" | {left:.0f} s left" if percent > 0 and left is not None else ""
             self.update_stats("", f"{told.get('samples', 0):.0f} samples{remaining}")
         return others
 
