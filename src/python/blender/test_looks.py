@@ -79,7 +79,7 @@ def sheen():
     return material("m", Base_Color=(0.1, 0.1, 0.1), Roughness=0.9, Sheen_Weight=0.8, Sheen_Roughness=0.4)
 
 
-@look(0.03)
+@look()
 def thin_film():
     return material("m", Base_Color=(0.1, 0.1, 0.1), Roughness=0.2, Thin_Film_Thickness=400.0, Thin_Film_IOR=1.8)
 
@@ -94,7 +94,7 @@ def tinted_glass():
     return material("m", Base_Color=(0.5, 0.8, 0.9), Roughness=0.0, Transmission_Weight=1.0, IOR=1.45)
 
 
-@look(0.03)
+@look()
 def rough_glass():
     return material("m", Base_Color=(1, 1, 1), Roughness=0.4, Transmission_Weight=1.0, IOR=1.45)
 
@@ -116,7 +116,7 @@ def diffuse_node():
     return m
 
 
-@look(0.03)
+@look()
 def glossy_node():
     m = material("m")
     surface(m, "ShaderNodeBsdfGlossy", Color=(0.4, 0.3, 0.2, 1), Roughness=0.3)
@@ -165,7 +165,7 @@ def tinted_veil():
     return m
 
 
-@look(0.03)
+@look()
 def old_plastic():
     """Diffuse and Glossy, mixed by Fresnel."""
     m = material("m")
@@ -291,7 +291,7 @@ def bump():
     return m
 
 
-@look(0.05)
+@look(0.03)
 def subsurface():
     return material(
         "m", Base_Color=(0.8, 0.5, 0.3), Specular_IOR_Level=0.0, Roughness=1.0, Subsurface_Weight=1.0,
