@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A dependency graph as a scene of rayfront in a folder. Reads Blender's data, and changes none."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import bpy
+from mathutils import Matrix
+
+from . import strands
+from .cameras import camera
+from .coordinates import MeshSpace
+from .images import Images
+from .lights import light
+from .materials import Material
+from .meshes import Model
+from .ron import Ron, differ, form, moved, placed, text
+from .world import surroundings
+
+SCENE = "scene.ron"
+
+
+class Moments(NamedTuple):
+    """The time for which a shutter is open: `part` of a frame, in which places are read at each of `times`."""
+
+    part: float
+    times: list[float]
+    go_to: Callable[[float], None]
+
+
+class Exported(NamedTuple):
+    """What the program has to be told about the scene."""
+
+    size: tuple[int, int]
+    shutter: float | None
+
+
+class Export:
+    """The parts of one scene."""
+
+    def __init__(self, depsgraph: Any, folder: str, warn: Callable[[str], None]):
+        self.depsgraph, self.folder, self.warn = depsgraph, folder, warn
+        layer = depsgraph.view_layer_eval
+        self.images = Images(folder)
+        self.groups = {group.name for group in layer.lightgroups}
+        # A model for each light group of its objects: a group is of all below an entity.
+        self.models: dict[str, Model] = {}
+        self.entities: list[dict[str, Any]] = []
+        self.count = 0
+
+    def write(self, moments: Moments | None) -> Exported:
+        """Writes all files. A ValueError says what would make the picture one of something else."""
+        scene, layer = self.depsgraph.scene, self.depsgraph.view_layer_eval
+        if not scene.camera:
+            raise ValueError("the scene has no camera")
+        render = scene.render
+        part = render.resolution_percentage / 100
+        size = (max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part)))
+        lens, place = camera(self.depsgraph, size, self.folder, self.warn)
+        self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
+        world = getattr(layer, "world_override", None) or scene.world
+        around = surroundings(world, self.images, self.warn)
+        if around.entity:
+            self.entities.append({"name": "world"} | self._group(world) | around.entity)
+        nodes = self._instances()
+        shutter = self._moves(moments, nodes, place) if moments else None
+        self._models()
+        lines = "".join(f"  {text(entity)},\n" for entity in self.entities)
+        with open(os.path.join(self.folder, SCENE), "w", encoding="utf-8") as out:
+            out.write(f"(settings: {text(settings(scene, size, around.backdrop))},\nentities: [\n{lines}])\n")
+        return Exported(size, shutter)
+
+    def _models(self) -> None:
+        """Writes the meshes, when all of them are placed, and moved."""
+        for number, (group, model) in enumerate(self.models.items()):
+            if model.nodes:
+                name = f"model{number}.glb"
+                model.write(os.path.join(self.folder, name))
+                materials = ",\n      ".join(f"{text(key)}: {ron}" for key, ron in model.overrides.items())
+                entity = {"gltf": name, "overrides": Ron("{\n      " + materials + ",\n  }")}
+                self.entities.append(entity | ({"group": group} if group else {}))
+
+    def _group(self, of: Any) -> dict[str, str]:
+        """The light group of an object or a world, as a field."""
+        return {"group": of.lightgroup} if of.lightgroup in self.groups else {}
+
+    def _instances(self) -> dict[tuple, tuple[Model, int]]:
+        """Adds all that the dependency graph places. Returns the nodes of the meshes, by what stays the same with time."""
+        nodes = {}
+        for instance in self.depsgraph.object_instances:
+            ob = instance.object
+            if ob.type == "LIGHT":
+                self.count += 1
+                name = f"light{self.count}"
+                found = light(ob, instance.matrix_world.copy(), name, self.folder, self.warn)
+                if found:
+                    self.entities.append({"name": f"{ob.name} ({name})"} | self._group(ob) | found)
+                self._visibility(ob, lamp=True)
+            elif isinstance(ob.data, bpy.types.Mesh):  # Text and the like come once more, as a mesh.
+                self._particles(ob)
+                if instance.show_self:
+                    model = self._model(ob)
+                    node = model.add(instance)
+                    if node is not None:
+                        nodes[identity(instance)] = model, node
+                    self._visibility(ob, lamp=False)
+            elif ob.type == "CURVES":
+                self._curves(instance)
+            elif ob.type in {"VOLUME", "POINTCLOUD", "GREASEPENCIL", "GPENCIL"}:
+                kind = {"VOLUME": "a grid of a volume", "POINTCLOUD": "a point cloud"}.get(ob.type, "Grease Pencil")
+                self.warn(f"object {ob.name!r}: {kind}")
+        return nodes
+
+    def _model(self, ob: Any) -> Model:
+        group = self._group(ob).get("group", "")
+        if group not in self.models:
+            override = self.depsgraph.view_layer_eval.material_override
+            self.models[group] = Model(self.images, override, self.warn)
+        return self.models[group]
+
+    def _curves(self, instance: Any) -> None:
+        ob, self.count = instance.object, self.count + 1
+        name = f"strands{self.count}.hair"
+        if not strands.write(ob.data, os.path.join(self.folder, name)):
+            return
+        material = next((slot.material for slot in ob.material_slots if slot.material), None)
+        entity = {"name": f"{ob.name} ({name})", "shape": form("Strands", file=name)}
+        if material:
+            entity["material"] = Material(material, MeshSpace(), self.images, self.warn).ron
+        self.entities.append(entity | {"transform": placed(instance.matrix_world)})
+
+    def _particles(self, ob: Any) -> None:
+        for system in ob.particle_systems:
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                self.warn(f"object {ob.name!r}: hair by particles (convert it to curves)")
+
+    def _visibility(self, ob: Any, lamp: bool) -> None:
+        """Tells of what hides an object from some rays."""
+        kinds = ("diffuse", "glossy", "transmission", "volume_scatter") + (() if lamp else ("camera", "shadow"))
+        hidden = [kind.replace("_", " ") for kind in kinds if not getattr(ob, f"visible_{kind}")]
+        if hidden:
+            self.warn(f"object {ob.name!r}: it is not hidden from rays of the kind {', '.join(hidden)}")
+        for name, what in (("is_shadow_catcher", "a shadow catcher"), ("is_holdout", "a holdout")):
+            if getattr(ob, name) and not lamp:
+                self.warn(f"object {ob.name!r}: {what}")
+        if ob.light_linking.receiver_collection or ob.light_linking.blocker_collection:
+            self.warn(f"object {ob.name!r}: light linking")
+
+    def _moves(self, moments: Moments, nodes: dict[tuple, tuple[Model, int]], place: Matrix) -> float | None:
+        """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves."""
+        seen: dict[tuple, list[Matrix]] = {key: [] for key in nodes}
+        eye = self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world
+        shift, cameras = eye.inverted() @ place, []
+        for time in moments.times:
+            moments.go_to(time)
+            cameras.append(self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world.copy())
+            for instance in self.depsgraph.object_instances:
+                key = identity(instance)
+                if key in seen:
+                    seen[key].append(instance.matrix_world.copy())
+        moments.go_to(0.0)
+        moving = {
+            key: places
+            for key, places in seen.items()
+            if len(places) == len(moments.times) and any(differ(places[0], other) for other in places[1:])
+        }
+        # Of the program's frames of one second.
+        times = [time * moments.part for time in moments.times]
+        for key, places in moving.items():
+            model, node = nodes[key]
+            model.move(node, times, places)
+        if any(differ(cameras[0], other) for other in cameras[1:]):
+            self.entities[0]["transform"] = moved(times, [m @ shift for m in cameras])
+        elif not moving:
+            return None
+        return moments.part
+
+
+def identity(instance: Any) -> tuple:
+    """What an instance is, at any time."""
+    parent = instance.parent.name_full if instance.parent else ""
+    return instance.object.name_full, parent, tuple(instance.persistent_id) if instance.is_instance else ()
+
+
+def settings(scene: Any, size: tuple[int, int], backdrop: tuple[float, ...] | None) -> dict[str, Any]:
+    """How to render, and what the camera sees in place of the surroundings."""
+    mine = scene.rayfront
+    fields: dict[str, Any] = {
+        "size": size,
+        "samples": mine.samples,
+        "max_depth": mine.max_depth,
+        "transport": Ron("Path"),
+        "exposure": Ron("Fixed"),
+        "seed": mine.seed,
+        # Blender's filter has its width, rayfront's its radius.
+        "filter": form("BlackmanHarris", radius=max(scene.render.filter_size / 2, 0.01)),
+    }
+    for kind in ("diffuse", "glossy", "transmission"):
+        depth = getattr(mine, f"{kind}_depth")
+        if depth < mine.max_depth:
+            fields[f"{kind}_depth"] = depth
+    if not mine.caustics:
+        fields["caustics"] = Ron("Off")
+    if mine.clamp > 0:
+        fields["clamp"] = mine.clamp
+    if scene.render.film_transparent:
+        fields["backdrop"] = 0.0
+    elif backdrop:
+        fields["backdrop"] = backdrop
+    return fields
+
+
+def folder(path: str) -> str:
+    """A folder that exists, named as in Blender."""
+    found = bpy.path.abspath(path)
+    os.makedirs(found, exist_ok=True)
+    return found

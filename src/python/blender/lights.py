@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's lamps as rayfront's, with the same power."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from mathutils import Matrix, Vector
+
+from .nodes import surface
+from .ron import Ron, form, placed, unscaled
+
+
+def light(ob: Any, place: Matrix, name: str, folder: str, warn: Callable[[str], None]) -> dict[str, Any] | None:
+    """The entity of a lamp at a place in Blender's world; `name` is one for its files. None if it gives no light."""
+    data, warn_ = ob.data, lambda what: warn(f"lamp {ob.name!r}: {what}")
+    power = _tint(data, warn_) * data.energy * 2 ** getattr(data, "exposure", 0.0)
+    if not getattr(data, "normalize", True):
+        power *= data.area(matrix_world=place)
+    if max(power) <= 0:
+        return None
+    if min(power) < 0:
+        raise ValueError(f"lamp {ob.name!r}: it takes light away, which rayfront cannot")
+    if not data.use_shadow or not getattr(getattr(data, "cycles", None), "cast_shadow", True):
+        warn_("it casts shadows here")
+    fields = KINDS[data.type](data, tuple(power), place, name, folder, warn_)
+    fields["transform"] = placed(unscaled(place))
+    return fields
+
+
+def _tint(data: Any, warn: Callable[[str], None]) -> Vector:
+    tint = Vector(data.color)
+    if getattr(data, "use_temperature", False):
+        tint *= Vector(data.temperature_color)
+    if not data.use_nodes or not data.node_tree:
+        return tint
+    source = surface(data.node_tree, "OUTPUT_LIGHT", "Surface")
+    if source is None or source.type != "EMISSION":
+        if source:
+            warn(f"the node {source.node.bl_label}")
+        return tint if source else Vector((0, 0, 0))
+    color, strength = source.input("Color"), source.input("Strength")
+    for value in (color, strength):
+        if value.source():
+            warn(f"what is linked to the {value.socket.name} of its Emission")
+    return tint * Vector(color.value) * (strength.value if not strength.source() else 1.0)
+
+
+def _sun(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+    return {"light": form("Directional", irradiance=power, angle_degrees=math.degrees(data.angle))}
+
+
+def _area(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+    if data.spread < math.pi - 1e-3:
+        warn(f"a spread of {math.degrees(data.spread):.0f} degrees: it shines in all directions")
+    scale, height = place.to_scale(), data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size
+    size = (data.size * abs(scale.x), height * abs(scale.y))
+    outline = Ron("Disc") if data.shape in {"DISK", "ELLIPSE"} else None
+    return {"light": form("Area", power_w=power, size_m=size, outline=outline)}
+
+
+def _point(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+    radius = data.shadow_soft_size
+    if radius <= 0:
+        return {"light": form("Point", power_w=power)}
+    warn("it is a ball that can be seen")
+    radiance = tuple(p / (4 * math.pi**2 * radius**2) for p in power)
+    material = form("Principled", base_color=0.0, metallic=0.0, specular=0.0, emission=radiance)
+    return {"shape": form("Sphere", radius_m=radius), "material": material}
+
+
+def _spot(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+    if data.shadow_soft_size > 0:
+        warn("the radius of a spot: its shadows are sharp")
+    if data.use_square:
+        warn("a square cone: it is round")
+    part = _cone(os.path.join(folder, f"{name}.ies"), data.spot_size / 2, data.spot_blend)
+    return {"light": form("Photometric", power_w=tuple(p * part for p in power), profile=f"{name}.ies")}
+
+
+def _cone(path: str, half_angle: float, blend: float) -> float:
+    """Writes Blender's cone, a smoothstep in the cosine, as a profile. Returns its part of the light of a whole sphere."""
+    edge = math.cos(half_angle)
+    width = max((1 - edge) * blend, 1e-4)
+
+    def intensity(cosine: np.ndarray) -> np.ndarray:
+        x = np.clip((cosine - edge) / width, 0, 1)
+        return x * x * (3 - 2 * x)
+
+    cosines = np.concatenate((np.linspace(edge, 1, 120), np.linspace(edge, min(edge + width, 1), 120)))
+    angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
+    angles = np.unique(np.round(np.append(angles, (math.degrees(half_angle) + 1e-3, 180)), 4))
+    candela = intensity(np.cos(np.radians(angles))) * 1000
+    lines = ["IESNA:LM-63-2002", "TILT=NONE", f"1 1000 1 {len(angles)} 1 1 2 0 0 0", "1 1 0"]
+    lines += [f"{angle:.4f}" for angle in angles] + ["0"] + [f"{value:.6f}" for value in candela]
+    with open(path, "w", encoding="ascii") as out:
+        out.write("\n".join(lines) + "\n")
+    fine = intensity(np.linspace(edge, 1, 20001))
+    return float((fine[:-1] + fine[1:]).sum() / 2 * (1 - edge) / 20000 / 2)
+
+
+KINDS = {"SUN": _sun, "AREA": _area, "POINT": _point, "SPOT": _spot}

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is inside of bodies: volumes and subsurface scattering, as the `volume` of rayfront's material."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from .nodes import Output
+from .textures import Maps
+
+Rgb = Sequence[float]
+
+
+def of_volume(source: Output, maps: Maps) -> dict[str, Any]:
+    """The `volume` of Blender's volume shaders with one density."""
+    scattering, absorption, moment = [0.0] * 3, [0.0] * 3, 0.0
+    pending = [source]
+    while pending:
+        part = pending.pop()
+        if part.type == "ADD_SHADER":
+            pending += [s for s in (part.input(i).source() for i in range(2)) if s and s.node]
+            continue
+        if part.type not in {"VOLUME_ABSORPTION", "VOLUME_SCATTER", "PRINCIPLED_VOLUME"}:
+            maps.warn(f"the node {part.node.bl_label}")
+            continue
+        density, color = maps.constant(part.input("Density")), maps.constant(part.input("Color"))
+        for c in range(3):
+            if part.type == "VOLUME_ABSORPTION":
+                absorption[c] += density * max(1 - color[c], 0)
+            else:
+                scattering[c] += density * color[c]
+        if part.type == "VOLUME_SCATTER":
+            if part.node.phase != "HENYEY_GREENSTEIN":
+                maps.warn(f"the phase function {part.node.phase.replace('_', ' ').title()}")
+        if part.type == "PRINCIPLED_VOLUME":
+            tint = maps.constant(part.input("Absorption Color"))
+            for c in range(3):
+                absorption[c] += density * max(1 - color[c], 0) * max(1 - math.sqrt(max(tint[c], 0)), 0)
+            for name in ("Emission Strength", "Blackbody Intensity"):
+                if part.input(name).source() or part.input(name).value > 0:
+                    maps.warn(f"{name} of a volume")
+        if part.type != "VOLUME_ABSORPTION":
+            moment += maps.constant(part.input("Anisotropy")) * density * max(color)
+    anisotropy = moment / max(scattering) if max(scattering) > 0 else 0.0
+    return volume([s + a for s, a in zip(scattering, absorption)], scattering, anisotropy)
+
+
+def of_subsurface(color: Rgb, radius: Rgb, anisotropy: float) -> dict[str, Any]:
+    """The `volume` of Cycles' random walk: `color` is that of all light that comes back, `radius` in metres.
+
+    The fits are those of Cycles (Christensen and Burley 2015; Chiang and others 2016).
+    """
+    extinction, scattering = [], []
+    for a, r in zip(color, radius):
+        a = min(max(a, 0.0), 0.999)
+        single = 1 - math.exp(-5.09406 * a + 2.61188 * a**2 - 4.31805 * a**3)
+        shape = 1.9 - a + 3.5 * (a - 0.8) ** 2
+        total = 4 * math.pi / max(r * shape, 1e-6)
+        extinction.append(total)
+        scattering.append(total * single)
+    return volume(extinction, scattering, anisotropy)
+
+
+def volume(extinction: Rgb, scattering: Rgb, anisotropy: float) -> dict[str, Any]:
+    """The fields of a medium with these coefficients, in 1/m."""
+    densest = max(extinction)
+    if densest <= 0:
+        return {}
+    fields: dict[str, Any] = {
+        "attenuation_color": tuple(math.exp(-e / densest) for e in extinction),
+        "attenuation_distance_m": 1 / densest,
+    }
+    if max(scattering) > 0:
+        fields["multiscatter_color"] = tuple(
+            multiscatter_color(s / e if e > 0 else 0.0) for s, e in zip(scattering, extinction)
+        )
+        fields["scatter_anisotropy"] = min(max(anisotropy, -0.99), 0.99)
+    return fields
+
+
+def multiscatter_color(albedo: float) -> float:
+    """The colour after many scatterings for which rayfront finds this albedo of one (Kulla and Conty 2017)."""
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        c = (low + high) / 2
+        root = 4.09712 + 4.20863 * c - math.sqrt(9.59217 + 41.6808 * c + 17.7126 * c * c)
+        low, high = (c, high) if 1 - root * root < albedo else (low, c)
+    return (low + high) / 2

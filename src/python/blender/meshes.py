@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The meshes of a dependency graph as one `.glb`, which Blender's exporter would take from the viewport's graph."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from mathutils import Matrix
+
+from .coordinates import MeshSpace
+from .images import Images
+from .materials import Material
+from .ron import TO_Y_UP, Ron, differ, form, steps
+
+NO_MATERIAL = form("Principled", base_color=0.8, metallic=0.0, specular=0.0, double_sided=True)
+FLOAT, UNSIGNED = 5126, 5125
+VERTICES, INDICES = 34962, 34963
+
+
+class Binary:
+    """The numbers of a `.glb`: its views and accessors."""
+
+    def __init__(self) -> None:
+        self.bytes = bytearray()
+        self.views: list[dict] = []
+        self.accessors: list[dict] = []
+
+    def add(self, array: np.ndarray, kind: str, target: int | None = None, bounds: bool = False) -> int:
+        """The number of the accessor of an array of `float32` or `uint32`."""
+        array = np.ascontiguousarray(array)
+        view: dict = {"buffer": 0, "byteOffset": len(self.bytes), "byteLength": array.nbytes}
+        self.views.append(view | ({"target": target} if target else {}))
+        self.bytes += array.tobytes()
+        component = UNSIGNED if array.dtype == np.uint32 else FLOAT
+        found = {"bufferView": len(self.views) - 1, "componentType": component, "count": len(array), "type": kind}
+        if bounds:
+            found |= {
+                "min": np.atleast_1d(array.min(axis=0)).tolist(),
+                "max": np.atleast_1d(array.max(axis=0)).tolist(),
+            }
+        self.accessors.append(found)
+        return len(self.accessors) - 1
+
+
+class Model:
+    """Meshes, the places where they stand, and their materials."""
+
+    def __init__(self, images: Images, override: Any, warn: Callable[[str], None]):
+        self.images, self.override, self.warn = images, override, warn
+        self.binary = Binary()
+        self.meshes: list[dict] = []
+        self.nodes: list[dict] = []
+        self.animations: list[dict] = []
+        self.numbers: dict[tuple, int | None] = {}
+        self.names: list[str] = []
+        self.overrides: dict[str, Ron] = {}
+        self.materials: dict[tuple, Material] = {}
+
+    def add(self, instance: Any) -> int | None:
+        """Places the mesh of an instance of the dependency graph. Returns the number of its node, if it has a mesh."""
+        ob = instance.object
+        slots = tuple(slot.material.name_full if slot.material else "" for slot in ob.material_slots)
+        # Copies share the data; but the mesh that modifiers make of it is the object's own.
+        key = (ob.data.as_pointer() if ob.data else 0, ob.name_full if ob.modifiers else "", slots)
+        if key not in self.numbers:
+            mesh = ob.to_mesh()
+            self.numbers[key] = self._mesh(ob, mesh) if mesh else None
+            ob.to_mesh_clear()
+        number = self.numbers[key]
+        if number is None:
+            return None
+        place = TO_Y_UP @ instance.matrix_world
+        node = {"mesh": number, "name": ob.name, "matrix": [place[r][c] for c in range(4) for r in range(4)]}
+        self.nodes.append(node)
+        return len(self.nodes) - 1
+
+    def move(self, node: int, times: list[float], places: list[Matrix]) -> None:
+        """Moves a node along with time."""
+        parts = steps(places)
+        if any(differ(Matrix.LocRotScale(*part), TO_Y_UP @ place, 1e-3) for part, place in zip(parts, places)):
+            self.warn(f"object {self.nodes[node]['name']!r}: its motion, for it is sheared")
+            return
+        del self.nodes[node]["matrix"]
+        columns = {
+            "translation": np.array([tuple(p[0]) for p in parts], np.float32),
+            "rotation": np.array([(p[1].x, p[1].y, p[1].z, p[1].w) for p in parts], np.float32),
+            "scale": np.array([tuple(p[2]) for p in parts], np.float32),
+        }
+        if not self.animations:
+            self.animations.append({"channels": [], "samplers": []})
+        animation = self.animations[0]
+        clock = self.binary.add(np.array(times, np.float32), "SCALAR", bounds=True)
+        for path, values in columns.items():
+            self.nodes[node][path] = values[0].tolist()
+            output = self.binary.add(values, f"VEC{values.shape[1]}")
+            animation["samplers"].append({"input": clock, "output": output, "interpolation": "LINEAR"})
+            target = {"node": node, "path": path}
+            animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
+
+    def write(self, path: str) -> None:
+        """Writes the `.glb`."""
+        document = {
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": list(range(len(self.nodes)))}],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "materials": [{"name": name} for name in self.names],
+            "accessors": self.binary.accessors,
+            "bufferViews": self.binary.views,
+            "animations": self.animations,
+            "buffers": [{"byteLength": len(self.binary.bytes)}],
+        }
+        text = json.dumps({key: value for key, value in document.items() if value != []}).encode()
+        text += b" " * (-len(text) % 4)
+        size = len(self.binary.bytes)
+        with open(path, "wb") as out:
+            out.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + size))
+            out.write(struct.pack("<I4s", len(text), b"JSON") + text)
+            out.write(struct.pack("<I4s", size, b"BIN\0"))
+            out.write(self.binary.bytes)
+
+    def _mesh(self, ob: Any, mesh: Any) -> int | None:
+        mesh.calc_loop_triangles()
+        triangles = len(mesh.loop_triangles)
+        if not triangles:
+            return None
+        loops, which = _read(mesh.loop_triangles, "loops", triangles * 3, np.int32), np.empty(triangles, np.int32)
+        mesh.loop_triangles.foreach_get("material_index", which)
+        which = np.minimum(which, max(len(ob.material_slots) - 1, 0))
+        space = MeshSpace.of(mesh)
+        used = {slot: self._material(ob, int(slot), space) for slot in np.unique(which)}
+        colors = {m.maps.vertex_colors for _, m in used.values() if m} - {None}
+        attributes = self._attributes(mesh, next(iter(colors), None))
+        if len(colors) > 1:
+            self.warn(f"more than one layer of vertex colours of {ob.name!r}")
+        loops = loops.reshape(-1, 3).astype(np.uint32)
+        parts = [
+            {
+                "attributes": attributes,
+                "material": number,
+                "indices": self.binary.add(loops[which == slot].ravel(), "SCALAR", INDICES),
+            }
+            for slot, (number, _) in used.items()
+        ]
+        self.meshes.append({"primitives": parts, "name": ob.name})
+        return len(self.meshes) - 1
+
+    def _attributes(self, mesh: Any, color: str | None) -> dict[str, int]:
+        count = len(mesh.loops)
+        corner = _read(mesh.loops, "vertex_index", count, np.int32)
+        at = _read(mesh.vertices, "co", len(mesh.vertices) * 3, np.float32).reshape(-1, 3)
+        normals = _read(mesh.corner_normals, "vector", count * 3, np.float32).reshape(-1, 3)
+        found = {
+            "POSITION": self.binary.add(at[corner], "VEC3", VERTICES, bounds=True),
+            "NORMAL": self.binary.add(normals, "VEC3", VERTICES),
+        }
+        layers = sorted(mesh.uv_layers, key=lambda layer: not layer.active_render)
+        for number, layer in enumerate(layers[:2]):
+            uv = _read(layer.uv, "vector", count * 2, np.float32).reshape(-1, 2)
+            uv[:, 1] = 1 - uv[:, 1]
+            found[f"TEXCOORD_{number}"] = self.binary.add(uv, "VEC2", VERTICES)
+        if color is not None:
+            layer = mesh.color_attributes.get(color) or mesh.color_attributes.active_color
+            if layer is None or layer.domain not in {"POINT", "CORNER"}:
+                self.warn(f"the colours {color!r} of the mesh {mesh.name!r}")
+            else:
+                rgba = _read(layer.data, "color", len(layer.data) * 4, np.float32).reshape(-1, 4)
+                found["COLOR_0"] = self.binary.add(rgba[corner] if layer.domain == "POINT" else rgba, "VEC4", VERTICES)
+        return found
+
+    def _material(self, ob: Any, slot: int, space: MeshSpace) -> tuple[int, Material | None]:
+        """The number of the material of a slot."""
+        material = self.override or (ob.material_slots[slot].material if slot < len(ob.material_slots) else None)
+        if material is None:
+            return self._number("no material", NO_MATERIAL), None
+        key = (material.name_full,)
+        found = self.materials.get(key)
+        if found is None or found.maps.mesh_counts:
+            key = (material.name_full, space)
+            found = self.materials.get(key)
+        if found is None:
+            found = Material(material, space, self.images, self.warn)
+            self.materials[key] = self.materials[(material.name_full,)] = found
+            found.number = len(self.names)
+            name = material.name_full
+            self._number(name if name not in self.overrides else f"{name} #{len(self.names)}", found.ron)
+        return found.number, found
+
+    def _number(self, name: str, ron: Ron) -> int:
+        if name not in self.overrides:
+            self.overrides[name] = ron
+            self.names.append(name)
+        return self.names.index(name)
+
+
+def _read(collection: Any, name: str, count: int, kind: type) -> np.ndarray:
+    array = np.empty(count, kind)
+    collection.foreach_get(name, array)
+    return array

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Node trees as a renderer reads them: from an input to the node behind it, through reroutes and groups."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+
+class Input(NamedTuple):
+    """An input of a node. `groups` are the group nodes that it lies within, the innermost last."""
+
+    socket: Any
+    groups: tuple = ()
+
+    @property
+    def value(self) -> Any:
+        """The value that it has when nothing is linked: a number or a tuple. A colour has no alpha."""
+        value = getattr(self.socket, "default_value", None)
+        return tuple(value)[:3] if hasattr(value, "__len__") and not isinstance(value, str) else value
+
+    def source(self) -> Output | None:
+        """The output that feeds it, or None."""
+        socket, groups = self.socket, self.groups
+        while socket.is_linked and not socket.links[0].is_muted:
+            output = socket.links[0].from_socket
+            node = output.node
+            if node.type == "REROUTE":
+                socket = node.inputs[0]
+            elif node.mute:
+                return None
+            elif node.type == "GROUP" and node.node_tree:
+                inner = next((n for n in node.node_tree.nodes if n.type == "GROUP_OUTPUT" and n.is_active_output), None)
+                found = inner and next((i for i in inner.inputs if i.identifier == output.identifier), None)
+                if not found:
+                    return None
+                socket, groups = found, groups + (node,)
+            elif node.type == "GROUP_INPUT" and groups:
+                socket = next(i for i in groups[-1].inputs if i.identifier == output.identifier)
+                groups = groups[:-1]
+            else:
+                return Output(output, groups)
+        return None if socket is self.socket else Output(None, groups, Input(socket, groups).value)
+
+
+class Output(NamedTuple):
+    """An output of a node; or, without a socket, the value of an input of a group that nothing is linked to."""
+
+    socket: Any
+    groups: tuple = ()
+    value: Any = None
+
+    @property
+    def node(self) -> Any:
+        return self.socket.node if self.socket else None
+
+    @property
+    def type(self) -> str:
+        return self.socket.node.type if self.socket else "CONSTANT"
+
+    def input(self, name: str | int) -> Input:
+        """An input of the same node."""
+        return Input(self.node.inputs[name], self.groups)
+
+    def inputs(self) -> list[Input]:
+        """The inputs of the same node that are in use."""
+        return [Input(socket, self.groups) for socket in self.node.inputs if socket.enabled]
+
+
+def surface(tree: Any, kind: str, socket: str) -> Output | None:
+    """The shader of a tree's output node for any renderer, as Cycles would choose it."""
+    nodes = [n for n in tree.nodes if n.type == kind and n.is_active_output]
+    nodes.sort(key=lambda n: ("CYCLES", "ALL").index(n.target) if n.target in ("CYCLES", "ALL") else 2)
+    return Input(nodes[0].inputs[socket]).source() if nodes else None

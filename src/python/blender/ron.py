@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Values as text of rayfront's scene files (RON), and places from Blender's axes to rayfront's."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from mathutils import Matrix, Quaternion, Vector
+
+# Blender's +Z is up, rayfront's +Y. Cameras and lamps look along -Z in both.
+TO_Y_UP = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
+
+
+class Ron(str):
+    """Text that is RON already: a form, a word."""
+
+
+def text(value: Any) -> str:
+    """A number, a text, a vector, a list (of Python: `[…]`), or fields (a dict: `(key: value, …)`) as RON."""
+    if isinstance(value, Ron):
+        return str(value)
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, dict):
+        return "(" + ", ".join(f"{key}: {text(v)}" for key, v in value.items()) + ")"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(text, value)) + "]"
+    if hasattr(value, "__len__"):
+        return "(" + ", ".join(map(text, value)) + ")"
+    return str(np.float32(value))  # As Blender has it, in as few digits as it takes.
+
+
+def form(name: str, **fields: Any) -> Ron:
+    """`name(field: value, …)`, without the fields that are None."""
+    return Ron(name + text({key: value for key, value in fields.items() if value is not None}))
+
+
+def matrix(m: Matrix) -> Ron:
+    """A transform of rayfront's world."""
+    return Ron(f"Matrix({text(tuple(tuple(row) for row in m[:3]))})")
+
+
+def placed(m: Matrix) -> Ron:
+    """The place of something that Blender has put at `m`."""
+    return matrix(TO_Y_UP @ m)
+
+
+def unscaled(m: Matrix) -> Matrix:
+    """The place and the rotation of `m`: of cameras and lamps nothing else counts."""
+    place, turn, _ = m.decompose()
+    return Matrix.LocRotScale(place, turn, None)
+
+
+def differ(a: Matrix, b: Matrix, limit: float = 1e-6) -> bool:
+    """Whether two places are further apart than rounding makes them."""
+    return max(abs(x - y) for left, right in zip(a, b) for x, y in zip(left, right)) > limit
+
+
+def steps(places: list[Matrix]) -> list[tuple[Vector, Quaternion, Vector]]:
+    """Translation, rotation and scale in rayfront's world, of a thing that moves the shorter way from place to place."""
+    parts = [(TO_Y_UP @ place).decompose() for place in places]
+    for earlier, later in zip(parts, parts[1:]):
+        if earlier[1].dot(later[1]) < 0:
+            later[1].negate()
+    return parts
+
+
+def moved(times: list[float], places: list[Matrix]) -> dict[str, Any]:
+    """The transform of a camera that moves, with keys."""
+    parts = steps(places)
+    keys = {
+        "translate": [(time, part[0]) for time, part in zip(times, parts)],
+        "rotate_quaternion": [(time, (q.x, q.y, q.z, q.w)) for time, (_, q, _) in zip(times, parts)],
+    }
+    return {name: Ron(f"Keys({text(values)})") for name, values in keys.items()}

@@ -1,0 +1,507 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renders scenes in Blender's Python module with rayfront and with Cycles, and compares: see README.md.
+
+    python test_blender.py PROGRAM [FOLDER] [--only NAMES] [--list]
+
+PROGRAM is packed as an extension and installed as a user would, in a folder for this test alone. FOLDER keeps the
+pictures. Exits with 1 if something is not as it should be.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import re
+import struct
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Callable
+from typing import Any
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, HERE)
+HOME = tempfile.TemporaryDirectory(prefix="rayfront_test_")
+os.environ["BLENDER_USER_RESOURCES"] = HOME.name
+
+import bpy  # noqa: E402  (after its folder is known)
+import numpy as np  # noqa: E402
+
+import package  # noqa: E402
+import test_looks  # noqa: E402
+import test_scenes as scenes  # noqa: E402
+
+SIZE = (128, 72)
+TESTS: dict[str, Callable] = {}
+failures: list[str] = []
+FOLDER = ""
+
+
+def test(function: Callable) -> Callable:
+    TESTS[function.__name__] = function
+    return function
+
+
+def check(name: str, holds: bool, what: str) -> None:
+    print(f"{'ok    ' if holds else 'FAILED'} {name}: {what}", flush=True)
+    if not holds:
+        failures.append(name)
+
+
+def engine() -> Any:
+    from bl_ext.user_default.rayfront.engine import RayfrontEngine
+
+    return RayfrontEngine
+
+
+def shoot(scene: Any, name: str, samples: int, cycles: bool = False) -> dict[str, np.ndarray]:
+    """The planes of a picture, by their names without the layer's."""
+    from bl_ext.user_default.rayfront import exr
+
+    scene.render.engine = "CYCLES" if cycles else "RAYFRONT"
+    if cycles:
+        scene.cycles.samples = samples
+    else:
+        scene.rayfront.samples = samples
+    render = scene.render
+    render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    render.image_settings.exr_codec = "ZIP"
+    render.filepath = os.path.join(FOLDER, f"{name}_{'cycles' if cycles else 'rayfront'}.exr")
+    bpy.ops.render.render(write_still=True)
+    planes = exr.read(render.filepath)
+    return {key.split(".", 1)[1]: plane for key, plane in planes.items()}
+
+
+def rgb(planes: dict[str, np.ndarray]) -> np.ndarray:
+    return np.stack([planes[f"Combined.{c}"] for c in "RGB"], axis=2)
+
+
+def save(name: str, *pictures: np.ndarray) -> None:
+    """A row of pictures as a PNG."""
+    from bl_ext.user_default.rayfront.images import write_png
+
+    row = np.clip(np.concatenate(pictures, axis=1), 0, 1)
+    row = np.where(row < 0.0031308, row * 12.92, 1.055 * row ** (1 / 2.4) - 0.055)
+    write_png(os.path.join(FOLDER, f"{name}.png"), row)
+
+
+def blocks(picture: np.ndarray, side: int = 12) -> np.ndarray:
+    height, width = (n // side * side for n in picture.shape[:2])
+    return picture[:height, :width].reshape(height // side, side, width // side, side, 3).mean(axis=(1, 3))
+
+
+def compare(name: str, scene: Any, samples: int, of_cycles: int, limit: float = 0.02, rms: float = 0.05) -> None:
+    """The same scene by both: the ratio of the means, and the difference of blocks of 12 x 12 pixels."""
+    theirs = rgb(shoot(scene, name, of_cycles, cycles=True))
+    started = time.perf_counter()
+    ours = rgb(shoot(scene, name, samples))
+    seconds = time.perf_counter() - started
+    ratio = ours.mean(axis=(0, 1)) / theirs.mean(axis=(0, 1))
+    difference = math.sqrt(((blocks(ours) - blocks(theirs)) ** 2).mean()) / theirs.mean()
+    save(name, ours, theirs)
+    lost = engine().last["lost"]
+    what = f"ratios {' '.join(f'{r:.4f}' for r in ratio)}, blocks {difference:.3f}, {seconds:.1f} s"
+    check(name, bool(np.all(np.abs(ratio - 1) < limit)) and difference < rms, what + (f"; {lost}" if lost else ""))
+
+
+@test
+def four_lamps() -> None:
+    compare("four_lamps", scenes.lamps(SIZE, "POINT", "SUN", "AREA", "SPOT"), 128, 256, 0.003)
+
+
+@test
+def each_lamp() -> None:
+    for kind in ("POINT", "SUN", "AREA", "SPOT"):
+        compare(f"lamp_{kind.lower()}", scenes.lamps(SIZE, kind), 64, 128, 0.005)
+
+
+@test
+def grey_world() -> None:
+    compare("grey_world", scenes.lamps(SIZE), 64, 128, 0.003)
+
+
+@test
+def materials() -> None:
+    compare("materials", scenes.materials(SIZE), 128, 256)
+
+
+@test
+def looks() -> None:
+    """Materials one by one. RAYFRONT_LOOKS chooses some."""
+    chosen = os.environ.get("RAYFRONT_LOOKS", "").split(",")
+    for name, (_, limit) in test_looks.LOOKS.items():
+        if chosen == [""] or name in chosen:
+            compare(f"look_{name}", test_looks.scene(name), 64, 128, limit, rms=0.06)
+
+
+@test
+def cameras() -> None:
+    """The picture of surroundings by each kind of camera, and lamps through a lens."""
+
+    def scene(**fields: Any) -> Any:
+        found = scenes.lamps(SIZE, "SUN")
+        scenes.panorama(1.0, 0.5)
+        scenes.camera((0, -8, 3), (0, 0, 0.9), **fields)
+        return found
+
+    compare("camera_shifted", scene(lens=45, shift_x=0.1, shift_y=-0.15), 32, 32)
+    compare("camera_upright", scene(lens=45, sensor_fit="VERTICAL", sensor_height=20), 32, 32)
+    compare("camera_orthographic", scene(type="ORTHO", ortho_scale=6, shift_x=0.1, shift_y=0.1), 32, 32)
+    compare("camera_panorama", scene(type="PANO", panorama_type="EQUIRECTANGULAR"), 32, 32)
+    wide = scene(lens=45)
+    wide.render.pixel_aspect_x = 1.5
+    compare("camera_wide_pixels", wide, 32, 32)
+    for name, fields in (
+        ("lens_blades", {"aperture_blades": 5, "aperture_rotation": 0.4}),
+        ("lens_wide", {"aperture_ratio": 0.5}),
+        ("lens_narrow", {"aperture_ratio": 2.0, "aperture_blades": 6}),
+    ):
+        lens = scenes.materials(SIZE)
+        scenes.focus(lens.camera, 4.0, aperture_fstop=0.5, **fields)
+        compare(f"camera_{name}", lens, 64, 128, rms=0.06)
+    square = scene(type="PANO", panorama_type="FISHEYE_EQUIDISTANT", fisheye_fov=2.5)
+    square.render.resolution_x = square.render.resolution_y
+    compare("camera_fisheye", square, 32, 32)
+
+
+@test
+def transparency() -> None:
+    """Surroundings that light, and are not seen."""
+    scene = scenes.materials(SIZE)
+    bpy.data.objects.remove(bpy.data.objects["Plane"])
+    scene.render.film_transparent = True
+    theirs, ours = shoot(scene, "transparency", 128, cycles=True), shoot(scene, "transparency", 64)
+    a, b = ours["Combined.A"], theirs["Combined.A"]
+    check("transparency_alpha", abs(a.mean() - b.mean()) < 0.01, f"{a.mean():.4f}, Cycles {b.mean():.4f}")
+    glass = np.abs(rgb(ours)[b == 0]).max(initial=0.0)
+    check("transparency_black", glass == 0, f"at most {glass:.4f} where there is nothing")
+    ratio = rgb(ours).mean() / rgb(theirs).mean()
+    check("transparency_light", abs(ratio - 1) < 0.02, f"ratio {ratio:.4f}")
+
+
+@test
+def backdrop() -> None:
+    """A world that the camera sees in another colour than the one in which it lights."""
+    scene = scenes.lamps(SIZE)
+    tree = scene.world.node_tree
+    mix, seen, path = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "Background", "LightPath"))
+    seen.inputs["Color"].default_value = (0.1, 0.4, 0.1, 1)
+    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    tree.links.new(tree.nodes["Background"].outputs[0], mix.inputs[1])
+    tree.links.new(seen.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+    compare("backdrop", scene, 32, 64)
+
+
+@test
+def live_page() -> None:
+    """The button's page, asked as a browser would."""
+    scene = scenes.lamps((32, 18), "SUN")
+    scene.render.engine = "RAYFRONT"
+    from bl_ext.user_default.rayfront.panels import RAYFRONT_OT_live_page as page
+
+    bpy.ops.rayfront.live_page()
+    process, folder = page.processes[0]
+    said, until = "", time.monotonic() + 60
+    while time.monotonic() < until and not said:
+        time.sleep(0.2)
+        with open(os.path.join(folder, "log.txt"), encoding="utf-8") as log:
+            place = re.search(r"http://\S+", log.read())
+        if place:
+            said = urllib.request.urlopen(place[0], timeout=20).read(4000).decode("utf-8", "replace")
+    check("live_page", process.poll() is None and "<html" in said, f"{len(said)} characters of a page")
+    page.close()
+    check("live_page_closed", process.poll() is not None, "the program has ended")
+
+
+@test
+def passes() -> None:
+    scene = scenes.materials(SIZE)
+    layer = scene.view_layers[0]
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_position = layer.use_pass_diffuse_color = True
+    theirs, ours = shoot(scene, "passes", 64, cycles=True), shoot(scene, "passes", 16)
+    for name, limit in (("Depth.Z", 0.02), ("Normal.Z", 0.005), ("Position.X", 0.01), ("DiffCol.R", 0.02)):
+        a, b = ours[name], theirs[name]
+        median = float(np.median(np.abs(a - b)[(np.abs(a) < 1e9) & (np.abs(b) < 1e9)]))
+        check(f"pass_{name}", median < limit, f"median difference {median:.4f}")
+
+
+@test
+def settings() -> None:
+    """All settings at once: the program understands what they become."""
+    scene = scenes.materials((64, 36))
+    mine = scene.rayfront
+    mine.noise, mine.max_time, mine.adaptive, mine.seed, mine.clamp, mine.caustics = 2.5, 20.0, True, 7, 8.0, False
+    mine.max_depth, mine.diffuse_depth, mine.glossy_depth, mine.transmission_depth, mine.live = 6, 2, 3, 4, False
+    mine.keep = os.path.join(FOLDER, "settings")
+    scene.render.threads_mode, scene.render.threads = "FIXED", 1
+    planes = shoot(scene, "settings", 256)
+    with open(os.path.join(mine.keep, "said.json"), encoding="utf-8") as file:
+        said = json.load(file)
+    told = [
+        said[key] for key in ("threads", "seed", "max_depth", "diffuse_depth", "glossy_depth", "transmission_depth")
+    ]
+    check("settings", told == [1, 7, 6, 2, 3, 4] and rgb(planes).mean() > 0.1, f"{told}, {said['samples']} samples")
+
+
+@test
+def light_groups() -> None:
+    """A lamp, a world and a glowing ball, each by itself."""
+    scene = scenes.lamps(SIZE, "AREA")
+    scene.world.lightgroup = "around"
+    bpy.data.objects["area"].lightgroup = "lamp"
+    glow = scenes.material("glow", Emission_Color=(1, 0.5, 0.2), Emission_Strength=3.0)
+    scenes.ball((-1, -1, 0.3), glow, radius=0.3).lightgroup = "ball"
+    for name in ("around", "lamp", "ball"):
+        scene.view_layers[0].lightgroups.add().name = name
+    theirs, ours = shoot(scene, "groups", 128, cycles=True), shoot(scene, "groups", 64)
+    for name in ("around", "lamp", "ball"):
+        a, b = (planes[f"Combined_{name}.R"].mean() for planes in (ours, theirs))
+        check(f"light_group_{name}", abs(a / b - 1) < 0.02, f"ratio {a / b:.4f}")
+
+
+@test
+def denoising() -> None:
+    scene = scenes.materials(SIZE)
+    scene.rayfront.denoise = True
+    planes = shoot(scene, "denoising", 8)
+    noisy = np.stack([planes[f"Noisy Image.{c}"] for c in "RGB"], axis=2)
+    steps = [float(np.abs(np.diff(p, axis=0)).mean()) for p in (rgb(planes), noisy)]
+    check("denoising", steps[0] < 0.8 * steps[1], f"from row to row {steps[0]:.4f}, noisy {steps[1]:.4f}")
+
+
+@test
+def border() -> None:
+    scene = scenes.materials(SIZE)
+    whole = rgb(shoot(scene, "whole", 4))
+    render = scene.render
+    render.use_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.5
+    for crop, shape in ((False, (72, 128)), (True, (18, 64))):
+        render.use_crop_to_border = crop
+        part = rgb(shoot(scene, "border", 4))
+        inside = part if crop else part[36:54, 32:96]
+        same = part.shape[:2] == shape and np.array_equal(inside, whole[36:54, 32:96])
+        check(f"border{'_cropped' if crop else ''}", same, f"{part.shape[1]} x {part.shape[0]}, the same pixels")
+
+
+@test
+def animation() -> None:
+    scene = scenes.materials(SIZE)
+    scene.frame_end = 3
+    still = rgb(shoot(scene, "still", 4))
+    scene.render.filepath = os.path.join(FOLDER, "frame_")
+    bpy.ops.render.render(animation=True)
+    from bl_ext.user_default.rayfront import exr
+
+    def frame(number: int) -> np.ndarray:
+        planes = exr.read(f"{scene.render.filepath}{number:04d}.exr")
+        return rgb({key.split(".", 1)[1]: plane for key, plane in planes.items()})
+
+    steps = [float(np.abs(frame(n) - frame(1)).mean()) for n in (2, 3)]
+    moves = np.array_equal(frame(1), still) and min(steps) > 0.002
+    check("animation", moves, f"frame 1 is the still; 2 and 3 differ from 1 by {steps[0]:.4f}, {steps[1]:.4f}")
+
+
+@test
+def motion_blur() -> None:
+    scene = scenes.materials(SIZE)
+    scene.frame_set(2)
+    camera = scene.camera
+    for frame, x in ((1, -0.5), (3, 0.5)):
+        camera.location.x = x
+        camera.keyframe_insert("location", frame=frame)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.8
+    compare("motion_blur", scene, 64, 128, rms=0.06)
+
+
+@test
+def kinds_of_objects() -> None:
+    """Text, metaballs, curves, copies that share a mesh, one of them with a modifier, and instances of nodes."""
+    scene = scenes.lamps(SIZE, "SUN")
+    bpy.ops.mesh.primitive_plane_add(size=4, location=(0, 0, 0.2))
+    modifier = bpy.context.object.modifiers.new("nodes", "NODES")
+    tree = modifier.node_group = bpy.data.node_groups.new("cubes", "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    first, last, copies, cube, both = (
+        tree.nodes.new(kind)
+        for kind in (
+            "NodeGroupInput", "NodeGroupOutput", "GeometryNodeInstanceOnPoints", "GeometryNodeMeshCube", "GeometryNodeJoinGeometry",
+        )
+    )  # fmt: skip
+    cube.inputs[0].default_value = (0.5, 0.5, 0.5)
+    for output, to in (
+        (first.outputs[0], copies.inputs["Points"]), (cube.outputs[0], copies.inputs["Instance"]),
+        (copies.outputs[0], both.inputs[0]), (first.outputs[0], both.inputs[0]), (both.outputs[0], last.inputs[0]),
+    ):  # fmt: skip
+        tree.links.new(output, to)
+    ball = scenes.ball((0, 0, 2), scenes.material("plain"), 0.3)
+    for x in (-1, 1, 2):
+        scenes.link(ball.copy()).location.x = x
+    other = scenes.link(ball.copy())
+    other.location = (-2, 0, 2)
+    other.modifiers.new("thicker", "SOLIDIFY").thickness = -0.3
+    bpy.ops.object.text_add(location=(0, -2, 0.3))
+    bpy.ops.object.metaball_add(location=(2, -2, 0.5))
+    bpy.ops.curve.primitive_bezier_circle_add(location=(-2, -2, 1))
+    bpy.context.object.data.bevel_depth = 0.1
+    scene.rayfront.keep = os.path.join(FOLDER, "kinds")
+    compare("kinds", scene, 64, 64)
+    with open(os.path.join(FOLDER, "kinds", "model0.glb"), "rb") as file:
+        (size,) = struct.unpack_from("<12xI", file.read(16))
+        model = json.loads(file.read(size + 4)[4:])
+    meshes, nodes = len(model["meshes"]), len(model["nodes"])
+    check("copies_share", meshes == nodes - 6, f"{meshes} meshes at {nodes} places")
+
+
+@test
+def hair() -> None:
+    scene = scenes.lamps(SIZE, "SUN")
+    curves = bpy.data.hair_curves.new("hair")
+    rng = np.random.default_rng(1)
+    count, length = 400, 5
+    curves.add_curves([length] * count)
+    roots = rng.uniform((-2.5, -2, 0), (2.5, 0, 0), (count, 3))
+    bends = rng.normal(0, 0.15, (count, 3)) * (1, 1, 0)
+    t = np.linspace(0, 1, length)[None, :, None]
+    points = roots[:, None] + t * (0, 0, 1.2) + t**2 * bends[:, None]
+    curves.points.foreach_set("position", points.astype(np.float32).ravel())
+    curves.points.foreach_set("radius", np.full(count * length, 0.02, np.float32))
+    curves.materials.append(scenes.material("hair", Base_Color=(0.5, 0.3, 0.1), Roughness=1.0, Specular_IOR_Level=0.0))
+    scenes.link(bpy.data.objects.new("hair", curves))
+    scene.cycles_curves.shape = "THICK"
+    compare("hair", scene, 64, 64, rms=0.06)
+
+
+def attempt(function: Callable) -> str:
+    """The message of what a script or a user is told."""
+    try:
+        return str(function())
+    except RuntimeError as error:
+        return str(error).strip()
+
+
+@test
+def faults() -> None:
+    """Errors are told, and never a picture of something else."""
+
+    def fails(name: str, words: str, change: Callable[[Any], None]) -> None:
+        scene = scenes.materials((32, 18))
+        scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
+        change(scene)
+        told = attempt(bpy.ops.render.render)
+        check(f"fault_{name}", words in told, told.splitlines()[0])
+
+    def lose(scene: Any) -> None:
+        image = bpy.data.images.new("lost", 8, 8)
+        image.source, image.filepath = "FILE", "/nowhere/lost.png"
+        scenes.node(
+            bpy.data.materials["coat"], "ShaderNodeTexImage", scenes.shader(bpy.data.materials["coat"]).inputs[0]
+        ).image = image
+
+    def unset(scene: Any) -> None:
+        scenes.node(
+            bpy.data.materials["coat"], "ShaderNodeTexImage", scenes.shader(bpy.data.materials["coat"]).inputs[0]
+        )
+
+    def program(path: str) -> None:
+        bpy.context.preferences.addons["bl_ext.user_default.rayfront"].preferences.program = path
+
+    def no_camera(scene: Any) -> None:
+        scene.camera = None
+
+    def strange_world(scene: Any) -> None:
+        tree = scene.world.node_tree
+        both = tree.nodes.new("ShaderNodeAddShader")
+        tree.links.new(both.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+
+    fails("texture_missing", "lost", lose)
+    fails("texture_unset", "no picture", unset)
+    fails("no_camera", "no camera", no_camera)
+    fails("no_program", "no program", lambda _: program("/no/such/program"))
+    fails("program_fails", "ended with the code 1", lambda _: program("/bin/false"))
+    fails("world", "Add Shader", strange_world)
+
+
+@test
+def losses() -> None:
+    """What is not carried is told by name."""
+    scene = scenes.materials((32, 18))
+    coat = bpy.data.materials["coat"]
+    scenes.node(coat, "ShaderNodeTexMagic", scenes.shader(coat).inputs["Base Color"])
+    scenes.shader(coat).inputs["Coat Tint"].default_value = (1, 0.5, 0.5, 1)
+    scenes.lamp("AREA", (0, 0, 5), spread=1.0)
+    scenes.link(bpy.data.objects.new("smoke", bpy.data.volumes.new("smoke")))
+    bpy.data.objects["mover"].visible_glossy = False
+    scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
+    bpy.ops.render.render()
+    lost = "\n".join(engine().last["lost"])
+    for words in (
+        "'coat': Coat Tint",
+        "the node Magic Texture",
+        "'area': a spread",
+        "'smoke'",
+        "'mover': it is not hidden",
+    ):
+        check(f"loss_{words}", words in lost, next((line for line in lost.splitlines() if words in line), lost))
+
+
+@test
+def cancelling() -> None:
+    scene = scenes.materials(SIZE)
+    scene.render.engine, scene.rayfront.samples = "RAYFRONT", 100000
+    begun, plain = time.perf_counter(), engine()._stops
+    engine()._stops = lambda self: time.perf_counter() - begun > 2
+    try:
+        bpy.ops.render.render()
+    finally:
+        engine()._stops = plain
+    took, last = time.perf_counter() - begun, engine().last
+    check("cancelling", bool(last.get("cancelled")) and took < 6, f"after 2 s; back after {took:.1f} s")
+
+
+@test
+def live() -> None:
+    scene = scenes.materials(SIZE)
+    scene.render.engine, scene.rayfront.samples = "RAYFRONT", 64
+    bpy.ops.render.render()
+    check("live", engine().last["shown"] > 1, f"{engine().last['shown']} pictures on the way")
+
+
+def main() -> int:
+    global FOLDER
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("folder", nargs="?", default=os.path.join(HOME.name, "pictures"))
+    parser.add_argument("--only", help="names of tests, with commas between")
+    parser.add_argument("--list", action="store_true")
+    options = parser.parse_args()
+    if options.list:
+        print("\n".join(TESTS))
+        return 0
+    FOLDER = os.path.abspath(options.folder)
+    os.makedirs(FOLDER, exist_ok=True)
+    extension = os.path.join(HOME.name, "rayfront.zip")
+    package.main(os.path.abspath(options.program), extension, [])
+    bpy.ops.extensions.package_install_files(filepath=extension, repo="user_default", enable_on_install=True)
+    try:
+        for name in options.only.split(",") if options.only else TESTS:
+            try:
+                TESTS[name]()
+            except Exception as error:
+                check(name, False, f"{type(error).__name__}: {str(error).strip()}")
+                if os.environ.get("RAYFRONT_TRACE"):
+                    raise
+    finally:
+        # Without its extensions, or Python would hang at its end.
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+    print(f"{len(failures)} failed" if failures else "all as it should be")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,305 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Inputs of shaders as rayfront's maps: numbers, colours, pictures, patterns and what combines them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from .coordinates import Coordinates, MeshSpace, coordinates
+from .images import Images
+from .nodes import Input, Output
+from .ron import Ron, form
+
+CHANNELS = {"Red": "Red", "Green": "Green", "Blue": "Blue", "R": "Red", "G": "Green", "B": "Blue"}
+SRGB = {"sRGB", "sRGB Texture", "Filmic sRGB"}
+LINEAR = {"Non-Color", "Linear Rec.709", "Linear", "Raw", "Generic Data"}
+BLENDS = {"ADD": "Add", "SUBTRACT": "Subtract", "MULTIPLY": "Multiply", "LIGHTEN": "Max", "DARKEN": "Min"}
+OPERATIONS = {"ADD": "Add", "SUBTRACT": "Subtract", "MULTIPLY": "Multiply", "MINIMUM": "Min", "MAXIMUM": "Max"}
+
+# A map: a number, a colour, or RON.
+Map = Any
+
+
+class NotCarried(Exception):
+    """A texture that rayfront has no counterpart of."""
+
+
+class Maps:
+    """The maps of one material on one mesh.
+
+    `mesh_counts` says afterwards whether they depend on the mesh, `vertex_colors` which of its colours they take.
+    """
+
+    def __init__(self, images: Images, mesh: MeshSpace, user: str, warn: Callable[[str], None]):
+        self.images, self.mesh, self.user = images, mesh, user
+        self.warn = lambda what: warn(f"{user}: {what}")
+        self.mesh_counts = False
+        self.vertex_colors: str | None = None
+
+    def color(self, socket: Input) -> Map:
+        """A colour, or a texture."""
+        value = self._value(socket, self._color)
+        return (value, value, value) if isinstance(value, (int, float)) else value
+
+    def number(self, socket: Input) -> Map:
+        """A number, or a number map."""
+        return self._value(socket, self._number)
+
+    def constant(self, socket: Input) -> Any:
+        """A number or a colour that no texture can be."""
+        value = self._value(socket, self._color if socket.socket.type == "RGBA" else self._number)
+        if isinstance(value, Ron):
+            self.warn(f"a texture for {socket.socket.name}")
+            return socket.value
+        return value
+
+    def _value(self, socket: Input, convert: Callable[[Output], Map]) -> Map:
+        source = socket.source()
+        if source is None:
+            return socket.value
+        try:
+            return convert(source)
+        except NotCarried as reason:
+            self.warn(f"{reason} (for {socket.socket.name}, where {said(socket.value)} stands in)")
+            return socket.value
+
+    def _color(self, source: Output) -> Map:
+        kind, node = source.type, source.node
+        if kind == "CONSTANT":
+            return source.value
+        if kind == "RGB":
+            return tuple(node.outputs[0].default_value)[:3]
+        if kind == "VALUE":
+            return (node.outputs[0].default_value,) * 3
+        if kind == "BLACKBODY" and not source.input(0).source():
+            return Ron(f"Kelvin({text(source.input(0).value)})")
+        if kind == "TEX_IMAGE":
+            return self._picture(source, None)
+        if kind in {"VERTEX_COLOR", "ATTRIBUTE"}:
+            return self._vertex(source, "Alpha" if source.socket.name == "Alpha" else None)
+        if kind == "MIX" and node.data_type == "RGBA" or kind == "MIX_RGB":
+            return self._mix(source)
+        if kind == "INVERT" and not source.input(0).source():
+            return self._lerp(source.input("Color"), 1 - source.input(0).value)
+        if kind == "GAMMA" and not any(i.source() for i in source.inputs()):
+            return tuple(c ** source.input("Gamma").value for c in source.input("Color").value)
+        if kind == "VALTORGB":
+            return self._ramp(source)
+        if kind in PATTERNS:
+            return PATTERNS[kind](self, source)
+        if kind in {"MATH", "SEPARATE_COLOR", "SEPRGB", "RGBTOBW", "CLAMP", "MAP_RANGE"}:
+            found = self._number(source)
+            return (found,) * 3 if isinstance(found, (int, float)) else found
+        raise NotCarried(f"the node {node.bl_label}")
+
+    def _number(self, source: Output) -> Map:
+        kind, node = source.type, source.node
+        if kind == "CONSTANT":
+            value = source.value
+            return sum(value) / 3 if hasattr(value, "__len__") else value
+        if kind == "VALUE":
+            return node.outputs[0].default_value
+        if kind == "TEX_IMAGE":
+            return self._picture(source, "Alpha" if source.socket.name == "Alpha" else "Red")
+        if kind in {"SEPARATE_COLOR", "SEPRGB"} and source.socket.name in CHANNELS:
+            inner, channel = source.input(0).source(), CHANNELS[source.socket.name]
+            if inner is None:
+                return source.input(0).value["RGB".index(channel[0])]
+            if inner.type == "TEX_IMAGE":
+                return self._picture(inner, channel)
+            if inner.type in {"VERTEX_COLOR", "ATTRIBUTE"}:
+                return self._vertex(inner, channel)
+            raise NotCarried(f"a channel of the node {inner.node.bl_label}")
+        if kind in {"VERTEX_COLOR", "ATTRIBUTE"}:
+            return self._vertex(source, "Alpha" if source.socket.name == "Alpha" else "Red")
+        if kind == "MATH":
+            return self._math(source)
+        if kind == "CLAMP":
+            return self.number(source.input("Value"))
+        if kind in {"RGBTOBW", "MAP_RANGE"}:
+            raise NotCarried(f"the node {node.bl_label}")
+        value = self._color(source)
+        return sum(value) / 3 if isinstance(value, tuple) else value
+
+    def _picture(self, source: Output, channel: str | None) -> Ron:
+        node = source.node
+        if not node.image:
+            raise ValueError(f"{self.user}: an Image Texture has no picture")
+        place = self._coordinates(source, "UV")
+        if place.space == "Object" or node.projection != "FLAT":
+            raise NotCarried(f"the picture {node.image.name!r} by other coordinates than UV")
+        wrap = {"REPEAT": None, "EXTEND": "Clamp", "MIRROR": "Mirror"}.get(node.extension, "Clamp")
+        if node.extension == "CLIP":
+            self.warn(f"the picture {node.image.name!r} is clipped: its edge goes on")
+        space = node.image.colorspace_settings.name
+        if space not in SRGB | LINEAR:
+            self.warn(f"the colour space {space} of {node.image.name!r}")
+        return form(
+            "Texture",
+            image=self.images.file(node.image, self.user),
+            filter=Ron("Nearest") if node.interpolation == "Closest" else None,
+            wrap=wrap and Ron(wrap),
+            color_space=Ron("Srgb" if space in SRGB else "Linear"),
+            channel=channel and Ron(channel),
+            **place.picture(),
+        )
+
+    def _coordinates(self, source: Output, default: str) -> Coordinates:
+        reasons: list[str] = []
+        self.mesh_counts = True
+        place = coordinates(source.input("Vector"), self.mesh, default, reasons.append)
+        if place is None:
+            raise NotCarried(f"the node {source.node.bl_label} with {reasons[0]}")
+        return place
+
+    def _vertex(self, source: Output, channel: str | None) -> Ron:
+        node = source.node
+        name = node.layer_name if source.type == "VERTEX_COLOR" else node.attribute_name
+        if source.type == "ATTRIBUTE" and node.attribute_type != "GEOMETRY":
+            raise NotCarried(f"the attribute {name!r} of an {node.attribute_type.lower()}")
+        if self.vertex_colors not in (None, name):
+            raise NotCarried(f"the colours {name!r} beside {self.vertex_colors!r}")
+        self.vertex_colors = name
+        return form("Vertex", channel=channel and Ron(channel))
+
+    def _lerp(self, socket: Input, weight: float) -> Map:
+        """weight · x + (1 − weight) · (1 − x)"""
+        inner = self.color(socket)
+        if isinstance(inner, tuple):
+            return tuple(weight * c + (1 - weight) * (1 - c) for c in inner)
+        return form("Mix", a=form("Subtract", a=1.0, b=inner), b=inner, by=weight)
+
+    def _mix(self, source: Output) -> Map:
+        inputs = source.inputs()
+        factor, a, b = inputs[0], inputs[-2], inputs[-1]
+        by, x, y = self.number(factor), self.color(a), self.color(b)
+        blend = source.node.blend_type
+        if blend != "MIX":
+            if blend not in BLENDS:
+                raise NotCarried(f"the node {source.node.bl_label} of the type {blend.title()}")
+            y = combined(BLENDS[blend], x, y)
+        return mixed(x, y, by)
+
+    def _math(self, source: Output) -> Map:
+        operation = source.node.operation
+        a, b = (self.number(i) for i in (source.inputs() * 2)[:2])
+        if operation == "MULTIPLY_ADD":
+            return combined("Add", combined("Multiply", a, b), self.number(source.inputs()[2]))
+        if operation not in OPERATIONS:
+            raise NotCarried(f"the node Math of the operation {operation.title()}")
+        return combined(OPERATIONS[operation], a, b)
+
+    def _ramp(self, source: Output) -> Map:
+        ramp, stops = source.node.color_ramp, []
+        for element in ramp.elements:
+            if ramp.interpolation == "CONSTANT" and stops:
+                stops.append((max(element.position - 1e-5, 0.0), stops[-1][1]))
+            stops.append((element.position, tuple(element.color)[:3]))
+        if ramp.interpolation not in {"LINEAR", "CONSTANT"} or ramp.color_mode != "RGB":
+            self.warn("a Color Ramp that is neither linear nor constant: it is linear here")
+        of = self.number(source.input("Fac" if "Fac" in source.node.inputs else 0))
+        return form("Curve", of=of, stops=stops)
+
+    def _checker(self, source: Output) -> Map:
+        place = self._coordinates(source, "Generated")
+        scale = self.constant(source.input("Scale"))
+        if source.socket.name == "Fac":
+            a, b = 0.0, 1.0
+        else:
+            a, b = (self.color(source.input(name)) for name in ("Color2", "Color1"))
+        return form("Checker", **place.pattern(scale), a=a, b=b)
+
+    def _gradient(self, source: Output) -> Map:
+        if source.node.gradient_type != "LINEAR":
+            raise NotCarried(f"the node Gradient Texture of the type {source.node.gradient_type.title()}")
+        return form("Gradient", **self._coordinates(source, "Generated").pattern(1.0))
+
+    def _bricks(self, source: Output) -> Map:
+        node = source.node
+        place = self._coordinates(source, "Generated")
+        height = self.constant(source.input("Row Height"))
+        length, mortar = (self.constant(source.input(name)) / height for name in ("Brick Width", "Mortar Size"))
+        if node.offset_frequency != 2 or abs(node.offset - 0.5) > 1e-3 or node.squash != 1:
+            raise NotCarried("the node Brick Texture with another bond than rows that are shifted by half")
+        self.warn("a Brick Texture: all bricks have Color1, and their mortar is not smooth")
+        a, b = (
+            (0.0, 1.0) if source.socket.name == "Fac" else (self.color(source.input(n)) for n in ("Mortar", "Color1"))
+        )
+        a, b = (b, a) if source.socket.name == "Fac" else (a, b)
+        pattern = place.pattern(self.constant(source.input("Scale")) / height)
+        return form("Bricks", length=length, mortar=min(2 * mortar, 1.0), **pattern, a=a, b=b)
+
+    def _noise(self, source: Output) -> Map:
+        if source.node.noise_dimensions != "3D":
+            raise NotCarried(f"the node Noise Texture in {source.node.noise_dimensions}")
+        place = self._coordinates(source, "Generated")
+        scale, detail, roughness, lacunarity = (
+            self.constant(source.input(name)) for name in ("Scale", "Detail", "Roughness", "Lacunarity")
+        )
+        self.warn("a Noise Texture: rayfront's own noise of the same fineness stands in for it")
+        octaves = min(max(round(detail) + 1, 1), 16)
+        lacunarity = min(max(lacunarity, 1.0), 8.0)
+        return form(
+            "Noise", octaves=octaves, roughness=min(roughness, 1.0), lacunarity=lacunarity, **place.pattern(scale)
+        )
+
+    def _voronoi(self, source: Output) -> Map:
+        node, kind = source.node, source.socket.name
+        kinds = {"Distance": "Distance", "Color": "Cells"}
+        if node.voronoi_dimensions != "3D" or node.feature != "F1" or node.distance != "EUCLIDEAN" or kind not in kinds:
+            raise NotCarried(f"the node Voronoi Texture ({node.voronoi_dimensions}, {node.feature}, {kind})")
+        place = self._coordinates(source, "Generated")
+        self.warn("a Voronoi Texture: rayfront's own cells of the same size stand in for it")
+        scale, randomness = (self.constant(source.input(name)) for name in ("Scale", "Randomness"))
+        return form("Voronoi", kind=Ron(kinds[kind]), randomness=randomness, **place.pattern(scale))
+
+
+PATTERNS = {
+    "TEX_CHECKER": Maps._checker,
+    "TEX_GRADIENT": Maps._gradient,
+    "TEX_BRICK": Maps._bricks,
+    "TEX_NOISE": Maps._noise,
+    "TEX_VORONOI": Maps._voronoi,
+}
+FOLDED: dict[str, Callable[[float, float], float]] = {
+    "Add": lambda x, y: x + y,
+    "Subtract": lambda x, y: x - y,
+    "Multiply": lambda x, y: x * y,
+    "Min": min,
+    "Max": max,
+}
+
+
+def combined(operation: str, x: Map, y: Map) -> Map:
+    """Two maps in one: a number or a colour, if both are."""
+    if isinstance(x, Ron) or isinstance(y, Ron):
+        if operation == "Multiply" and (one(x) or one(y)):
+            return y if one(x) else x
+        return form(operation, a=x, b=y)
+    fold = FOLDED[operation]
+    if isinstance(x, tuple) or isinstance(y, tuple):
+        x, y = (v if isinstance(v, tuple) else (v,) * 3 for v in (x, y))
+        return tuple(map(fold, x, y))
+    return fold(x, y)
+
+
+def mixed(x: Map, y: Map, by: Map) -> Map:
+    """x where `by` is 0, y where it is 1."""
+    if by == 0 or x == y:
+        return x
+    if by == 1:
+        return y
+    if isinstance(x, Ron) or isinstance(y, Ron) or isinstance(by, Ron):
+        return form("Mix", a=x, b=y, by=by)
+    return combined("Add", combined("Multiply", x, 1 - by), combined("Multiply", y, by))
+
+
+def said(value: Any) -> str:
+    """A value for a message."""
+    return ", ".join(f"{v:.3g}" for v in value) if isinstance(value, tuple) else f"{value:.3g}"
+
+
+def one(x: Map) -> bool:
+    """Whether a map is 1 or white everywhere."""
+    return not isinstance(x, Ron) and x in (1, (1, 1, 1))

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's world as rayfront's environment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from mathutils import Matrix
+
+from .coordinates import MeshSpace
+from .images import Images
+from .nodes import Input, Output, surface
+from .ron import TO_Y_UP, Ron, form, matrix
+from .textures import Maps
+
+
+class Surroundings(NamedTuple):
+    """The entity that gives light, and the colour that the camera sees in its place; None if there is none."""
+
+    entity: dict[str, Any] | None = None
+    backdrop: tuple[float, ...] | None = None
+
+
+def surroundings(world: Any, images: Images, warn: Callable[[str], None]) -> Surroundings:
+    """The surroundings of a scene."""
+    if world is None:
+        return Surroundings()
+    maps = Maps(images, MeshSpace(), f"world {world.name!r}", warn)
+    if not world.use_nodes or not world.node_tree:
+        return Surroundings(_plain(tuple(world.color)))
+    if surface(world.node_tree, "OUTPUT_WORLD", "Volume"):
+        maps.warn("a volume")
+    source = surface(world.node_tree, "OUTPUT_WORLD", "Surface")
+    if source is None:
+        return Surroundings()
+    if source.type == "MIX_SHADER":
+        by = source.input(0).source()
+        if by and by.type == "LIGHT_PATH" and by.socket.name == "Is Camera Ray":
+            seen = source.input(2).source()
+            return Surroundings(_background(source.input(1).source(), images, maps), _seen(seen, maps))
+    return Surroundings(_background(source, images, maps))
+
+
+def _seen(source: Output | None, maps: Maps) -> tuple[float, ...]:
+    """The colour of a background that lights nothing."""
+    if source is None:
+        return (0.0, 0.0, 0.0)
+    if source.type != "BACKGROUND" or isinstance(maps.color(source.input("Color")), Ron):
+        raise ValueError(f"{maps.user}: what only the camera sees is a {source.node.bl_label}, and no plain colour")
+    strength = maps.constant(source.input("Strength"))
+    return tuple(c * strength for c in maps.color(source.input("Color")))
+
+
+def _background(source: Output | None, images: Images, maps: Maps) -> dict[str, Any] | None:
+    if source is None:
+        return None
+    if source.type not in {"BACKGROUND", "EMISSION"}:
+        raise ValueError(f"{maps.user}: the node {source.node.bl_label}, which rayfront does not have in a world")
+    color, strength = source.input("Color"), maps.constant(source.input("Strength"))
+    behind = color.source()
+    if behind and behind.type == "TEX_ENVIRONMENT":
+        return _picture(behind, strength, images, maps)
+    if behind and behind.type == "TEX_SKY":
+        return _sky(behind.node, strength, maps)
+    value = maps.color(color)
+    if isinstance(value, Ron):
+        maps.warn(f"the node {behind.node.bl_label}: its colour where nothing is linked stands in")
+        value = color.value
+    return _plain(tuple(c * strength for c in value))
+
+
+def _plain(color: tuple[float, ...]) -> dict[str, Any] | None:
+    return {"light": form("Environment", radiance=color)} if max(color) > 0 else None
+
+
+def _picture(source: Output, strength: float, images: Images, maps: Maps) -> dict[str, Any]:
+    node = source.node
+    if not node.image:
+        raise ValueError(f"{maps.user}: an Environment Texture has no picture")
+    if node.projection != "EQUIRECTANGULAR":
+        maps.warn("a mirror ball: its picture counts as equirectangular")
+    turn = _turn(source.input("Vector"), maps)
+    # Blender's pictures have their middle along +X, rayfront's along -Z, which is Blender's +Y.
+    axes = TO_Y_UP.to_3x3()
+    m = axes @ turn.transposed() @ Matrix.Rotation(-math.pi / 2, 3, "Z") @ axes.transposed()
+    file = images.file(node.image, maps.user)
+    return {"light": form("Environment", image=file, radiance=strength), "transform": matrix(m.to_4x4())}
+
+
+def _turn(vector: Input, maps: Maps) -> Matrix:
+    source = vector.source()
+    if source is None or source.type == "TEX_COORD":
+        return Matrix.Identity(3)
+    if source.type != "MAPPING":
+        maps.warn(f"the node {source.node.bl_label}")
+        return Matrix.Identity(3)
+    if any(source.input(name).source() for name in ("Location", "Rotation", "Scale")):
+        maps.warn("a Mapping with linked values")
+    if (
+        max(abs(s - 1) for s in source.input("Scale").value) > 1e-4
+        or max(map(abs, source.input("Location").value)) > 1e-4
+    ):
+        maps.warn("a Mapping that does more than to turn")
+    turn = source.input("Rotation").socket.default_value.to_matrix()
+    return turn.transposed() if source.node.vector_type == "TEXTURE" else turn
+
+
+def _sky(node: Any, strength: float, maps: Maps) -> dict[str, Any]:
+    maps.warn(f"the {node.sky_type.title()} sky: rayfront's own sky with the same sun stands in")
+    elevation, azimuth = node.sun_elevation, node.sun_rotation
+    if not hasattr(node, "sun_elevation") or node.sky_type in {"PREETHAM", "HOSEK_WILKIE"}:
+        x, y, z = node.sun_direction
+        elevation, azimuth = math.asin(max(-1.0, min(1.0, z))), math.atan2(x, y)
+    return {
+        "light": form(
+            "Sky",
+            elevation_degrees=math.degrees(elevation),
+            azimuth_degrees=math.degrees(azimuth),
+            radiance=strength,
+        )
+    }
