@@ -489,8 +489,7 @@ fn wait<T>(worker: &std::thread::ScopedJoinHandle<'_, T>) {
 }
 
 fn layer(name: &str) -> PyResult<Aov> {
-    let names = Aov::ALL.map(|aov| (format!("{aov:?}").to_lowercase(), aov));
-    let found = names.iter().find(|(known, _)| known == name).map(|(_, aov)| *aov);
-    let known = || names.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+    let found = Aov::ALL.into_iter().find(|aov| aov.name() == name);
+    let known = || Aov::ALL.map(Aov::name).join(", ");
     found.ok_or_else(|| wrong(format!("unknown layer {name:?}; there are: {}", known())))
 }

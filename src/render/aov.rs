@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
+use super::costs::cost_channels;
 use super::{RenderState, Session};
 use crate::denoise::{Denoised, Noisy, denoise};
-use crate::film::{Features, Film, FilmChannel, Values};
+use crate::film::{Features, Film, FilmChannel, SampleRanges, Values};
 use crate::integrator::schedule::wavefront::first_hits::FirstHits;
 use crate::math::{Rgb, Vec3};
 use crate::scene::CompiledScene;
@@ -30,11 +31,7 @@ impl Session {
 
     /// [`Session::features`] of every Nth sample, beginning with each of the first N.
     fn features_apart<const N: usize>(&self) -> [Vec<Features>; N] {
-        let (setup, options) = (&self.setup, &self.options);
-        let mut samples = self.gathered.samples.clone();
-        if samples.count() == 0 {
-            samples.insert(self.wanted.start..self.wanted.start + 1);
-        }
+        let (setup, options, samples) = (&self.setup, &self.options, self.samples_of_layers());
         let look = |worker: &mut FirstHits, tile| {
             (tile, worker.trace_by_parity::<N>(setup, options.isa, tile, &samples))
         };
@@ -54,13 +51,28 @@ impl Session {
         features
     }
 
+    /// Returns the samples that all pixels have; before the first one is finished, this one.
+    pub(super) fn samples_of_layers(&self) -> SampleRanges {
+        let mut samples = self.gathered.samples.clone();
+        if samples.count() == 0 {
+            samples.insert(self.wanted.start..self.wanted.start + 1);
+        }
+        samples
+    }
+
     /// Returns the channels of some variables in their order: one for a number, three for a colour or a vector. Values
     /// go row by row from the top of the film's region. [`Aov::Variance`] needs [`super::Options::variance`], and is
-    /// infinite without. All but [`Aov::Samples`] and [`Aov::Variance`] trace camera rays again.
+    /// infinite without. [`Aov::Nodes`], [`Aov::Tests`] and [`Aov::PathLength`] render all samples again, with each ray
+    /// traced by itself; the others, without [`Aov::Samples`] and [`Aov::Variance`], trace camera rays again.
     pub fn channels(&self, aovs: &[Aov]) -> Vec<FilmChannel> {
-        let geometric = aovs.iter().any(|aov| !aov.is_of_film());
+        let geometric = aovs.iter().any(|aov| !aov.is_of_film() && !aov.is_cost());
         let features = if geometric { self.features() } else { Vec::new() };
-        aovs.iter().flat_map(|aov| self.channels_of(*aov, &features)).collect()
+        let costs = if aovs.iter().any(|aov| aov.is_cost()) { self.costs() } else { Vec::new() };
+        let channels = |aov: &Aov| match aov.is_cost() {
+            true => cost_channels(*aov, &costs, self.samples_of_layers().count()),
+            false => self.channels_of(*aov, &features),
+        };
+        aovs.iter().flat_map(channels).collect()
     }
 
     /// The mean position of hits in world space; 0 without hits.
@@ -104,6 +116,7 @@ impl Session {
             })],
             Aov::Coverage => vec![floats("coverage.A", &|f| f.coverage)],
             Aov::Samples | Aov::Variance => film_channels(self.state(), &[aov]),
+            Aov::Nodes | Aov::Tests | Aov::PathLength => Vec::new(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The memory that a render takes in addition to its scene.
 
+use super::costs::PixelCost;
 use super::{DEFAULT_WAVE, Options, photons};
 use crate::denoise;
 use crate::film::{Features, GroupSum, PixelSum, Region};
@@ -17,7 +18,7 @@ const THREAD: usize = 5 << 19;
 const IDLE_THREAD: usize = 1 << 15;
 
 /// The number of channels in a file with all output variables, including light and A.
-const MOST_CHANNELS: usize = 21;
+const MOST_CHANNELS: usize = 28;
 
 /// The number of paths in the wave that is measured.
 const MEASURED: usize = 1024;
@@ -69,6 +70,9 @@ impl MemoryEstimate {
         let mut picture = size_of::<Rgb>() + 4;
         if !settings.aov.is_empty() {
             picture += size_of::<Features>() + 2 * 4 * MOST_CHANNELS;
+        }
+        if settings.aov.iter().any(|aov| aov.is_cost()) {
+            picture += size_of::<PixelCost>();
         }
         if self.to_openexr {
             // Channel by channel.

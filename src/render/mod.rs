@@ -30,6 +30,7 @@
 pub(crate) mod adaptive;
 mod aov;
 pub(crate) mod camera_medium;
+mod costs;
 #[cfg(any(feature = "cli", feature = "python"))]
 mod memory_estimate;
 mod observed;
@@ -45,6 +46,8 @@ pub use crate::denoise::Denoised;
 pub use crate::integrator::{Schedule, Sorting};
 pub use crate::simd::Isa;
 pub(crate) use aov::{film_channels, light_channels, names_of_ids};
+#[doc(hidden)]
+pub use costs::PixelCost;
 #[cfg(any(feature = "cli", feature = "python"))]
 pub(crate) use memory_estimate::MemoryEstimate;
 pub(crate) use observed::Span;

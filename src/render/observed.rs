@@ -13,8 +13,7 @@ use super::session::lock;
 use crate::film::{Film, Region};
 use crate::integrator::observe::{Event, Flow, FnObserver, NoObserver, Timekeeper};
 use crate::integrator::photons::PhotonMaps;
-use crate::integrator::schedule::wavefront::wave::Wave;
-use crate::integrator::{RayStatistics, Schedule, Stage, Stop, Work, Worker};
+use crate::integrator::{RayStatistics, Schedule, Stage, Stop, Work};
 
 /// A span of a thread's time, counted from the start of the render.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +32,7 @@ pub struct Span {
 
 impl Session {
     /// Calls `render` for some samples, part by part: with the work, the part, and the statistics of its photons.
-    fn for_samples(
+    pub(super) fn for_samples(
         &self,
         prepared: &Prepared,
         wanted: Range<u32>,
@@ -57,7 +56,7 @@ impl Session {
     /// in the list, and the luminance.
     pub(crate) fn each_sample_of(&self, pixels: &[[u32; 2]], look: &mut dyn FnMut(u32, usize, f32)) {
         let (setup, options, prepared) = (&self.setup, &self.options, self.prepared());
-        let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
+        let mut worker = options.worker(setup);
         for range in self.gathered.samples.iter() {
             self.for_samples(&prepared, range, &mut |work, samples, _| {
                 for sample in samples {
@@ -76,7 +75,7 @@ impl Session {
     /// Returns the film of the last tile; the session's own film is unchanged.
     pub(crate) fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
         let (setup, options) = (&self.setup, &self.options);
-        let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
+        let mut worker = options.worker(setup);
         let mut tiles = self.tiles();
         tiles.retain(|tile| {
             let holds = |[x, y]: [u32; 2]| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
@@ -103,7 +102,7 @@ impl Session {
     /// each stage. All work on photons is one stage.
     pub(crate) fn time_stages(&self, mark: &mut dyn FnMut(Stage)) {
         let (setup, options) = (&self.setup, &self.options);
-        let mut wave = Wave::new(setup, options.wave, options.sorting);
+        let mut wave = options.queues(setup);
         let mut ignored = RayStatistics::default();
         self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, _| {
             if work.photons.is_some() {
@@ -150,12 +149,11 @@ impl Session {
                         own.push(Span { thread, tile, stage: Some(stage), start: last, end });
                         last = end;
                     });
-                    let (mut wave, mut film) =
-                        (Wave::new(setup, options.wave, options.sorting), setup.film(tile));
+                    let (mut wave, mut film) = (options.queues(setup), setup.film(tile));
                     wave.render(work, &mut film, samples, &mut ignored, &mut observer);
                 }
                 Schedule::Recursive => {
-                    let mut worker = Worker::new(setup, options.schedule, options.wave, options.sorting);
+                    let mut worker = options.worker(setup);
                     worker.render(work, tile, samples, &mut ignored);
                     own.push(Span { thread, tile, stage: None, start: last, end: start.elapsed() });
                 }

@@ -2,6 +2,8 @@
 
 use super::{Isa, Schedule, Sorting};
 use crate::film::Region;
+use crate::integrator::schedule::wavefront::wave::Wave;
+use crate::integrator::{RenderSetup, Worker};
 
 /// The default number of paths in a wave. Measured: 256 to 16,384 are equally fast, 65,536 is up to 1.28 times slower.
 pub const DEFAULT_WAVE: usize = 4096;
@@ -17,6 +19,8 @@ pub struct Options {
     pub sorting: Sorting,
     /// The instruction set; the widest one by default.
     pub isa: Isa,
+    /// The instruction set in which a wave's rays are traced, if another than that of its stages.
+    pub traversal: Option<Isa>,
     /// The part of the image to render, in pixels; `None` for all of it. It is clipped to the image.
     pub region: Option<Region>,
     /// The width and height of a tile in pixels, at least 1. With path reuse, rounded up to a multiple of 16.
@@ -32,6 +36,7 @@ impl Default for Options {
             wave: DEFAULT_WAVE,
             sorting: Sorting::default(),
             isa: Isa::detect(),
+            traversal: None,
             region: None,
             tile: 64,
             variance: false,
@@ -40,6 +45,16 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Creates a worker.
+    pub(crate) fn worker(&self, setup: &RenderSetup) -> Worker {
+        Worker::new(setup, self.schedule, self.wave, self.sorting).with_traversal(self.traversal)
+    }
+
+    /// Creates the queues of a worker of the wavefront schedule.
+    pub(super) fn queues(&self, setup: &RenderSetup) -> Wave {
+        Wave::new(setup, self.wave, self.sorting).with_traversal(self.traversal)
+    }
+
     /// Returns the rendered part of an image of this size.
     pub(super) fn region_of(&self, [width, height]: [u32; 2]) -> Region {
         let Region { x0, y0, x1, y1 } = self.region.unwrap_or(Region::whole([width, height]));

@@ -123,9 +123,8 @@ impl Session {
 }
 
 /// Returns a free worker, or creates one.
-fn take_worker(workers: &Mutex<Vec<Worker>>, setup: &RenderSetup, options: &Options) -> Worker {
-    let Options { schedule, wave, sorting, .. } = *options;
-    lock(workers).pop().unwrap_or_else(|| Worker::new(setup, schedule, wave, sorting))
+pub(super) fn take_worker(workers: &Mutex<Vec<Worker>>, setup: &RenderSetup, options: &Options) -> Worker {
+    lock(workers).pop().unwrap_or_else(|| options.worker(setup))
 }
 
 /// Renders samples one by one: a sample may arrive in several parts, which are collected in a film of its own. `None`

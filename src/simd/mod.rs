@@ -374,9 +374,30 @@ impl Isa {
         }
     }
 
+    /// The number of lanes: 1, 8 or 16.
+    pub fn lanes(self) -> usize {
+        dispatch(self, Width)
+    }
+
+    /// The widest instruction set of that number of lanes; `None` if this processor has none.
+    pub fn with_lanes(lanes: usize) -> Option<Isa> {
+        Isa::available().into_iter().rfind(|isa| isa.lanes() == lanes)
+    }
+
     /// The instruction set of that name; `None` if this processor does not have it.
     pub fn from_name(name: &str) -> Option<Isa> {
         Isa::available().into_iter().find(|isa| isa.name() == name)
+    }
+}
+
+/// The number of lanes of an instruction set.
+struct Width;
+
+impl Kernel for Width {
+    type Output = usize;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> usize {
+        L::Queue::WIDTH
     }
 }
 

@@ -110,7 +110,10 @@ names!(BuildQuality, "build quality", [Fast, Default, High]);
 names!(
     Aov,
     "output variable",
-    [Depth, Normal, Albedo, Position, Entity, Material, Coverage, Samples, Variance]
+    [
+        Depth, Normal, Albedo, Position, Entity, Material, Coverage, Samples, Variance, Nodes, Tests,
+        PathLength
+    ]
 );
 
 /// An arbitrary output variable: a value of a pixel other than its radiance. Means are over the first hits of the
@@ -135,11 +138,17 @@ pub enum Aov {
     Samples,
     /// The estimated variance of the mean of the pixel's samples, in (W m⁻² sr⁻¹)².
     Variance,
+    /// The mean number of tree nodes that a sample's rays visit: camera rays, the others of the path, shadow rays.
+    Nodes,
+    /// The mean number of triangles and spheres that a sample's rays are tested against, by the same kinds of rays.
+    Tests,
+    /// The mean number of rays along a sample's path and its forks, without shadow rays.
+    PathLength,
 }
 
 impl Aov {
-    /// All output variables.
-    pub const ALL: [Aov; 9] = [
+    /// All output variables; those of [`Aov::IMAGE`] come first.
+    pub const ALL: [Aov; 12] = [
         Aov::Depth,
         Aov::Normal,
         Aov::Albedo,
@@ -149,11 +158,40 @@ impl Aov {
         Aov::Coverage,
         Aov::Samples,
         Aov::Variance,
+        Aov::Nodes,
+        Aov::Tests,
+        Aov::PathLength,
     ];
+
+    /// All output variables except the costs of pixels, which take another rendering: `All` in scene files.
+    pub const IMAGE: &[Aov] = Aov::ALL.split_at(9).0;
+
+    /// The name on the command line and in Python.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Aov::Depth => "depth",
+            Aov::Normal => "normal",
+            Aov::Albedo => "albedo",
+            Aov::Position => "position",
+            Aov::Entity => "entity",
+            Aov::Material => "material",
+            Aov::Coverage => "coverage",
+            Aov::Samples => "samples",
+            Aov::Variance => "variance",
+            Aov::Nodes => "nodes",
+            Aov::Tests => "tests",
+            Aov::PathLength => "path-length",
+        }
+    }
 
     /// True if the variable describes the samples themselves, not the surfaces that they hit.
     pub(crate) fn is_of_film(self) -> bool {
         matches!(self, Aov::Samples | Aov::Variance)
+    }
+
+    /// True if the variable describes the work of the pixel's rays.
+    pub(crate) fn is_cost(self) -> bool {
+        matches!(self, Aov::Nodes | Aov::Tests | Aov::PathLength)
     }
 }
 

@@ -283,6 +283,8 @@ pub fn check_world(made: &dyn Fn() -> World) {
         equal(Options { wave, ..Options::default() }, 1, &[]);
         equal(Options { wave, sorting: Sorting::Unsorted, ..Options::default() }, 1, &[]);
         equal(Options { wave, tile: 8, isa: Isa::PORTABLE, ..Options::default() }, 2, &[2]);
+        let traversal = Some(Isa::detect());
+        equal(Options { wave, isa: Isa::PORTABLE, traversal, ..Options::default() }, 1, &[]);
     }
     equal(Options { variance: true, ..Options::default() }, 1, &[]);
 

@@ -7,6 +7,7 @@ use exr::prelude::*;
 use rayfront::compile::compile;
 use rayfront::internals::film::{Features, Film, FilmChannel, Moments, Values};
 use rayfront::internals::integrator::Schedule;
+use rayfront::internals::render::PixelCost;
 use rayfront::internals::simd::Isa;
 use rayfront::render::{Options, Session, on_threads};
 use rayfront::world::{Aov, Sampler, Transport, World};
@@ -121,8 +122,10 @@ fn masked_out_surfaces_have_no_features() {
     assert_eq!(veiled.coverage, 1.0);
 }
 
-/// Film, features and moments.
-type Bits = (Film, Vec<Features>, Moments);
+/// Film, features, moments and costs.
+type Bits = (Film, Vec<Features>, Moments, Vec<FilmChannel>);
+
+const COSTS: [Aov; 3] = [Aov::Nodes, Aov::Tests, Aov::PathLength];
 
 fn bits(world: &World, options: Options, threads: usize, passes: &[u32]) -> Bits {
     let gather = || {
@@ -130,13 +133,14 @@ fn bits(world: &World, options: Options, threads: usize, passes: &[u32]) -> Bits
         let mut session = Session::new(scene, &world.settings, Options { variance: true, ..options });
         passes.iter().for_each(|pass| session.advance(*pass));
         session.advance(u32::MAX);
-        (session.film().clone(), session.features(), session.moments().expect("moments").clone())
+        let moments = session.moments().expect("moments").clone();
+        (session.film().clone(), session.features(), moments, session.channels(&COSTS))
     };
     on_threads(threads, gather).expect("threads")
 }
 
 #[test]
-fn film_features_and_moments_are_identical_in_all_ways() {
+fn film_features_moments_and_costs_are_identical_in_all_ways() {
     for text in [crate::agreement::SHAPES, crate::agreement::GLASS, crate::agreement::MIRRORS, CUT_OUT] {
         for transport in [Transport::Whitted, Transport::Path] {
             let mut world = support::world(text);
@@ -145,10 +149,11 @@ fn film_features_and_moments_are_identical_in_all_ways() {
             let expected = bits(&world, simple, 1, &[]);
             assert_eq!(&expected.0, session(&world, simple).film(), "variance changes the film");
             let check = |options: Options, threads, passes: &[u32]| {
-                let (film, features, moments) = bits(&world, options, threads, passes);
+                let (film, features, moments, costs) = bits(&world, options, threads, passes);
                 assert_eq!(film, expected.0, "{options:?}");
                 assert_eq!(features, expected.1, "{options:?}");
                 assert_eq!(moments, expected.2, "{options:?}");
+                assert_eq!(costs, expected.3, "{options:?}");
             };
             for isa in Isa::available() {
                 for schedule in [Schedule::Wavefront, Schedule::Recursive] {
@@ -158,6 +163,60 @@ fn film_features_and_moments_are_identical_in_all_ways() {
             for wave in [1, 7, 64] {
                 check(Options { wave, tile: 8, ..Options::default() }, 2, &[1, 2]);
             }
+        }
+    }
+}
+
+/// Two mirrors that face each other, and a ball off to the side.
+const CORRIDOR: &str = r#"(
+    settings: (size: (6, 4), samples: 2, max_depth: 5, filter: Box, pixel_pattern: Regular),
+    materials: { "mirror": (diffuse: 0, kr: 1) },
+    entities: [
+        (camera: Orthographic(height_m: 1), transform: (translate: (0, 0, 2))),
+        (shape: Plane(corners: ((-9, 9, 0), (-9, -9, 0), (9, -9, 0), (9, 9, 0))), material: "mirror"),
+        (shape: Plane(corners: ((-9, 9, 4), (9, 9, 4), (9, -9, 4), (-9, -9, 4))), material: "mirror"),
+        (shape: Sphere(radius_m: 1), transform: (translate: (30, 0, 0))),
+        (light: Point(power_w: 100), transform: (translate: (0, 0, 2))),
+    ],
+)"#;
+
+fn floats(channel: &FilmChannel) -> &[f32] {
+    match &channel.values {
+        Values::Float(values) => values,
+        Values::Whole(_) => panic!("{} holds whole numbers", channel.name),
+    }
+}
+
+#[test]
+fn path_length_between_mirrors_is_that_of_the_depth() {
+    for depth in [0, 5] {
+        let mut world = support::world(CORRIDOR);
+        world.settings.max_depth = depth;
+        let channels = session(&world, Options::default()).channels(&[Aov::PathLength, Aov::Tests]);
+        let [length, camera, path, shadow] = &channels[..] else { panic!("four channels") };
+        assert_eq!((&*length.name, &*camera.name), ("path-length", "tests.camera"));
+        assert!(floats(length).iter().all(|rays| *rays == 1.0 + depth as f32), "{length:?}");
+        // A plane is two triangles; the ball is elsewhere.
+        assert!(floats(camera).iter().all(|tests| (1.0..=2.0).contains(tests)), "{camera:?}");
+        assert!(floats(path).iter().all(|tests| *tests >= depth as f32), "{path:?}");
+        assert_eq!(floats(path).iter().any(|tests| *tests > 0.0), depth > 0, "{path:?}");
+        assert!(floats(shadow).iter().all(|tests| *tests == 0.0), "mirrors send no shadow rays: {shadow:?}");
+    }
+}
+
+#[test]
+fn path_lengths_add_up_to_the_rays_of_the_rendering() {
+    for text in [crate::agreement::SHAPES, crate::agreement::GLASS, crate::agreement::MIRRORS, CUT_OUT] {
+        for transport in [Transport::Whitted, Transport::Path] {
+            let mut world = support::world(text);
+            (world.settings.transport, world.settings.samples) = (transport, 4);
+            let session = session(&world, Options::default());
+            let rays = session.statistics().rays;
+            let costs = session.costs();
+            let sum = |part: &dyn Fn(&PixelCost) -> u64| costs.iter().map(part).sum::<u64>();
+            assert_eq!(sum(&|cost| cost.path_rays), rays.camera + rays.reflect + rays.refract + rays.scatter);
+            // A tree of one leaf has no node.
+            assert!(sum(&|cost| cost.tests[0]) > 0);
         }
     }
 }
@@ -177,6 +236,7 @@ fn features_and_variance_of_a_crop_equal_those_of_the_whole() {
     }
     let [all, some] = [&whole, &part].map(|s| s.moments().expect("moments").variance_of_mean(s.film()));
     assert_eq!(some[0], all[3 * 24 + 5]);
+    assert_eq!(part.costs()[0], whole.costs()[3 * 24 + 5]);
 }
 
 /// Returns the mean over all pixels of the estimated variances of 64 renderings, and of the variance over their seeds.
@@ -263,8 +323,9 @@ fn exr_files_contain_all_output_variables() {
     let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
     let expected = [
         "A", "B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "coverage.A", "depth.Z", "entity.id",
-        "material.id", "normal.X", "normal.Y", "normal.Z", "position.X", "position.Y", "position.Z",
-        "samples", "variance.B", "variance.G", "variance.R",
+        "material.id", "nodes.camera", "nodes.path", "nodes.shadow", "normal.X", "normal.Y", "normal.Z",
+        "path-length", "position.X", "position.Y", "position.Z", "samples", "tests.camera", "tests.path",
+        "tests.shadow", "variance.B", "variance.G", "variance.R",
     ];
     assert_eq!(names, expected);
     for FilmChannel { name, values } in &channels {

@@ -1,6 +1,11 @@
 //! `rayfront verify`, `explain`, `profile` and `study` as run by scripts.
 
+use rayfront::internals::render::PixelCost;
+use rayfront::render::Options;
+use rayfront::world::Transport;
+
 use super::program::{Place, folder};
+use crate::support;
 
 const SCENE: &str = r#"(
     settings: (size: (16, 12), samples: 4, max_depth: 3),
@@ -197,6 +202,69 @@ fn profile_of_the_path_transport_is_consistent() {
     }
 }
 
+/// Each step from recursion to the wavefront changes one thing and gives the same film.
+#[test]
+fn profile_steps_change_one_thing_each() {
+    let folder = folder(SCENE);
+    let names = |profile: &serde_json::Value| -> Vec<String> {
+        let steps = profile["steps"].as_array().expect("steps");
+        assert!(steps.iter().all(|step| step["film_hash"] == steps[0]["film_hash"]), "{steps:?}");
+        assert!(steps.iter().all(|step| step["wall_s"]["median"].as_f64() > Some(0.0)), "{steps:?}");
+        assert_eq!(steps[0]["film_hash"], profile["wavefront"]["film_hash"]);
+        let fields = ["schedule", "traversal", "shading", "sorted"];
+        for pair in steps.windows(2).filter(|pair| pair[1]["schedule"] == "wavefront") {
+            let changes = fields.iter().filter(|field| pair[0][**field] != pair[1][**field]).count();
+            assert_eq!(changes, 1, "{pair:?}");
+        }
+        let last = &steps[steps.len() - 1];
+        assert_eq!((&last["schedule"], &last["traversal"]), (&"recursive".into(), &profile["simd"]));
+        steps.iter().map(|step| step["step"].as_str().expect("a name").to_owned()).collect()
+    };
+    let line = "profile scene.ron --size 24x18 --spp 1 --runs 1";
+    let has_lanes = rayfront::internals::simd::Isa::available().len() > 1;
+    for (transport, sorting) in [("whitted", None), ("path", Some("sorting"))] {
+        let one_lane = folder.json(&format!("{line} --transport {transport} --simd portable"));
+        let expected: Vec<&str> = ["order"].into_iter().chain(sorting).chain(["recursion"]).collect();
+        assert_eq!(names(&one_lane), expected);
+        if has_lanes {
+            let lanes = folder.json(&format!("{line} --transport {transport}"));
+            let before = ["recursion", "order", "traversal", "shading"].into_iter();
+            let expected: Vec<&str> = before.chain(sorting).chain(["boxes"]).collect();
+            assert_eq!(names(&lanes), expected);
+        }
+    }
+    let table = folder.out(line);
+    assert!(table.contains("wavefront, one lane: order of work"), "{table}");
+}
+
+#[test]
+fn costs_of_pixels_add_up_to_the_visits_of_the_profile() {
+    let folder = folder(SCENE);
+    for (name, transport) in [("whitted", Transport::Whitted), ("path", Transport::Path)] {
+        let line = "profile scene.ron --size 24x18 --spp 2 --runs 1 --depth 3";
+        let profile = folder.json(&format!("{line} --transport {name}"));
+        let mut world = support::world(SCENE);
+        let settings = &mut world.settings;
+        (settings.size, settings.samples, settings.max_depth) = ([24, 18], 2, 3);
+        settings.transport = transport;
+        let costs = support::session(&world, Options::default()).costs();
+        let bounces = profile["bounces"].as_array().expect("bounces");
+        let sum = |bounces: &[serde_json::Value], rays: &str, work: &str| {
+            bounces.iter().filter_map(|bounce| bounce[rays][work].as_u64()).sum::<u64>()
+        };
+        let kinds = |work: &str| {
+            let (camera, path) = bounces.split_at(1);
+            [sum(camera, "visits", work), sum(path, "visits", work), sum(bounces, "shadow_visits", work)]
+        };
+        let all = |of: &dyn Fn(&PixelCost) -> [u64; 3]| {
+            costs.iter().map(of).fold([0; 3], |sums, more| [0, 1, 2].map(|kind| sums[kind] + more[kind]))
+        };
+        assert_eq!(all(&|cost| cost.nodes), kinds("nodes"), "{name}");
+        assert_eq!(all(&|cost| cost.tests), kinds("primitives"), "{name}");
+        assert!(kinds("nodes").iter().all(|nodes| *nodes > 0), "{name}");
+    }
+}
+
 /// Photons are a stage of their own, which counts all their rays once, for any number of tiles.
 #[test]
 fn profile_has_a_stage_for_photons() {
@@ -319,7 +387,7 @@ fn study_resumes_and_writes_a_self_contained_page() {
     assert_eq!(text.lines().count(), 1 + 3 * 2 * 3 + 2 * (2 + 1), "{text}");
     let page = folder.text("out/small/index.html");
     for wanted in
-        ["A &lt;small&gt; study", "<p>Second.</p>", "uniform: order -", "data:image/png;base64,", "bytes"]
+        ["A &lt;small&gt; study", "<p>Second.</p>", "uniform: order -", "data:image/png;base64,", "tree, MB"]
     {
         assert!(page.contains(wanted), "{wanted} is missing");
     }
@@ -400,6 +468,26 @@ fn halving_the_radius_of_photons_quarters_their_bias() {
         let parts = mean("squared_bias", radius) + mean("variance", radius);
         assert!((parts / mean("mse", radius) - 1.0).abs() < 0.1, "{radius}: {parts}\n{results}");
     }
+}
+
+#[test]
+fn study_by_lanes_has_a_job_for_each_instruction_set_and_one_film() {
+    let folder = folder(SCENE);
+    let study = r#"(title: "t", experiments: [
+        (name: "lanes", scenes: [File("scene.ron")], with: (size: (12, 9), samples: 1), x: Lanes([1, 8, 16]),
+         series: [(label: "all"), (label: "queries", with: (shading_lanes: 1)), (label: "recursive", with: (schedule: Recursive))],
+         plots: [(y: RenderSeconds)]),
+    ])"#;
+    folder.write("lanes.ron", study);
+    folder.out("study lanes.ron");
+    let text = folder.text("out/lanes/results.csv");
+    let lanes: std::collections::BTreeSet<usize> =
+        rayfront::internals::simd::Isa::available().into_iter().map(|isa| isa.lanes()).collect();
+    assert!(lanes.contains(&1) && lanes.iter().all(|lanes| [1, 8, 16].contains(lanes)), "{lanes:?}");
+    assert_eq!(text.lines().count(), 1 + 3 * lanes.len(), "{text}");
+    let films: std::collections::BTreeSet<&str> =
+        text.lines().skip(1).filter_map(|line| line.rsplit(',').next()).collect();
+    assert_eq!(films.len(), 1, "{text}");
 }
 
 #[test]

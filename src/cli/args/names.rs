@@ -71,17 +71,20 @@ pub const PROGRESS_FORMS: NamedValues<ProgressForm> = &[
 ];
 
 pub const AOVS: NamedValues<Aovs> = &[
-    ("all", "All of them", &Aov::ALL),
+    ("all", "All except nodes, tests and path-length, which take another rendering", Aov::IMAGE),
     ("none", "None, even if the scene has some", &[]),
-    ("depth", "Distance along the camera's axis", &[Aov::Depth]),
-    ("normal", "Shading normal", &[Aov::Normal]),
-    ("albedo", "Base colour", &[Aov::Albedo]),
-    ("position", "Position in the world", &[Aov::Position]),
-    ("entity", "Number of the entity", &[Aov::Entity]),
-    ("material", "Number of the material", &[Aov::Material]),
-    ("coverage", "Fraction of the samples that hit anything", &[Aov::Coverage]),
-    ("samples", "Number of samples", &[Aov::Samples]),
-    ("variance", "Estimated variance of the pixel", &[Aov::Variance]),
+    (Aov::Depth.name(), "Distance along the camera's axis", &[Aov::Depth]),
+    (Aov::Normal.name(), "Shading normal", &[Aov::Normal]),
+    (Aov::Albedo.name(), "Base colour", &[Aov::Albedo]),
+    (Aov::Position.name(), "Position in the world", &[Aov::Position]),
+    (Aov::Entity.name(), "Number of the entity", &[Aov::Entity]),
+    (Aov::Material.name(), "Number of the material", &[Aov::Material]),
+    (Aov::Coverage.name(), "Fraction of the samples that hit anything", &[Aov::Coverage]),
+    (Aov::Samples.name(), "Number of samples", &[Aov::Samples]),
+    (Aov::Variance.name(), "Estimated variance of the pixel", &[Aov::Variance]),
+    (Aov::Nodes.name(), "Nodes of the tree that a sample's rays visit", &[Aov::Nodes]),
+    (Aov::Tests.name(), "Triangles and spheres that they are tested against", &[Aov::Tests]),
+    (Aov::PathLength.name(), "Rays of a sample's path", &[Aov::PathLength]),
 ];
 
 /// Returns a parser of these names.

@@ -96,8 +96,8 @@ impl RenderReport<'_> {
         sums.map(|sum| sum / count)
     }
 
-    fn aov_names(&self) -> Vec<String> {
-        self.header.settings.aov.iter().map(|aov| format!("{aov:?}").to_lowercase()).collect()
+    fn aov_names(&self) -> Vec<&'static str> {
+        self.header.settings.aov.iter().map(|aov| aov.name()).collect()
     }
 
     /// Returns a human-readable report of a few lines.

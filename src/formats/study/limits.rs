@@ -52,12 +52,16 @@ fn check_experiment(experiment: &Experiment) -> Result<(), String> {
         Axis::Samples(_) | Axis::LightSamples(_) | Axis::LensSamples(_) => (1, Settings::MOST_SAMPLES),
         Axis::Wave(_) => (1, 1_048_576),
         Axis::Threads(_) => (1, 1024),
+        Axis::Lanes(_) => (1, 16),
         Axis::Photons(_) => (1, Caustics::MOST_PHOTONS as u32),
         Axis::PhotonRadius(_) => (1, Caustics::LARGEST_RADIUS as u32),
         Axis::Triangles(_) => (1, 100_000_000),
     };
     if let Some(value) = x.iter().find(|value| !(least..=most).contains(*value)) {
         return Err(format!("x has to be from {least} to {most}, not {value}"));
+    }
+    if let Axis::Lanes(values) = &experiment.x {
+        values.iter().try_for_each(|value| check_lanes("x", Some(*value)))?;
     }
     let errors = [Measurement::Mse, Measurement::RelativeMse, Measurement::Flip, Measurement::SquaredBias];
     let measures_error = experiment.plots.iter().any(|plot| errors.contains(&plot.y));
@@ -86,9 +90,20 @@ fn check_change(change: &SettingsOverride) -> Result<(), String> {
     within("max_depth", change.max_depth, 0, Settings::MOST_DEPTH)?;
     within("wave", change.wave, 1, 1_048_576)?;
     within("threads", change.threads, 1, 1024)?;
+    check_lanes("lanes", change.lanes)?;
+    check_lanes("shading_lanes", change.shading_lanes)?;
     above_zero("photons", change.photons, Caustics::MOST_PHOTONS)?;
     above_zero("photon_radius", change.photon_radius, Caustics::LARGEST_RADIUS)?;
     within("rays", change.rays, 1, 100_000_000)
+}
+
+fn check_lanes(what: &str, value: Option<u32>) -> Result<(), String> {
+    match value {
+        Some(value) if ![1, 8, 16].contains(&value) => {
+            Err(format!("{what} has to be 1, 8 or 16 lanes, not {value}"))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn above_zero(what: &str, value: Option<f32>, most: f32) -> Result<(), String> {

@@ -91,6 +91,8 @@ pub enum Axis {
     Depth(Vec<u32>),
     /// Threads.
     Threads(Vec<u32>),
+    /// Lanes; numbers that the processor does not have are left out.
+    Lanes(Vec<u32>),
     /// Photons for each pixel in each sample.
     Photons(Vec<u32>),
     /// The radius within which photons of the first sample are gathered, in pixels.
@@ -105,7 +107,7 @@ impl Axis {
         match self {
             Axis::Samples(v) | Axis::LightSamples(v) | Axis::LensSamples(v) | Axis::Wave(v) => v,
             Axis::Depth(v) | Axis::Threads(v) | Axis::Triangles(v) | Axis::Photons(v) => v,
-            Axis::PhotonRadius(v) => v,
+            Axis::PhotonRadius(v) | Axis::Lanes(v) => v,
         }
     }
 
@@ -118,6 +120,7 @@ impl Axis {
             Axis::Wave(_) => "paths of a wave",
             Axis::Depth(_) => "bounces",
             Axis::Threads(_) => "threads",
+            Axis::Lanes(_) => "lanes",
             Axis::Photons(_) => "photons for each pixel",
             Axis::PhotonRadius(_) => "first radius, pixels",
             Axis::Triangles(_) => "triangles",
@@ -178,6 +181,11 @@ pub struct SettingsOverride {
     pub wave: Option<u32>,
     /// Threads; 1 by default.
     pub threads: Option<u32>,
+    /// Lanes that work together: 1, 8 or 16; by default as many as the processor has. Jobs with a number that it does
+    /// not have are left out.
+    pub lanes: Option<u32>,
+    /// Lanes of all stages of the wavefront other than queries, if not as many as of queries.
+    pub shading_lanes: Option<u32>,
     /// Work put into the acceleration structure.
     pub quality: Option<Quality>,
     /// The number of scattered rays to trace instead of rendering.
@@ -214,6 +222,8 @@ impl SettingsOverride {
             sorting: other.sorting.or(self.sorting),
             wave: other.wave.or(self.wave),
             threads: other.threads.or(self.threads),
+            lanes: other.lanes.or(self.lanes),
+            shading_lanes: other.shading_lanes.or(self.shading_lanes),
             quality: other.quality.or(self.quality),
             rays: other.rays.or(self.rays),
             by: other.by.or(self.by),
@@ -407,7 +417,28 @@ impl Measurement {
             Measurement::BuildSeconds => "building the tree, s",
             Measurement::NanosecondsPerRay => "time of a ray, ns",
             Measurement::Mrays => "million rays a second",
-            Measurement::TreeBytes => "tree, bytes",
+            Measurement::TreeBytes => "tree, MB",
+        }
+    }
+
+    /// A measured value in the unit of the label.
+    pub fn in_unit(self, value: f64) -> f64 {
+        if self == Measurement::TreeBytes { value * 1e-6 } else { value }
+    }
+
+    /// True if the values may be negative: an estimate of a small squared bias is the difference of two others.
+    pub fn is_signed(self) -> bool {
+        self == Measurement::SquaredBias
+    }
+
+    /// Returns the number of times that something with the value `one` is as fast as something with the value `other`;
+    /// none if the measurement is no time.
+    pub fn speedup(self, one: f64, other: f64) -> Option<f64> {
+        match self {
+            Measurement::RenderSeconds | Measurement::CpuSeconds => Some(other / one),
+            Measurement::BuildSeconds | Measurement::NanosecondsPerRay => Some(other / one),
+            Measurement::Mrays => Some(one / other),
+            _ => None,
         }
     }
 }
@@ -480,6 +511,12 @@ mod tests {
             ("rays: 100)", "rays: 100, photons: 0)", "photons has to be above 0 and at most 64"),
             ("rays: 100)", "rays: 100, photon_radius: 65)", "photon_radius has to be above 0"),
             ("Ball], x: Triangles([100, 1000])", "File(\"c.ron\")], x: PhotonRadius([65])", "from 1 to 64"),
+            ("rays: 100)", "rays: 100, lanes: 4)", "lanes has to be 1, 8 or 16 lanes, not 4"),
+            ("rays: 100)", "rays: 100, shading_lanes: 2)", "shading_lanes has to be 1, 8 or 16"),
+            (
+                "Ball], x: Triangles([100, 1000])", "File(\"c.ron\")], x: Lanes([1, 4])",
+                "x has to be 1, 8 or 16",
+            ),
             ("y: NanosecondsPerRay", "y: SquaredBias", "no reference"),
             ("experiments: [", "experiments: [], unknown: [", "unknown"),
         ] {

@@ -4,6 +4,7 @@
 pub mod decision;
 pub mod statistics;
 pub mod stop;
+pub mod visits;
 
 use crate::integrator::Stage;
 use crate::integrator::path::{Path, unpack_pixel};

@@ -31,6 +31,14 @@ impl Worker {
         }
     }
 
+    /// Traces a wave's rays with another instruction set than that of its stages.
+    pub fn with_traversal(self, traversal: Option<Isa>) -> Self {
+        match self {
+            Worker::Wavefront(wave) => Worker::Wavefront(Box::new(wave.with_traversal(traversal))),
+            Worker::Recursive(recursion) => Worker::Recursive(recursion),
+        }
+    }
+
     /// Traces some of a sample's photons, by their numbers. The result is meaningless if it is stopped.
     pub fn trace_photons(
         &mut self,

@@ -10,7 +10,7 @@ __version__: str
 _Path = str | PathLike[str]
 _Number = float | Variant
 _Color = ArrayLike | str | Variant
-Layer = Literal["depth", "normal", "albedo", "position", "entity", "material", "coverage", "samples", "variance"]
+Layer = Literal["depth", "normal", "albedo", "position", "entity", "material", "coverage", "samples", "variance", "nodes", "tests", "path-length"]
 Tonemap = Literal["clamp", "scale-by-maximum", "reinhard", "aces", "agx", "pbr-neutral"]
 Coherence = Literal["unknown", "coherent", "scattered"]
 Quality = Literal["fast", "default", "high"]

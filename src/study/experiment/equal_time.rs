@@ -70,12 +70,13 @@ mod tests {
         let figure = |curves: [(&str, &[(f64, f64)]); 3]| Figure {
             title: String::new(),
             x_label: String::new(),
-            y_label: String::new(),
+            y: crate::formats::study::Measurement::Mse,
             log: [true; 2],
             curves: curves
                 .into_iter()
                 .map(|(label, points)| Curve {
                     label: label.into(),
+                    scene: 0,
                     points: points.iter().map(|(x, y)| (*x, Estimate { mean: *y, margin: None })).collect(),
                     fit: None,
                 })

@@ -52,11 +52,23 @@ pub(super) fn at(change: &SettingsOverride, axis: &Axis, x: u32) -> SettingsOver
         Axis::Wave(_) => change.wave = Some(x),
         Axis::Depth(_) => change.max_depth = Some(x),
         Axis::Threads(_) => change.threads = Some(x),
+        Axis::Lanes(_) => change.lanes = Some(x),
         Axis::Photons(_) => change.photons = Some(x as f32),
         Axis::PhotonRadius(_) => change.photon_radius = Some(x as f32),
         Axis::Triangles(_) => {}
     }
     change
+}
+
+/// Returns the instruction set of a number of lanes, by default the widest.
+fn isa(lanes: Option<u32>) -> Isa {
+    lanes.and_then(|lanes| Isa::with_lanes(lanes as usize)).unwrap_or(Isa::detect())
+}
+
+/// True if the processor has the lanes that a job asks for.
+pub(super) fn has_lanes(change: &SettingsOverride) -> bool {
+    let mut lanes = change.lanes.into_iter().chain(change.shading_lanes);
+    lanes.all(|lanes| Isa::with_lanes(lanes as usize).is_some())
 }
 
 /// The path of a scene's file, which is relative to the study's folder.
@@ -160,7 +172,8 @@ pub(super) fn run(
     row.set(Measurement::BuildSeconds, compiled.bvh.statistics.time.as_secs_f64());
     row.set(Measurement::TreeBytes, compiled.bvh.bytes() as f64);
     if let Some(count) = change.rays {
-        trace(&compiled, change.by.unwrap_or(Tracing::Queue), count, seed, cpu, &mut row);
+        let (isa, by) = (isa(change.lanes), change.by.unwrap_or(Tracing::Queue));
+        trace(isa, &compiled, by, [count, seed], cpu, &mut row);
         return Ok(Done { row, image: None });
     }
     let image = render(compiled, &world, change, (cpu, stop), &mut row)?;
@@ -219,7 +232,17 @@ fn render(
         Some(StudySorting::Unsorted) => crate::integrator::Sorting::Unsorted,
         Some(StudySorting::ByMaterial) | None => crate::integrator::Sorting::ByMaterial,
     };
-    let options = Options { schedule, wave, sorting, tile: 32, ..Options::default() };
+    let queries = isa(change.lanes);
+    let shading = change.shading_lanes.map_or(queries, |lanes| isa(Some(lanes)));
+    let options = Options {
+        schedule,
+        wave,
+        sorting,
+        isa: if schedule == crate::integrator::Schedule::Wavefront { shading } else { queries },
+        traversal: Some(queries),
+        tile: 32,
+        ..Options::default()
+    };
     let [width, height] = world.settings.size;
     // The sums of the film, and the final image.
     let bytes = u64::from(width) * u64::from(height) * (size_of::<PixelSum>() + size_of::<Rgb>()) as u64;
@@ -282,8 +305,15 @@ impl Kernel for Singly<'_> {
 }
 
 /// Traces scattered rays on this thread and measures it.
-fn trace(compiled: &CompiledScene, by: Tracing, count: u32, seed: u32, cpu: CpuSeconds, row: &mut ResultRow) {
-    let (isa, bvh) = (Isa::detect(), &compiled.bvh);
+fn trace(
+    isa: Isa,
+    compiled: &CompiledScene,
+    by: Tracing,
+    [count, seed]: [u32; 2],
+    cpu: CpuSeconds,
+    row: &mut ResultRow,
+) {
+    let bvh = &compiled.bvh;
     let triangles = compiled.geometry.triangles.len().max(1) as u64;
     let count = match by {
         Tracing::BruteForce => u64::from(count).min(MOST_TESTS / triangles).max(1) as u32,

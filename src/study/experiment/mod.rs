@@ -299,7 +299,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Returns a job, or none if its series ends before x.
+/// Returns a job, or none if its series ends before x or the processor lacks its lanes.
 fn job<'a>(
     experiment: &'a Experiment,
     scene: &'a StudyScene,
@@ -313,6 +313,9 @@ fn job<'a>(
         return None;
     }
     let change = job::at(&experiment.with.and(&line.with), &experiment.x, x);
+    if !job::has_lanes(&change) {
+        return None;
+    }
     let scene_name = match scene {
         StudyScene::File(file) => file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         StudyScene::Ball => "ball".into(),
@@ -355,7 +358,9 @@ fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&StudyJob], results: &Re
                 jobs.iter()
                     .filter(move |job| job.scene == &experiment.scenes[place.0] && job.series == place.1)
             };
-            let value = |job: &&&StudyJob| results.get(job.label.key).and_then(|row| row.get(plot.y));
+            let value = |job: &&&StudyJob| {
+                results.get(job.label.key).and_then(|row| row.get(plot.y)).map(|value| plot.y.in_unit(value))
+            };
             let all: Vec<(f64, f64)> =
                 own().filter_map(|job| Some((f64::from(job.x), value(&job)?))).collect();
             let points: Vec<(f64, Estimate)> = experiment
@@ -373,14 +378,15 @@ fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&StudyJob], results: &Re
             }
             let name = own().next().map_or_else(|| format!("{scene:?}"), |job| job.label.scene.clone());
             let label = if several { format!("{name}, {}", series.label) } else { series.label.clone() };
-            curves.push(Curve { label, points, fit: plot.fit.then(|| Fit::of(&all)).flatten() });
+            let fit = plot.fit.then(|| Fit::of(&all)).flatten();
+            curves.push(Curve { label, scene: place.0, points, fit });
         }
     }
     let title = if experiment.title.is_empty() { &experiment.name } else { &experiment.title };
     Figure {
         title: title.clone(),
         x_label: experiment.x.label().into(),
-        y_label: plot.y.label().into(),
+        y: plot.y,
         log: [plot.log_x, plot.log_y],
         curves,
     }

@@ -4,7 +4,7 @@ use base64::prelude::*;
 
 use super::equal_time::EqualTime;
 use super::machine;
-use super::plot::{Figure, legend};
+use super::plot::{Curve, Figure, legend};
 use crate::formats::study::{Experiment, StudyFile};
 
 /// A plot that has been drawn.
@@ -65,9 +65,14 @@ fn section_html(section: &Section) -> String {
     let title = if title.is_empty() { name } else { title };
     let mut out = format!("<h2 id=\"{name}\">{}</h2>\n{}", escaped(title), paragraphs(text));
     for shown in &section.plots {
-        out += &format!("<figure>{}</figure>\n{}", shown.svg, table(&shown.figure));
+        out += &format!("<figure>{}</figure>\n", shown.svg);
+        out += &speedups(&shown.figure)
+            .iter()
+            .map(|line| format!("<p>{}</p>\n", escaped(line)))
+            .collect::<String>();
+        out += &table(&shown.figure);
         let by_time = shown.equal_time.as_ref().filter(|table| !table.rows.is_empty());
-        out += &by_time.map_or(String::new(), |table| time_table(&shown.figure.y_label, table));
+        out += &by_time.map_or(String::new(), |table| time_table(shown.figure.y.label(), table));
     }
     for pictures in section.images.iter().filter(|pictures| !pictures.shown.is_empty()) {
         out += &images(pictures);
@@ -98,9 +103,24 @@ fn table(figure: &Figure) -> String {
         .collect();
     format!(
         "<details><summary>{}</summary><table><tr><th>{}</th>{heads}</tr>\n{rows}</table></details>\n",
-        escaped(&figure.y_label),
+        escaped(figure.y.label()),
         escaped(&figure.x_label)
     )
+}
+
+/// States how much faster each curve of a scene is than the scene's last one, if the plot shows times or speeds.
+fn speedups(figure: &Figure) -> Vec<String> {
+    let compare = |(number, curve): (usize, &Curve)| {
+        let (other, last) = figure.curves.iter().enumerate().rfind(|(_, last)| last.scene == curve.scene)?;
+        let at = |x: f64| last.points.iter().find(|point| point.0 == x).map(|point| point.1.mean);
+        let ratios = curve.points.iter().filter_map(|(x, one)| figure.y.speedup(one.mean, at(*x)?));
+        let ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite()).collect();
+        let (least, most) = ratios.iter().fold((f64::MAX, 0.0f64), |(a, b), r| (a.min(*r), b.max(*r)));
+        let range = if ratios.len() < 2 { format!("{most:.2}") } else { format!("{least:.2} to {most:.2}") };
+        let is_said = number != other && !ratios.is_empty();
+        is_said.then(|| format!("{}: {range} times as fast as {}.", curve.label, last.label))
+    };
+    figure.curves.iter().enumerate().filter_map(compare).collect()
 }
 
 /// Errors at equal time: a row per time, a column per curve.
@@ -149,4 +169,47 @@ fn paragraphs(text: &str) -> String {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Estimate;
+    use super::*;
+    use crate::formats::study::Measurement;
+
+    #[test]
+    fn speedups_compare_with_the_last_curve_of_the_scene() {
+        let curve = |label: &str, scene, values: [f64; 2]| Curve {
+            label: label.into(),
+            scene,
+            points: [1.0, 8.0].into_iter().zip(values.map(|mean| Estimate { mean, margin: None })).collect(),
+            fit: None,
+        };
+        let curves = vec![
+            curve("a, wave", 0, [10.0, 2.0]),
+            curve("a, recursion", 0, [8.0, 5.0]),
+            curve("b, wave", 1, [1.0, 1.0]),
+            curve("b, recursion", 1, [2.0, 4.0]),
+        ];
+        let figure = |y| Figure {
+            title: "t".into(),
+            x_label: "lanes".into(),
+            y,
+            log: [false; 2],
+            curves: curves.clone(),
+        };
+        let lines = speedups(&figure(Measurement::NanosecondsPerRay));
+        assert_eq!(
+            lines,
+            [
+                "a, wave: 0.80 to 2.50 times as fast as a, recursion.",
+                "b, wave: 2.00 to 4.00 times as fast as b, recursion."
+            ]
+        );
+        assert_eq!(
+            speedups(&figure(Measurement::Mrays))[1],
+            "b, wave: 0.25 to 0.50 times as fast as b, recursion."
+        );
+        assert!(speedups(&figure(Measurement::Mse)).is_empty());
+    }
 }

@@ -4,11 +4,16 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::fit::{Estimate, Fit};
+use crate::formats::study::Measurement;
 
 /// Width and height of the area above the legend, in pixels.
 const SIZE: (u32, u32) = (900, 520);
-/// Height of a row of the legend, which holds two curves.
+/// Height of a row of the legend.
 const ROW: u32 = 24;
+/// The width of the text of a curve where a row of the legend holds two, in pixels.
+const HALF_ROW: u32 = 340;
+/// The sizes of titles: the largest, and the smallest, at which they are cut off.
+const TITLE: [u32; 2] = [20, 12];
 /// Colours of the curves, which most eyes can tell apart (Okabe and Ito, 2008).
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
@@ -20,12 +25,16 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(60, 60, 60),
 ];
 const FONT: &str = "sans-serif";
+/// The margin around the plot, in pixels.
+const MARGIN: u32 = 12;
 
 /// A curve.
 #[derive(Clone, Debug)]
 pub struct Curve {
     /// The human-readable label.
     pub label: String,
+    /// The number of its scene.
+    pub scene: usize,
     /// The points, from left to right.
     pub points: Vec<(f64, Estimate)>,
     /// The power fitted to the points, if requested.
@@ -39,8 +48,8 @@ pub struct Figure {
     pub title: String,
     /// The label of the x axis, with its unit.
     pub x_label: String,
-    /// The label of the y axis, with its unit.
-    pub y_label: String,
+    /// The measurement along the y axis.
+    pub y: Measurement,
     /// True for each axis that is logarithmic.
     pub log: [bool; 2],
     /// The curves, at least one.
@@ -50,9 +59,40 @@ pub struct Figure {
 impl Figure {
     /// Width and height in pixels.
     pub fn size(&self) -> (u32, u32) {
-        let rows = self.curves.len().div_ceil(2) as u32;
-        (SIZE.0, SIZE.1 + rows * ROW + 12)
+        let rows = self.curves.len().div_ceil(self.columns()) as u32;
+        (SIZE.0, SIZE.1 + (rows + 1) * ROW + 12)
     }
+
+    /// The number of curves in a row of the legend.
+    fn columns(&self) -> usize {
+        let is_short = |curve| width(&legend(curve), 14) <= HALF_ROW;
+        if self.curves.iter().all(is_short) { 2 } else { 1 }
+    }
+
+    /// States what bands and dashes are, as far as there are any.
+    fn note(&self) -> String {
+        let bands = self.curves.iter().flat_map(|curve| &curve.points).any(|(_, y)| y.margin.is_some());
+        let dashes = self.curves.iter().any(|curve| curve.fit.is_some());
+        let parts = [(bands, "band: 95 % confidence of the mean"), (dashes, "dashed: fitted power")];
+        let parts = parts.into_iter().filter(|(is_drawn, _)| *is_drawn).map(|(_, text)| text);
+        parts.collect::<Vec<_>>().join("; ")
+    }
+}
+
+/// The width of a text in pixels; 0 if the font cannot be read.
+fn width(text: &str, size: u32) -> u32 {
+    let font = (FONT, size).into_font();
+    register_font().ok().and_then(|()| font.box_size(text).ok()).map_or(0, |(width, _)| width)
+}
+
+/// The title as it fits above the plot, and its size: a smaller one if need be, and shorter at the smallest.
+fn caption(title: &str) -> (String, u32) {
+    let fits = |text: &str, size| width(text, size) <= SIZE.0 - 2 * MARGIN;
+    if let Some(size) = (TITLE[1]..=TITLE[0]).rev().find(|size| fits(title, *size)) {
+        return (title.to_owned(), size);
+    }
+    let ends = title.char_indices().map(|(at, _)| format!("{}…", &title[..at]));
+    (ends.take_while(|text| fits(text, TITLE[1])).last().unwrap_or_default(), TITLE[1])
 }
 
 /// Draws the figure as SVG.
@@ -171,10 +211,12 @@ fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Resu
     let (above, below) = area.split_vertically(SIZE.1);
     let points = || figure.curves.iter().flat_map(|curve| &curve.points);
     let x = Scale::new(figure.log[0], points().map(|(x, _)| *x));
-    let y = Scale::new(figure.log[1], points().flat_map(|(_, y)| ends(y)));
+    let signed = figure.y.is_signed();
+    let y = Scale::new(figure.log[1], points().flat_map(|(_, y)| ends(y, signed)));
+    let (title, size) = caption(&figure.title);
     let mut chart = ChartBuilder::on(&above)
-        .caption(&figure.title, (FONT, 20))
-        .margin(12)
+        .caption(&title, (FONT, size))
+        .margin(MARGIN)
         .x_label_area_size(48)
         .y_label_area_size(84)
         .build_cartesian_2d(x.clone(), y.clone())
@@ -182,7 +224,7 @@ fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Resu
     chart
         .configure_mesh()
         .x_desc(&figure.x_label)
-        .y_desc(&figure.y_label)
+        .y_desc(figure.y.label())
         .x_label_formatter(&|place| x.text(*place))
         .y_label_formatter(&|place| y.text(*place))
         .label_style((FONT, 14))
@@ -192,7 +234,7 @@ fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Resu
         .map_err(|error| failed(&error))?;
     for (number, curve) in figure.curves.iter().enumerate() {
         let color = color(number);
-        let band = band(curve, &x, &y);
+        let band = band(curve, &x, &y, signed);
         chart.draw_series([Polygon::new(band, color.mix(0.18))]).map_err(|error| failed(&error))?;
         if let Some(fit) = curve.fit {
             let line = curve.points.iter().map(|(at, _)| (x.place(*at), y.place(fit.at(*at))));
@@ -208,14 +250,18 @@ fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Resu
             .map_err(|error| failed(&error))?;
     }
     for (number, curve) in figure.curves.iter().enumerate() {
-        let left = 100 + (number % 2) as i32 * 390;
-        let middle = (number / 2) as i32 * ROW as i32 + ROW as i32 / 2;
+        let columns = figure.columns();
+        let left = 100 + (number % columns) as i32 * 390;
+        let middle = (number / columns) as i32 * ROW as i32 + ROW as i32 / 2;
         let line = PathElement::new([(left, middle), (left + 30, middle)], color(number).stroke_width(2));
         below.draw(&line).map_err(|error| failed(&error))?;
         below.draw(&marker((left + 15, middle), number)).map_err(|error| failed(&error))?;
         let text = Text::new(legend(curve), (left + 40, middle - 8), (FONT, 14));
         below.draw(&text).map_err(|error| failed(&error))?;
     }
+    let (_, height) = figure.size();
+    let note = Text::new(figure.note(), (100, (height - SIZE.1 - ROW) as i32), (FONT, 13));
+    below.draw(&note).map_err(|error| failed(&error))?;
     area.present().map_err(|error| failed(&error))
 }
 
@@ -231,15 +277,18 @@ fn marker<C>(place: C, number: usize) -> Circle<C, i32> {
     }
 }
 
-/// The lower end of the margin, the mean, and the upper end.
-fn ends(estimate: &Estimate) -> [f64; 3] {
+/// The lower end of the margin, the mean, and the upper end; not below 0 unless `signed`.
+fn ends(estimate: &Estimate, signed: bool) -> [f64; 3] {
     let margin = estimate.margin.unwrap_or(0.0);
-    [estimate.mean - margin, estimate.mean, estimate.mean + margin]
+    let lower = estimate.mean - margin;
+    [if signed { lower } else { lower.max(0.0) }, estimate.mean, estimate.mean + margin]
 }
 
 /// The outline of the confidence band: along the upper ends and back along the lower ones.
-fn band(curve: &Curve, x: &Scale, y: &Scale) -> Vec<(f64, f64)> {
-    let end = |which: usize| curve.points.iter().map(move |(at, e)| (x.place(*at), y.place(ends(e)[which])));
+fn band(curve: &Curve, x: &Scale, y: &Scale, signed: bool) -> Vec<(f64, f64)> {
+    let end = |which: usize| {
+        curve.points.iter().map(move |(at, e)| (x.place(*at), y.place(ends(e, signed)[which])))
+    };
     end(2).chain(end(0).collect::<Vec<_>>().into_iter().rev()).collect()
 }
 
@@ -264,11 +313,11 @@ mod tests {
         };
         let points: Vec<_> = values.iter().enumerate().map(point).collect();
         let exact: Vec<_> = points.iter().map(|(x, y)| (*x, y.mean)).collect();
-        let curve = Curve { label: "uniform".into(), points, fit: Fit::of(&exact) };
+        let curve = Curve { label: "uniform".into(), scene: 0, points, fit: Fit::of(&exact) };
         Figure {
             title: "A plot".into(),
             x_label: "samples".into(),
-            y_label: "error".into(),
+            y: Measurement::Mse,
             log: [log; 2],
             curves: vec![curve],
         }
@@ -278,7 +327,10 @@ mod tests {
     fn plots_contain_titles_labels_legend_and_ink() {
         let figure = figure(true, &[1.0, 0.5, 0.25, 0.125]);
         let svg = svg(&figure).unwrap();
-        for wanted in ["<svg", "A plot", "samples", "error", "uniform: order -1.00"] {
+        for wanted in [
+            "<svg", "A plot", "samples", "squared error", "uniform: order -1.00", "band: 95 %",
+            "dashed: fitted",
+        ] {
             assert!(svg.contains(wanted), "{wanted} is missing");
         }
         let pixels = pixels(&figure).unwrap();
@@ -294,6 +346,35 @@ mod tests {
                 svg(&figure(log, values)).unwrap();
             }
         }
+    }
+
+    #[test]
+    fn bands_of_times_end_at_zero_and_those_of_squared_bias_do_not() {
+        let noisy = Estimate { mean: 1.0, margin: Some(3.0) };
+        assert_eq!(ends(&noisy, false), [0.0, 1.0, 4.0]);
+        assert_eq!(ends(&noisy, true), [-2.0, 1.0, 4.0]);
+        let mut plot = figure(false, &[1.0, 2.0]);
+        plot.curves[0].points[0].1.margin = Some(30.0);
+        for (y, is_below) in [(Measurement::CpuSeconds, false), (Measurement::SquaredBias, true)] {
+            plot.y = y;
+            assert_eq!(svg(&plot).unwrap().contains("-20"), is_below, "{y:?}");
+        }
+    }
+
+    #[test]
+    fn titles_and_legends_fit_their_plots() {
+        let long = "Mean squared error by samples of a pixel, direct light by the path transport, and more of it here";
+        assert_eq!(caption("A plot"), ("A plot".into(), 20));
+        for title in [long.to_owned(), long.repeat(3)] {
+            let (text, size) = caption(&title);
+            assert!((TITLE[1]..TITLE[0]).contains(&size) && width(&text, size) <= SIZE.0, "{text}");
+            assert!(title.starts_with(text.trim_end_matches('…')) && text.len() > 90, "{text}");
+        }
+        assert!(caption(&long.repeat(3)).0.ends_with('…'));
+        let mut plot = figure(true, &[1.0, 2.0]);
+        assert_eq!(plot.columns(), 2);
+        plot.curves[0].label = "figure_09_area_light_jittered, wavefront, shading with one lane".into();
+        assert_eq!(plot.columns(), 1);
     }
 
     #[test]

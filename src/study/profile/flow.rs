@@ -6,18 +6,15 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 use super::ProfilePlan;
-use crate::bvh::Stack;
 use crate::bvh::kernels::counters::Visits;
-use crate::bvh::kernels::query::visits;
+use crate::integrator::observe::visits::VisitCounter;
 use crate::integrator::observe::{Continuation, Event, EventKind, Flow, PathKey};
 use crate::integrator::photons::map::Photon;
 use crate::integrator::schedule::wavefront::queue::{HIT_BYTES, PATH_BYTES};
 use crate::integrator::schedule::wavefront::shadow_queue::SHADOW_BYTES;
 use crate::integrator::schedule::wavefront::vertices::VERTEX_BYTES;
 use crate::integrator::{RenderSetup, Schedule, Stage};
-use crate::math::{Ray, Vector};
 use crate::render::{Options, Session};
-use crate::simd::Isa;
 use crate::world::Transport;
 
 /// Rays with the same number of preceding bounces.
@@ -127,9 +124,7 @@ pub fn count(setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Flows {
 pub fn of_region(setup: &Arc<RenderSetup>, options: Options, samples: u32) -> Flows {
     let session = Session::of(setup.clone(), samples, options);
     let mut counter = FlowCounter {
-        setup,
-        isa: options.isa,
-        stack: Stack::new(&setup.scene.bvh),
+        visits: VisitCounter::new(&setup.scene.bvh),
         ways: HashMap::new(),
         flows: Flows::default(),
     };
@@ -140,9 +135,7 @@ pub fn of_region(setup: &Arc<RenderSetup>, options: Options, samples: u32) -> Fl
 }
 
 struct FlowCounter<'a> {
-    setup: &'a RenderSetup,
-    isa: Isa,
-    stack: Stack,
+    visits: VisitCounter<'a>,
     /// The continuations that led to pending paths.
     ways: HashMap<PathKey, SmallVec<[Continuation; 1]>>,
     flows: Flows,
@@ -158,9 +151,9 @@ impl FlowCounter<'_> {
         if self.flows.bounces.len() <= depth {
             self.flows.bounces.resize(depth + 1, Bounce::default());
         }
+        let visits = self.visits.of(what).unwrap_or_default();
         match what {
-            EventKind::Ray { origin, direction, hit, .. } => {
-                let visits = self.visits(*origin, *direction, f32::INFINITY, false);
+            EventKind::Ray { hit, .. } => {
                 let way = self.way(place);
                 let bounce = &mut self.flows.bounces[depth];
                 match way {
@@ -172,8 +165,7 @@ impl FlowCounter<'_> {
                 bounce.hits += u64::from(!hit.is_miss());
                 bounce.visits.add(visits);
             }
-            EventKind::Light { origin, direction, distance, .. } => {
-                let visits = self.visits(*origin, *direction, *distance, true);
+            EventKind::Light { .. } => {
                 let bounce = &mut self.flows.bounces[depth];
                 bounce.shadow += 1;
                 bounce.shadow_visits.add(visits);
@@ -198,12 +190,6 @@ impl FlowCounter<'_> {
             self.ways.remove(&place);
         }
         way
-    }
-
-    fn visits(&mut self, origin: [f32; 3], direction: [f32; 3], t_max: f32, any: bool) -> Visits {
-        let vector = |[x, y, z]: [f32; 3]| Vector { x, y, z };
-        let ray = Ray { origin: vector(origin), direction: vector(direction), t_min: 0.0, t_max };
-        visits(self.isa, &self.setup.scene.bvh, &ray, any, &mut self.stack)
     }
 }
 

@@ -2,11 +2,13 @@
 
 pub mod counters;
 pub mod flow;
+pub mod steps;
 
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::integrator::{RayCounts, RenderSetup, Schedule, Sorting, Stage, Stop};
+use self::steps::{ProfileStep, steps};
+use crate::integrator::{RayCounts, RayStatistics, RenderSetup, Schedule, Sorting, Stage, Stop};
 use crate::render::{Options, Session, ThreadError, on_threads};
 use crate::simd::Isa;
 
@@ -15,7 +17,7 @@ use crate::simd::Isa;
 pub struct ProfilePlan {
     /// Samples per pixel.
     pub samples: u32,
-    /// Measured runs of each schedule, at least 1.
+    /// Measured runs of each step, at least 1.
     pub runs: u32,
     /// The number of threads; 0 for one per core.
     pub threads: usize,
@@ -58,11 +60,13 @@ impl Spread {
     }
 }
 
-/// The times of a schedule.
+/// The times of a step.
 #[derive(Clone, Debug)]
 pub struct Timed {
-    /// The schedule.
-    pub schedule: Schedule,
+    /// The step.
+    pub step: ProfileStep,
+    /// The options.
+    pub options: Options,
     /// Wall-clock seconds.
     pub wall: Spread,
     /// CPU seconds of all threads, if the system reports them.
@@ -87,28 +91,27 @@ impl Timed {
     }
 }
 
-/// Renders with both schedules in turn, after one warm-up run of each, so that other load on the machine affects both
-/// alike.
+/// Renders all [`steps()`] in turn, after one warm-up run of each, so that other load on the machine affects all alike.
 pub fn time(
     setup: &Arc<RenderSetup>,
     plan: &ProfilePlan,
     progress: &mut (dyn FnMut(u32) + Send),
-) -> Result<[Timed; 2], ThreadError> {
-    const SCHEDULES: [Schedule; 2] = [Schedule::Wavefront, Schedule::Recursive];
+) -> Result<Vec<Timed>, ThreadError> {
+    let steps = steps(setup, plan);
     on_threads(plan.threads, || {
-        let mut runs: [Vec<Measured>; 2] = [Vec::new(), Vec::new()];
+        let mut runs: Vec<Vec<Measured>> = steps.iter().map(|_| Vec::new()).collect();
         for round in 0..=plan.runs.max(1) {
-            // The schedules alternate in going first.
-            for turn in 0..2 {
-                let which = (turn + round as usize) % 2;
-                let run = run(setup, plan, SCHEDULES[which]);
+            // The steps take turns in going first.
+            for turn in 0..steps.len() {
+                let which = (turn + round as usize) % steps.len();
+                let run = run(setup, plan, steps[which].1);
                 if round > 0 {
                     runs[which].push(run);
                 }
             }
             progress(round);
         }
-        [0, 1].map(|which| summary(SCHEDULES[which], &runs[which]))
+        steps.iter().zip(&runs).map(|(step, runs)| summary(*step, runs)).collect()
     })
 }
 
@@ -116,25 +119,25 @@ pub fn time(
 struct Measured {
     wall: f64,
     cpu: Option<f64>,
-    session: Session,
+    statistics: RayStatistics,
+    hash: u128,
 }
 
-fn run(setup: &Arc<RenderSetup>, plan: &ProfilePlan, schedule: Schedule) -> Measured {
-    let mut session = Session::of(setup.clone(), plan.samples, plan.options(schedule));
+fn run(setup: &Arc<RenderSetup>, plan: &ProfilePlan, options: Options) -> Measured {
+    let mut session = Session::of(setup.clone(), plan.samples, options);
     let (start, cpu) = (Instant::now(), (plan.cpu_seconds)());
     session.advance(u32::MAX);
     let wall = start.elapsed().as_secs_f64();
     let cpu = cpu.zip((plan.cpu_seconds)()).map(|(before, after)| after - before);
-    Measured { wall, cpu, session }
+    Measured { wall, cpu, statistics: *session.statistics(), hash: session.film().hash() }
 }
 
-fn summary(schedule: Schedule, runs: &[Measured]) -> Timed {
+fn summary((step, options): (ProfileStep, Options), runs: &[Measured]) -> Timed {
     let nothing = Spread { median: 0.0, least: 0.0, most: 0.0 };
-    let (statistics, hash) = runs
-        .last()
-        .map_or_else(Default::default, |run| (*run.session.statistics(), run.session.film().hash()));
+    let (statistics, hash) = runs.last().map_or_else(Default::default, |run| (run.statistics, run.hash));
     Timed {
-        schedule,
+        step,
+        options,
         wall: Spread::of(runs.iter().map(|run| run.wall)).unwrap_or(nothing),
         cpu: Spread::of(runs.iter().filter_map(|run| run.cpu)),
         rays: statistics.rays,

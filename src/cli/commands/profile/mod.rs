@@ -23,14 +23,14 @@ use crate::study::profile::{self, ProfilePlan, counters, flow};
 pub struct ProfileArguments {
     /// A scene (.ron), a model (.gltf, .glb) or a mesh (.ply, .obj, .stl)
     pub scene: PathBuf,
-    /// Size of the image in pixels; it is rendered a dozen times
+    /// Size of the image in pixels; it is rendered some forty times
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "320x180")]
     pub size: ImageSize,
     /// Samples per pixel
     #[arg(short = 's', long, visible_alias = "samples-per-pixel", value_name = "N", default_value_t = 4,
           value_parser = clap::value_parser!(u32).range(1..=4_194_304))]
     pub spp: u32,
-    /// Measured runs of each schedule
+    /// Measured runs of each way to render
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
     /// Paths in a wave of the wavefront schedule

@@ -10,10 +10,13 @@ use crate::cli::job::rounded_count;
 use crate::cli::output;
 use crate::film::PixelSum;
 use crate::integrator::setup::NoPhotons;
-use crate::integrator::{RayCounts, RenderSetup, Schedule, Stage};
+use crate::integrator::{RayCounts, RenderSetup, Schedule, Sorting, Stage};
+use crate::render::Options;
 use crate::render::photons::PhotonBytes;
+use crate::simd::Isa;
 use crate::study::profile::counters::{Counted, Counts};
 use crate::study::profile::flow::{Bounce, Flows, StageFlow};
+use crate::study::profile::steps::ProfileStep;
 use crate::study::profile::{ProfilePlan, Spread, StageTimes, Timed, wave_bytes};
 use crate::world::Transport;
 
@@ -29,7 +32,8 @@ pub struct ProfileReport<'a> {
     pub size: ImageSize,
     pub plan: &'a ProfilePlan,
     pub setup: &'a RenderSetup,
-    pub times: &'a [Timed; 2],
+    /// The times of all steps.
+    pub times: &'a [Timed],
     pub stages: &'a StageTimes,
     /// The number of photons of a sample, or the reason for none.
     pub photons: Result<u32, NoPhotons>,
@@ -56,6 +60,7 @@ impl ProfileReport<'_> {
     pub fn text(&self) -> String {
         let mut lines = self.heading();
         lines.extend(self.schedules());
+        lines.extend(self.steps());
         lines.extend(self.stages());
         lines.extend(self.bounces());
         lines.extend(self.lanes());
@@ -68,7 +73,7 @@ impl ProfileReport<'_> {
         vec![
             format!("scene      {}, {width}x{height}, {} spp", self.scene.display(), self.plan.samples),
             format!(
-                "measured   {} run{} of each schedule, in turn, after one that does not count",
+                "measured   {} run{} of each way to render, in turn, after one that does not count",
                 self.plan.runs,
                 if self.plan.runs == 1 { "" } else { "s" }
             ),
@@ -87,8 +92,9 @@ impl ProfileReport<'_> {
 
     /// Returns the table of both schedules, side by side.
     fn schedules(&self) -> Vec<String> {
+        let [wavefront, recursive] = self.as_used();
         let row = |title: &str, value: &dyn Fn(&Timed) -> String| {
-            format!("{title:20}{:32}{}", value(&self.times[0]), value(&self.times[1]))
+            format!("{title:20}{:32}{}", value(wavefront), value(recursive))
         };
         let rays = |value: fn(&RayCounts) -> u64| move |timed: &Timed| rounded_count(value(&timed.rays));
         let memory = self.setup.scene.memory();
@@ -96,7 +102,7 @@ impl ProfileReport<'_> {
         let megabytes = |bytes: usize| format!("{:.1} MB", bytes as f64 / 1e6);
         vec![
             String::new(),
-            row("", &|timed| name_of(SCHEDULES, &timed.schedule).into()),
+            row("", &|timed| name_of(SCHEDULES, &timed.options.schedule).into()),
             row("time", &|timed| milliseconds(&timed.wall)),
             row("CPU time", &|timed| timed.cpu.as_ref().map_or("unknown".into(), milliseconds)),
             row("rays a second", &|timed| format!("{:.2} M", timed.mrays_per_s())),
@@ -119,7 +125,7 @@ impl ProfileReport<'_> {
         .chain(self.photons.is_ok().then(|| row("rays of photons", &rays(|rays| rays.photon))))
         .chain([
             row("shadow rays", &rays(|rays| rays.shadow)),
-            row("queues", &|timed| match timed.schedule {
+            row("queues", &|timed| match timed.options.schedule {
                 Schedule::Wavefront => format!("{} a thread", megabytes(wave_bytes(self.setup, self.plan))),
                 Schedule::Recursive => "none".into(),
             }),
@@ -142,6 +148,48 @@ impl ProfileReport<'_> {
             },
         ])
         .collect()
+    }
+
+    /// Returns the times of the wavefront and of recursion as they are used: the last of each.
+    fn as_used(&self) -> [&Timed; 2] {
+        [Schedule::Wavefront, Schedule::Recursive].map(|schedule| {
+            let last = self.times.iter().rfind(|timed| timed.options.schedule == schedule);
+            last.unwrap_or(&self.times[0])
+        })
+    }
+
+    /// Returns the table of the steps from recursion to the wavefront.
+    fn steps(&self) -> Vec<String> {
+        let isa = self.plan.isa.name();
+        let mut lines = vec![
+            String::new(),
+            format!(
+                "{:40}{:>14}{:>12}{:>12}",
+                "what makes the difference", "time", "of the last", "of the first"
+            ),
+        ];
+        let first = self.times[0].wall.median;
+        let mut last = first;
+        for timed in self.times {
+            let name = match timed.step {
+                ProfileStep::Recursion => "recursion, one lane".into(),
+                ProfileStep::Order => "wavefront, one lane: order of work".into(),
+                ProfileStep::Traversal => format!("  rays in lanes ({isa})"),
+                ProfileStep::Shading => "  other stages in lanes".into(),
+                ProfileStep::Sorting => "  hits sorted by material".into(),
+                ProfileStep::Boxes => format!("recursion, boxes in lanes ({isa})"),
+            };
+            let time = timed.wall.median;
+            let of = |other: f64| format!("{:.2}", time / other.max(1e-12));
+            lines.push(format!(
+                "{name:40}{:>14}{:>12}{:>12}",
+                format!("{:.1} ms", time * 1e3),
+                of(last),
+                of(first)
+            ));
+            last = time;
+        }
+        lines
     }
 
     /// Returns the table of the wavefront's stages and their queues.
@@ -302,6 +350,7 @@ impl ProfileReport<'_> {
             Ok(counted) => counted_json(counted),
             Err(reason) => json!({ "refused": reason }),
         };
+        let [wavefront, recursive] = self.as_used();
         json!({
             "scene": output::path_json(self.scene),
             "size": self.size,
@@ -310,8 +359,9 @@ impl ProfileReport<'_> {
             "threads": self.plan.threads,
             "simd": self.plan.isa.name(),
             "wave": self.plan.wave,
-            "wavefront": timed_json(&self.times[0]),
-            "recursive": timed_json(&self.times[1]),
+            "wavefront": timed_json(wavefront),
+            "recursive": timed_json(recursive),
+            "steps": self.times.iter().map(step_json).collect::<Vec<_>>(),
             "stages": stages,
             "stage_seconds_are_cpu": self.stages.are_cpu,
             "bounces": self.flows.bounces.iter().map(bounce_json).collect::<Vec<_>>(),
@@ -336,6 +386,19 @@ fn histogram(flow: &StageFlow) -> String {
 
 fn spread_json(spread: &Spread) -> Value {
     json!({"median": spread.median, "least": spread.least, "most": spread.most})
+}
+
+fn step_json(timed: &Timed) -> Value {
+    let Options { isa, traversal, sorting, schedule, .. } = timed.options;
+    json!({
+        "step": timed.step.name(),
+        "schedule": name_of(SCHEDULES, &schedule),
+        "traversal": traversal.unwrap_or(isa).name(),
+        "shading": if schedule == Schedule::Recursive { Isa::PORTABLE } else { isa }.name(),
+        "sorted": schedule == Schedule::Wavefront && sorting == Sorting::ByMaterial,
+        "wall_s": spread_json(&timed.wall),
+        "film_hash": format!("{:032x}", timed.hash),
+    })
 }
 
 fn timed_json(timed: &Timed) -> Value {

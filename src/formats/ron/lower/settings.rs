@@ -108,7 +108,7 @@ impl<'a> SceneText<'a> {
     /// `All`, or a list of output variables.
     pub(super) fn aovs(&self, raw: Raw<'a>) -> Result<Vec<Aov>, LoadError> {
         if self.variant(raw).is_some_and(|variant| variant.name == "All") {
-            return Ok(Aov::ALL.to_vec());
+            return Ok(Aov::IMAGE.to_vec());
         }
         let known: Vec<(&str, Aov)> = Aov::Depth.names().iter().copied().zip(Aov::ALL).collect();
         let mut aovs = Vec::new();

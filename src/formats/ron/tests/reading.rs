@@ -51,7 +51,7 @@ fn settings_are_read_and_have_defaults() {
     assert_eq!(settings("roulette_depth: 7").roulette_depth, Some(7));
     assert_eq!(settings("roulette_depth: Some(7), clamp: None").roulette_depth, Some(7));
     assert_eq!(settings("transport: Path").transport, Transport::Path);
-    assert_eq!(settings("aov: All").aov, Aov::ALL);
+    assert_eq!(settings("aov: All").aov, Aov::IMAGE);
     assert_eq!(settings("aov: [Depth, Depth, Variance]").aov, [Aov::Depth, Aov::Variance]);
     assert_eq!(settings("sharing: Off").sharing, Sharing::Off);
     assert_eq!(settings("sharing: Auto").sharing, Sharing::Auto);

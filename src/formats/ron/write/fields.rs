@@ -135,7 +135,7 @@ impl WrittenTextures<'_> {
                 format!("Gradient(bottom: {}, top: {})", color(*bottom)?, color(*top)?)
             }
             Slot::Exposure(is_chosen) => if *is_chosen { "Auto" } else { "Fixed" }.to_owned(),
-            Slot::Aovs(aovs) if aovs[..] == Aov::ALL => "All".to_owned(),
+            Slot::Aovs(aovs) if aovs[..] == *Aov::IMAGE => "All".to_owned(),
             Slot::Aovs(aovs) => format!("{aovs:?}"),
             Slot::Triangle(corners) => vectors(corners.map(|it| it.to_array()))?,
             Slot::Quadrilateral(corners) => vectors(corners.map(|it| it.to_array()))?,

@@ -101,7 +101,7 @@ impl Wave {
         let surfaces = PathAnyHit { setup, paths: &self.paths };
         let rays = self.paths.rays(&self.ends, &surfaces);
         let (bvh, hits) = (&setup.scene.bvh, self.hits.columns(count));
-        bvh::closest(isa, bvh, rays, Coherence::Unknown, &mut self.stack, hits);
+        bvh::closest(self.traversal.unwrap_or(isa), bvh, rays, Coherence::Unknown, &mut self.stack, hits);
         clock.stage(Stage::Intersect);
         self.report_hits(isa, clock.observer);
     }

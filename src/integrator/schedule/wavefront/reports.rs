@@ -7,7 +7,7 @@ use crate::integrator::photons::PhotonMaps;
 use crate::integrator::transport::decide::decide;
 use crate::integrator::{RenderSetup, Stage};
 use crate::math::{Color, Hit};
-use crate::simd::{Float, Isa, Kernel, Lanes, dispatch};
+use crate::simd::Isa;
 use crate::world::Transport;
 
 impl Wave {
@@ -162,7 +162,7 @@ fn report_onward(queue: &PathQueue, way: Continuation, observer: &mut dyn Observ
 
 /// The flow of `count` items in groups as wide as the machine's lanes, of which those of `leaving` went on.
 fn flow(stage: Stage, isa: Isa, count: usize, capacity: usize, leaving: impl Iterator<Item = usize>) -> Flow {
-    let width = dispatch(isa, Width);
+    let width = isa.lanes();
     let mut groups = vec![0usize; count.div_ceil(width)];
     let mut total = 0;
     for item in leaving {
@@ -179,16 +179,5 @@ pub(super) fn report_connections(isa: Isa, blocked: &[u32], observer: &mut dyn O
     if observer.is_active() && !blocked.is_empty() {
         let free = (0..blocked.len()).filter(|i| blocked[*i] == 0);
         observer.report(&Event::Wave(flow(Stage::Connect, isa, blocked.len(), blocked.len(), free)));
-    }
-}
-
-/// The number of lanes of an instruction set.
-struct Width;
-
-impl Kernel for Width {
-    type Output = usize;
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> usize {
-        L::Queue::WIDTH
     }
 }

@@ -53,10 +53,10 @@ impl Wave {
         shared.slots.start(samples);
         while self.trace_units(setups, photons, isa, film, &mut shared.slots, clock) {
             let ReuseBuffers { slots, connections, .. } = &mut shared;
-            let stack = &mut self.stack;
+            let (stack, traversal) = (&mut self.stack, self.traversal.unwrap_or(isa));
             let observer = &mut *clock.observer;
             connections.finish(setup, isa, slots, film, observer, &mut |rays, fans, blocked, observer| {
-                bvh::any_in_bundles(isa, &setup.scene.bvh, rays, fans, stack, blocked);
+                bvh::any_in_bundles(traversal, &setup.scene.bvh, rays, fans, stack, blocked);
                 report_connections(isa, blocked, observer);
             });
             clock.statistics.rays.connect += std::mem::take(&mut connections.traced);

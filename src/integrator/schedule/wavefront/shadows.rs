@@ -31,7 +31,7 @@ impl Wave {
         let surfaces = ShadowAnyHit { setup, paths: &self.paths, shadow: &self.shadow };
         let rays = self.shadow.rays(&self.ends, &surfaces);
         let (bvh, occluded) = (&setup.scene.bvh, &mut self.occluded[..count]);
-        bvh::any(isa, bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
+        bvh::any(self.traversal.unwrap_or(isa), bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
         self.weaken(setup, isa, count);
         match film {
             _ if setup.light_groups() == 0 => {}

@@ -16,6 +16,7 @@ use crate::integrator::path::pack_pixel;
 use crate::integrator::reuse::{Connections, PathSlots};
 use crate::integrator::setup::reuse_groups::PIXELS;
 use crate::integrator::{RayStatistics, RenderSetup, Sorting, Stage};
+use crate::simd::Isa;
 
 /// A worker's queues, allocated once.
 pub struct Wave {
@@ -43,6 +44,8 @@ pub struct Wave {
     pub(super) groups: MaterialRanges,
     pub(super) ends: RayLimits,
     pub(super) stack: Stack,
+    /// The instruction set of queries, if another than that of the stages.
+    pub(super) traversal: Option<Isa>,
 }
 
 impl Wave {
@@ -72,7 +75,13 @@ impl Wave {
             groups: MaterialRanges::new(capacity, setup.scene.materials.len(), sorting),
             ends: RayLimits::new(capacity + PADDING),
             stack: Stack::new(&setup.scene.bvh),
+            traversal: None,
         }
+    }
+
+    /// Traces rays with another instruction set than that of the stages.
+    pub fn with_traversal(self, traversal: Option<Isa>) -> Self {
+        Self { traversal, ..self }
     }
 }
 
