@@ -215,7 +215,7 @@ mod tests {
 
     fn world() -> World {
         let mut world = World::default();
-        let glass = Material::Principled(Box::new(Principled::default()));
+        let glass = Material::Principled(Box::default());
         world.assets.add_material(Some("glass".into()), glass.clone());
         let own = world.assets.add_material(None, glass);
         let light =

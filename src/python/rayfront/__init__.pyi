@@ -584,6 +584,7 @@ class _Multiply(Variant):
 Multiply: _Multiply
 Nearest: Variant
 Nits: Variant
+Nodes: Variant
 
 class _Noise(Variant):
     def __call__(  # type: ignore[override]
@@ -641,6 +642,7 @@ class _Panorama(Variant):
 
 Panorama: _Panorama
 Path: Variant
+PathLength: Variant
 PbrNeutral: Variant
 Phong: Variant
 
@@ -840,6 +842,7 @@ class _Tent(Variant):
     ) -> Variant: ...
 
 Tent: _Tent
+Tests: Variant
 
 class _Text(Variant):
     def __call__(  # type: ignore[override]
