@@ -189,6 +189,18 @@ impl ProfileReport<'_> {
             ));
             last = time;
         }
+        let [wavefront, recursive] = self.as_used().map(|timed| timed.wall.median);
+        let one_lane = |schedule| {
+            let mut own = self.times.iter().filter(|timed| timed.options.isa == Isa::PORTABLE);
+            own.find(|timed| timed.options.schedule == schedule).map(|timed| timed.wall.median)
+        };
+        let [breadth, depth] = [Schedule::Wavefront, Schedule::Recursive].map(one_lane);
+        let one_lane = breadth.zip(depth).map(|(breadth, depth)| breadth / depth.max(1e-12));
+        lines.push(format!(
+            "the wavefront takes {:.2} of the time of recursion{}",
+            wavefront / recursive.max(1e-12),
+            one_lane.map_or(String::new(), |ratio| format!("; with one lane for both {ratio:.2}"))
+        ));
         lines
     }
 
