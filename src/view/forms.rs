@@ -211,7 +211,7 @@ fn unit_of(name: &str, slot: &Slot) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{Falloff, Material, Name, Principled};
+    use crate::world::{Falloff, Material, Name};
 
     fn world() -> World {
         let mut world = World::default();

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Where textures lie: Blender's texture coordinates and mappings as those of rayfront."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """The render engine: the scene goes out in `update`, pixels come back in `render`."""
 
 from __future__ import annotations

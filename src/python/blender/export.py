@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """A dependency graph as a scene of rayfront in a folder. Reads Blender's data, and changes none."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """OpenEXR files: Blender's Python has no library for them.
 
 Reads files of scan lines: plain, RLE (rayfront's), ZIPS or ZIP (Blender's). Writes plain ones.

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Blender's lamps as rayfront's, with the same power."""
 
 from __future__ import annotations

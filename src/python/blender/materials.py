@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Materials as rayfront's `Principled`: shaders of surfaces, and how they are mixed."""
 
 from __future__ import annotations

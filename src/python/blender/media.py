@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """What is inside of bodies: volumes and subsurface scattering, as the `volume` of rayfront's material."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """The meshes of a dependency graph as one `.glb`, which Blender's exporter would take from the viewport's graph."""
 
 from __future__ import annotations

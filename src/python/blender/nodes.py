@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Node trees as a renderer reads them: from an input to the node behind it, through reroutes and groups."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Makes the extension: python package.py PROGRAM OUTPUT.zip [DOCUMENT …]
 
 The program goes inside, and the documents of its licences. The version is the program's. Needs no Blender.

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Values as text of rayfront's scene files (RON), and places from Blender's axes to rayfront's."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Renders scenes in Blender's Python module with rayfront and with Cycles, and compares: see README.md.
 
     python test_blender.py PROGRAM [FOLDER] [--only NAMES] [--list]

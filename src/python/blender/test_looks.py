@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Balls of one material each, for `test_blender.py`: a function of each name makes the material."""
 
 from __future__ import annotations

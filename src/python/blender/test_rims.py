@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Light that a rough dielectric above black reflects, by rayfront, by Cycles, and by a walk over its microfacets.
 
     python test_rims.py PROGRAM

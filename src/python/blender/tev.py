@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """The picture so far, as `rayfront --tev` sends it. Without threads: Blender does not support those of Python."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Inputs of shaders as rayfront's maps: numbers, colours, pictures, patterns and what combines them."""
 
 from __future__ import annotations
