@@ -365,7 +365,7 @@ mod tests {
     fn titles_and_legends_fit_their_plots() {
         let long = "Mean squared error by samples of a pixel, direct light by the path transport, and more of it here";
         assert_eq!(caption("A plot"), ("A plot".into(), 20));
-        for title in [long.to_owned(), long.repeat(3)] {
+        for title in [format!("{long} and there, as well as elsewhere"), long.repeat(3)] {
             let (text, size) = caption(&title);
             assert!((TITLE[1]..TITLE[0]).contains(&size) && width(&text, size) <= SIZE.0, "{text}");
             assert!(title.starts_with(text.trim_end_matches('…')) && text.len() > 90, "{text}");
