@@ -164,7 +164,7 @@ impl ProfileReport<'_> {
         let mut lines = vec![
             String::new(),
             format!(
-                "{:40}{:>14}{:>12}{:>12}",
+                "{:40}{:>14}{:>14}{:>14}",
                 "what makes the difference", "time", "of the last", "of the first"
             ),
         ];
@@ -182,7 +182,7 @@ impl ProfileReport<'_> {
             let time = timed.wall.median;
             let of = |other: f64| format!("{:.2}", time / other.max(1e-12));
             lines.push(format!(
-                "{name:40}{:>14}{:>12}{:>12}",
+                "{name:40}{:>14}{:>14}{:>14}",
                 format!("{:.1} ms", time * 1e3),
                 of(last),
                 of(first)
