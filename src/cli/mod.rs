@@ -319,7 +319,8 @@ mod tests {
         };
         for (line, typed) in [
             ("rayfront a.ron --width 640", "tip: --size 1280x720"),
-            ("rayfront render a.ron --fov=40", "tip: --set 'Camera.vertical_fov_degrees = 40'"),
+            ("rayfront render a.ron --fovy=40", "tip: --fov 40"),
+            ("rayfront a.ron --no-background", "tip: --transparent"),
             ("rayfront a.glb --camera-azimuth-angle 30", "tip: --orbit 30,15"),
             ("rayfront a.glb -E CYCLES", "tip: --transport path"),
             ("rayfront a.ron --exposre 1", "tip: did you mean \"--exposure\"?"),

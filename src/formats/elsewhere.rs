@@ -311,12 +311,12 @@ const FIELDS: [(&str, &[&str]); 35] = [
 
 /// Options of other programs, without their hyphens, and what to type here.
 #[cfg_attr(not(feature = "cli"), allow(dead_code, reason = "only the program has options"))]
-const OPTIONS: [(&[&str], &str); 27] = [
+const OPTIONS: [(&[&str], &str); 30] = [
     (&["width", "height", "w", "h", "W", "H", "xres", "yres"], "`--size 1280x720`"),
-    (
-        &["fov", "vfov", "fovy", "camera-view-angle", "focal-length"],
-        "`--set 'Camera.vertical_fov_degrees = 40'`",
-    ),
+    (&["fovy", "camera-view-angle", "field-of-view"], "`--fov 40`"),
+    (&["lens", "focal"], "`--focal-length 85`"),
+    (&["aperture", "f-number", "fnumber"], "`--f-stop 2.8`"),
+    (&["no-background", "film-transparent", "alpha", "rgba"], "`--transparent`"),
     (
         &[
             "camera-position", "eye", "look-from", "lookfrom", "camera-focal-point", "lookat",
