@@ -64,13 +64,7 @@ def _area(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: 
 
 
 def _point(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
-    radius = data.shadow_soft_size
-    if radius <= 0:
-        return {"light": form("Point", power_w=power)}
-    warn("it is a ball that can be seen")
-    radiance = tuple(p / (4 * math.pi**2 * radius**2) for p in power)
-    material = form("Principled", base_color=0.0, metallic=0.0, specular=0.0, emission=radiance)
-    return {"shape": form("Sphere", radius_m=radius), "material": material}
+    return {"light": form("Point", power_w=power, radius_m=data.shadow_soft_size)}
 
 
 def _spot(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
