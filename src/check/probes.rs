@@ -6,11 +6,11 @@ use super::finding;
 use crate::bvh::{self, AnyHitFilter, Crossing, FaceCulling, HitPredicate, Stack};
 use crate::error::Diagnostic;
 use crate::film::Features;
-use crate::integrator::path::any_hit::crossed;
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Hit, NONE, Ray, Rgb, Vec3, Vector};
 use crate::render::{Options, Session};
 use crate::scene::CompiledScene;
+use crate::shading::crossing::crossed;
 use crate::simd::Isa;
 
 /// The longer side of the small probe image, in pixels.

@@ -2,15 +2,17 @@
 
 use hecs::Entity;
 
-use crate::bvh::{AnyHitFilter, Stack, closest_ray};
+use crate::bvh::{AnyHitFilter, Crossing, FaceCulling, HitPredicate, Stack, closest_ray};
 use crate::error::CompileError;
 use crate::film::texels::linear_colors;
-use crate::math::{Aabb, DAffine3, DVec3, Rgb, Vec3};
+use crate::math::{Aabb, DAffine3, DVec3, Ray, Rgb, Vec3};
 use crate::sampling::table::Distribution2d;
+use crate::scene::material::Coverage;
 use crate::scene::{
     Aperture, CompiledCamera, CompiledScene, HalfSize, Lens, Perspective, Projection, StereoPair,
 };
 use crate::shading::camera::CameraImage;
+use crate::shading::crossing::{coverage_at, crossed};
 use crate::simd::Isa;
 use crate::world::names::is_same_name;
 use crate::world::transforms::{WorldTransforms, direction, entity_error, point};
@@ -57,8 +59,9 @@ pub(super) fn focused(
     let [x, y] = [0, 1].map(|axis: usize| place[axis] * size[axis] as f32);
     let (ray, _) =
         CameraImage::new(&scene.camera, size).ray::<f32>((x, y), (x.floor(), y.floor()), (0.0, 0.0));
-    let hit =
-        closest_ray(Isa::PORTABLE, &scene.bvh, &ray, AnyHitFilter::ACCEPT_ALL, &mut Stack::new(&scene.bvh));
+    let seen = SeenSurfaces { scene, ray };
+    let filter = AnyHitFilter::new(&seen, 0);
+    let hit = closest_ray(Isa::PORTABLE, &scene.bvh, &ray, filter, &mut Stack::new(&scene.bvh));
     if hit.is_miss() {
         let [x, y] = [x, y].map(f32::floor);
         let reason = format!(
@@ -69,6 +72,21 @@ pub(super) fn focused(
     let [dx, dy, dz] = [ray.direction.x, ray.direction.y, ray.direction.z];
     *distance = hit.t * Vec3::new(dx, dy, dz).dot(scene.camera.forward);
     Ok(compile(world, transforms, (entity, camera))?.0)
+}
+
+/// The surfaces that a camera's ray sees: at least half of what a cut-out or blended one could be.
+struct SeenSurfaces<'a> {
+    scene: &'a CompiledScene,
+    ray: Ray<f32>,
+}
+
+impl HitPredicate for SeenSurfaces<'_> {
+    fn accepts(&self, _: usize, crossing: &Crossing) -> bool {
+        crossed(self.scene, crossing, FaceCulling::AsBuilt).is_some_and(|material| {
+            material.coverage == Coverage::Whole
+                || coverage_at(self.scene, material, crossing, || self.ray) >= 0.5
+        })
+    }
 }
 
 pub(super) fn compile(

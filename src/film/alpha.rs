@@ -2,10 +2,29 @@
 
 use std::borrow::Cow;
 
-use super::Film;
+use super::sums::{Film, PixelSum, QUANTUM};
 use crate::math::Rgb;
 
 impl Film {
+    /// The opacity of each pixel, from 0 to 1, row by row from the top: 1 less the mean part of what is behind the scene
+    /// that its samples let through ([`crate::world::Settings::transparent`]). None if the film does not count this.
+    pub fn alpha(&self) -> Option<Vec<f32>> {
+        self.kinds
+            .has_transparency
+            .then(|| (0..self.pixels.len()).map(|index| self.alpha_of(index)).collect())
+    }
+
+    /// The opacity of a pixel by its index; 1 if the film does not count it.
+    pub(crate) fn alpha_of(&self, index: usize) -> f32 {
+        if !self.kinds.has_transparency {
+            return 1.0;
+        }
+        // The group of transparency comes last.
+        let sum = self.groups[(index + 1) * self.kinds.count() - 1];
+        let Rgb { r, g, b } = PixelSum { sum, ..self.pixels[index] }.mean(QUANTUM);
+        (1.0 - (r + g + b) / 3.0).clamp(0.0, 1.0)
+    }
+
     /// The radiance of what pixels show by themselves: [`unassociated`].
     pub(crate) fn own_radiance(&self) -> Vec<Rgb> {
         let radiance = self.radiance();

@@ -56,20 +56,6 @@ impl Film {
         self.kinds
     }
 
-    /// The opacity of each pixel, from 0 to 1, row by row from the top: 1 less the mean part of what is behind the scene
-    /// that its samples let through ([`crate::world::Settings::transparent`]). None if the film does not count this.
-    pub fn alpha(&self) -> Option<Vec<f32>> {
-        if !self.kinds.has_transparency {
-            return None;
-        }
-        let sums = self.pixels.iter().zip(self.groups.chunks(self.kinds.count()));
-        let of = |(pixel, sums): (&PixelSum, &[GroupSum])| {
-            let Rgb { r, g, b } = PixelSum { sum: sums[self.kinds.lights], ..*pixel }.mean(QUANTUM);
-            (1.0 - (r + g + b) / 3.0).clamp(0.0, 1.0)
-        };
-        Some(sums.map(of).collect())
-    }
-
     /// The sums of all groups, pixel by pixel.
     pub(crate) fn group_sums(&self) -> &[GroupSum] {
         &self.groups

@@ -22,6 +22,14 @@ pub struct CompiledCamera {
 }
 
 impl CompiledCamera {
+    /// The distance along the axis at which a lens is in focus, in metres; none without a lens.
+    pub fn focus_distance_m(&self) -> Option<f32> {
+        match self.projection {
+            Projection::ThinLens { lens, .. } => Some(1.0 / lens.focus.dot(self.forward)),
+            _ => None,
+        }
+    }
+
     /// True if depths are along the axis; otherwise they are distances.
     pub fn is_flat(&self) -> bool {
         !matches!(self.projection, Projection::Panorama { .. } | Projection::Fisheye { .. })

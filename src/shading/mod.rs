@@ -5,6 +5,7 @@ pub mod blinn_phong;
 pub mod boundary;
 mod bump;
 pub mod camera;
+pub mod crossing;
 pub mod emitter;
 pub mod emitter_rays;
 pub mod environment;

@@ -12,7 +12,7 @@
 //! | `GET /`, `/page.js`, `/page.css` | the page |
 //! | `GET /events` | server-sent events: the whole status, after every change |
 //! | `GET /status` | the current status as JSON |
-//! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue, 255 per pixel, top row first; headers `X-…`; nothing before the first image |
+//! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue, opacity per pixel, top row first; headers `X-…`; nothing before the first image |
 //! | `GET /image.exr?layer=L` | an OpenEXR file |
 //! | `POST /reference?name=F`, `GET /reference?exposure=E&tonemap=T` | takes the bytes of an image to compare with; shows it as `/image` does |
 //! | `GET /command?layer=L&exposure=E&tonemap=T` | the command that renders the image |
@@ -23,6 +23,7 @@
 //! | `GET /photons?sample=N` | the end points of a sample's photons, with their positions in the image |
 //! | `POST /do` | carries out a request ([`request::ViewRequest`]) |
 
+mod camera;
 mod edits;
 mod explanation;
 mod forms;

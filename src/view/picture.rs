@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 
 use super::viewer::Snapshot;
 use crate::denoise::Denoised;
+use crate::film::alpha::unassociated;
 use crate::film::exposure::automatic_ev;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::{DisplayTransform, quantise_8_bit, srgb_encode};
@@ -79,7 +80,7 @@ pub struct Display {
 pub struct PageImage {
     /// Width and height.
     pub size: [u32; 2],
-    /// Red, green, blue and 255, row by row from the top.
+    /// Red, green, blue and opacity, row by row from the top.
     pub pixels: Vec<u8>,
     /// The exposure in stops.
     pub exposure_ev: f32,
@@ -129,14 +130,14 @@ pub fn picture(shown: &Snapshot, layer: Layer, display: Display, factors: &[Rgb]
     };
     match layer {
         Layer::Light => {
-            let radiance = radiance(shown);
-            light(&radiance, shown.size, display, &radiance)
+            let (radiance, alpha) = radiance(shown);
+            light([&radiance; 2], alpha.as_deref(), shown.size, display)
         }
         Layer::Denoised => {
             let denoised = denoised(shown);
-            let (is_denoised, noisy) = (denoised.is_some(), radiance(shown));
+            let (is_denoised, (noisy, alpha)) = (denoised.is_some(), radiance(shown));
             let radiance = denoised.as_ref().map_or(&noisy, |denoised| &denoised.radiance);
-            PageImage { is_denoised, ..light(radiance, shown.size, display, &noisy) }
+            PageImage { is_denoised, ..light([radiance, &noisy], alpha.as_deref(), shown.size, display) }
         }
         Layer::Noise => {
             let bar = ColorBar::new("%", [0.0, 50.0], |part| heat(part.into()));
@@ -175,41 +176,60 @@ fn mixed<'a>(shown: &'a Snapshot, factors: &[Rgb]) -> Cow<'a, Snapshot> {
     Cow::Owned(Snapshot { gathered: Arc::new(gathered), small, ..shown.clone() })
 }
 
-/// The radiance of all pixels; a pixel without samples takes that of the small image.
-fn radiance(shown: &Snapshot) -> Vec<Rgb> {
+/// The radiance of all pixels, and their opacity if the film counts it; a pixel without samples takes that of the small
+/// image.
+fn radiance(shown: &Snapshot) -> (Vec<Rgb>, Option<Vec<f32>>) {
     let [width, height] = shown.size;
-    let at = |index: u32| radiance_at(shown, [index % width, index / width]);
-    (0..width * height).into_par_iter().with_min_len(4096).map(at).collect()
+    let places = || (0..width * height).into_par_iter().with_min_len(4096).map(|at| [at % width, at / width]);
+    let opacity = |place: [u32; 2]| {
+        let (film, index) = source_of(shown, place);
+        film.alpha_of(index)
+    };
+    let radiance = places().map(|place| radiance_at(shown, place)).collect();
+    (radiance, shown.setup.transparent.then(|| places().map(opacity).collect()))
 }
 
 /// The radiance of a pixel of the displayed image, which must contain it.
-fn radiance_at(shown: &Snapshot, [x, y]: [u32; 2]) -> Rgb {
-    let mean = |film: &Film, [x, y]: [u32; 2]| {
-        let sums = film.pixels().get(film.region().index(x, y)).copied().unwrap_or_default();
-        (sums.mean(film.unit().quantum()), sums.count != [0, 0])
-    };
-    let (own, has_samples) = mean(&shown.gathered.film, [x, y]);
+fn radiance_at(shown: &Snapshot, place: [u32; 2]) -> Rgb {
+    let (film, index) = source_of(shown, place);
+    film.pixels()[index].mean(film.unit().quantum())
+}
+
+/// The film with samples of a pixel of the displayed image, which must contain it, and the pixel's index there.
+fn source_of(shown: &Snapshot, [x, y]: [u32; 2]) -> (&Film, usize) {
+    let film = &shown.gathered.film;
+    let index = film.region().index(x, y);
     match &shown.small {
-        Some(small) if !has_samples => {
+        Some(small) if film.pixels()[index].count == [0, 0] => {
             let scaled = |place: u32, size: u32, small: u32| {
                 (u64::from(place) * u64::from(small) / u64::from(size)) as u32
             };
             let (region, [width, height]) = (small.region(), shown.size);
-            mean(small, [scaled(x, width, region.width()), scaled(y, height, region.height())]).0
+            let place = [scaled(x, width, region.width()), scaled(y, height, region.height())];
+            (small, region.index(place[0], place[1]))
         }
-        _ => own,
+        _ => (film, index),
     }
 }
 
 /// Displays radiance. An automatic exposure is that of `metered`: for an image without noise, the one with it, as in
-/// files.
-pub fn light(radiance: &[Rgb], size: [u32; 2], display: Display, metered: &[Rgb]) -> PageImage {
-    let exposure_ev = display.exposure_ev.unwrap_or_else(|| automatic_ev(metered));
-    let curve = DisplayTransform::new(display.tonemap, exposure_ev, radiance);
+/// files. Colours are not associated with the opacity.
+pub fn light(
+    [radiance, metered]: [&[Rgb]; 2],
+    alpha: Option<&[f32]>,
+    size: [u32; 2],
+    display: Display,
+) -> PageImage {
+    let exposure_ev = display.exposure_ev.unwrap_or_else(|| automatic_ev(&unassociated(metered, alpha)));
+    let colors = unassociated(radiance, alpha);
+    let curve = DisplayTransform::new(display.tonemap, exposure_ev, &colors);
     let mut pixels = vec![255; 4 * radiance.len()];
-    pixels.par_chunks_mut(4).zip(radiance).with_min_len(4096).for_each(|(pixel, light)| {
-        pixel[..3].copy_from_slice(&curve.apply_8_bit(*light));
+    pixels.par_chunks_mut(4).zip(&colors[..]).with_min_len(4096).for_each(|(pixel, color)| {
+        pixel[..3].copy_from_slice(&curve.apply_8_bit(*color));
     });
+    for (pixel, alpha) in pixels.chunks_mut(4).zip(alpha.into_iter().flatten()) {
+        pixel[3] = quantise_8_bit(*alpha);
+    }
     PageImage { size, pixels, exposure_ev, bar: None, is_denoised: false }
 }
 

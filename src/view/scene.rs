@@ -13,14 +13,12 @@ use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::RenderSetup;
 use crate::integrator::setup::reuse_groups::ReuseGroups;
-use crate::math::{DVec3, Vec3};
 use crate::memory;
-use crate::render::{Options, Session};
 use crate::study::explain::{GivenNames, Recipe};
 use crate::world::names::is_same_name;
 use crate::world::{
-    AssetCache, Camera, DepthLimits, FocusOn, FromModel, LookAtFault, OrbitCamera, Parent, Pose, Sampler,
-    Settings, Sharing, SourceFiles, Transform, Transport, World,
+    AssetCache, Camera, DepthLimits, FromModel, OrbitCamera, Parent, Pose, Sampler, Settings, Sharing,
+    SourceFiles, Transform, Transport, World,
 };
 
 /// The largest image that a page shows: no window has room for more, and memory may not either.
@@ -63,16 +61,16 @@ pub struct LiveScene {
     pub(super) world: World,
     /// The settings as read from its files, without any later changes.
     said: Settings,
-    compiled: MemoizedScene,
+    pub(super) compiled: MemoizedScene,
     /// Probable mistakes in the scene.
     findings: Vec<Diagnostic>,
     /// The names of entities and lights.
     names: Arc<GivenNames>,
     entities: Arc<HashMap<u32, String>>,
     /// The name of the current camera; none for the first.
-    camera: Option<String>,
+    pub(super) camera: Option<String>,
     /// The camera as its files describe it.
-    authored: Authored,
+    pub(super) authored: Authored,
     /// The settings that were changed.
     changed: ChangedSettings,
     /// The camera as moved by hand; none if it was not moved.
@@ -126,9 +124,9 @@ impl ChangedSettings {
 
 /// A camera as its files describe it.
 #[derive(Clone, Debug, PartialEq)]
-struct Authored {
+pub(super) struct Authored {
     transform: Option<Transform>,
-    camera: Option<Camera>,
+    pub(super) camera: Option<Camera>,
     /// True if it has a parent, or came with another file.
     depends: bool,
 }
@@ -276,65 +274,6 @@ impl LiveScene {
         self.rig.is_some()
     }
 
-    /// The orbit camera. At first its pivot is the surface in the centre of the image.
-    pub fn rig(&self) -> OrbitCamera {
-        if let Some(rig) = &self.rig {
-            return rig.clone();
-        }
-        let scene = &self.compiled.scene;
-        let bounds = scene.bounds;
-        let to_middle = (bounds.center() - scene.camera.origin).dot(scene.camera.forward);
-        let [width, height] = self.world.settings.size;
-        let ahead = self.depth([width / 2, height / 2]).map(|(depth, _)| depth);
-        let size = bounds.size().length().max(1e-3);
-        let usual = if to_middle > 0.01 * size { to_middle } else { size };
-        let axes = [scene.camera.right, scene.camera.up, scene.camera.forward].map(|axis| axis.as_dvec3());
-        let camera = self.authored.camera.unwrap_or(Camera::Pinhole { vertical_fov: 1.0 });
-        OrbitCamera::new(scene.in_world(scene.camera.origin), axes, camera, f64::from(ahead.unwrap_or(usual)))
-    }
-
-    /// The depth of the first hit in a pixel along the camera's axis, and its position; none if nothing is hit.
-    pub fn depth(&self, [x, y]: [u32; 2]) -> Option<(f32, DVec3)> {
-        let region = crate::film::Region { x0: x, y0: y, x1: x + 1, y1: y + 1 };
-        let options = Options { region: Some(region), ..Options::default() };
-        let features = Session::of(self.setup(), 1, options).features();
-        let first = features.first().filter(|features| features.coverage > 0.0)?;
-        Some((first.depth_m, self.compiled.scene.in_world(Vec3::from_array(first.position))))
-    }
-
-    /// The name of the entity on which the camera stays focused, if there is one.
-    pub fn focused(&self) -> Option<String> {
-        let camera = camera_entity(&self.world, self.camera.as_deref())?;
-        let focused = self.world.entities.get::<&FocusOn>(camera).ok()?.0;
-        Some(self.world.name_of(focused))
-    }
-
-    /// Moves the camera; it counts as moved by hand.
-    pub fn place(&mut self, rig: OrbitCamera) -> Result<(), SceneError> {
-        let no_camera = || SceneError::Refused("the scene has no camera".into());
-        let entity = camera_entity(&self.world, self.camera.as_deref()).ok_or_else(no_camera)?;
-        let transform = rig.transform().map_err(|fault| {
-            SceneError::Refused(match fault {
-                LookAtFault::SamePoint => "the camera is as near as it can be".into(),
-                LookAtFault::NoUp | LookAtFault::Parallel => {
-                    "the camera would look straight up or down: turn it a little".into()
-                }
-            })
-        })?;
-        // In world space: its parent no longer moves it.
-        let before = self.rig();
-        let old = (before.transform().unwrap_or_default(), before.camera);
-        let _ = self.world.entities.remove_one::<Parent>(entity);
-        let _ = self.world.entities.insert(entity, (transform, rig.camera));
-        let moved = self.compile();
-        match moved {
-            Ok(()) => self.rig = Some(rig),
-            // The scene does not compile: undo the movement.
-            Err(_) => drop(self.world.entities.insert(entity, old)),
-        }
-        moved
-    }
-
     /// Moves the camera back to where its file puts it.
     pub fn reset(&mut self) -> Result<(), SceneError> {
         self.look_again(self.camera.clone())
@@ -427,7 +366,7 @@ impl LiveScene {
         Ok([camera, transform])
     }
 
-    fn compile(&mut self) -> Result<(), SceneError> {
+    pub(super) fn compile(&mut self) -> Result<(), SceneError> {
         let before = Some(&self.compiled);
         self.compiled = compiled(&self.path, &self.world, self.camera.as_deref(), before)?;
         Ok(())
@@ -443,7 +382,7 @@ impl LiveScene {
 }
 
 /// The entity of the current camera.
-fn camera_entity(world: &World, camera: Option<&str>) -> Option<hecs::Entity> {
+pub(super) fn camera_entity(world: &World, camera: Option<&str>) -> Option<hecs::Entity> {
     let order = world.in_order();
     let mut cameras = order.into_iter().filter(|e| world.entities.get::<&Camera>(*e).is_ok());
     match camera {

@@ -345,7 +345,7 @@ async fn reference(State(site): State<Arc<Site>>, Query(wanted): Query<WantedIma
     if radiance.is_empty() {
         return StatusCode::NO_CONTENT.into_response();
     }
-    in_response(light(radiance, *size, display, radiance))
+    in_response(light([radiance, radiance], None, *size, display))
 }
 
 /// Returns an OpenEXR file.

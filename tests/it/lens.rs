@@ -45,7 +45,7 @@ fn options_of_the_lens_mean_the_fields_of_cameras() {
     assert_ne!(hash(&folder, "--focal-length 85 --f-stop 2 --focus far"), same);
 }
 
-/// What the image shows at a pixel is what an explanation of that pixel meets.
+/// The focus is where the layer of depths has that pixel.
 #[test]
 fn focus_on_a_pixel_is_on_what_it_shows() {
     let folder = balls("Pinhole(vertical_fov_degrees: 45)");
@@ -74,6 +74,28 @@ fn focus_on_a_pixel_is_on_what_it_shows() {
     folder.fails(1, "balls.ron --f-stop 2 --focus 0,0", &["pixel 0,0", "nothing is"]);
     folder.fails(2, "balls.ron --focus near", &["--focus", "such as 2.8"]);
     folder.fails(2, "balls.ron --fov 180", &["between 0 and 180"]);
+}
+
+/// Surfaces that the pixel does not show are not in focus: cut-out ones.
+#[test]
+fn focus_passes_surfaces_that_are_not_seen() {
+    let folder = balls("Pinhole(vertical_fov_degrees: 45)");
+    let plain = folder.text("balls.ron").replace("samples: 8", "samples: 8, transport: Path");
+    let plane =
+        "shape: Plane(corners: ((-1, -1, 2), (1, -1, 2), (1, 1, 2), (-1, 1, 2))), material: Principled";
+    let focused = |scene: &str| {
+        folder.write("balls.ron", scene);
+        hash(&folder, "--f-stop 1.4 --focus 12,12")
+    };
+    let expected = focused(&plain);
+    for hidden in ["(alpha: 0, alpha_mode: Mask(cutoff: 0.5))", "(alpha: 0.3, alpha_mode: Mask(cutoff: 0.5))"]
+    {
+        let scene = plain.replace("    ],\n)", &format!("        ({plane}{hidden}),\n    ],\n)"));
+        assert!(scene != plain);
+        assert_eq!(focused(&scene), expected, "{hidden}");
+    }
+    let shown = plain.replace("    ],\n)", &format!("        ({plane}()),\n    ],\n)"));
+    assert_ne!(focused(&shown), expected);
 }
 
 #[test]

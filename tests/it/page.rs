@@ -58,6 +58,9 @@ fn copied_command_renders_the_image_of_the_page() {
         (&[][..], &[][..], look),
         (&["--exposure", "2", "--tonemap", "aces"], &[], look),
         (&["--exposure", "auto"], &[], other),
+        (&["--f-stop", "0.5", "--focus", "48,30"], &[], look),
+        (&["--f-stop", "0.5", "--focus", "48,30"], &[json!({"orbit": [0.2, 0.0]})], look),
+        (&["--transparent"], &[], "layer=light&exposure=auto&tonemap=Aces"),
         (&["--zoom", "1.5"], &[set.clone(), settings.clone(), orbit.clone(), fov.clone()], other),
         (&[], &[orbit, set, settings, fov], "layer=denoised&exposure=auto&tonemap=PbrNeutral"),
     ] {
@@ -71,8 +74,7 @@ fn copied_command_renders_the_image_of_the_page() {
         crate::printed::typed(&shown.folder, &command, "--quiet");
         let name = if command.contains("--denoise") { "scene.denoised.png" } else { "scene.png" };
         let (_, pixels) = shown.get(&format!("/image?{look}"));
-        let pixels: Vec<u8> = pixels.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect();
-        let file = image::open(shown.folder.join(name)).expect("a picture").into_rgb8().into_raw();
+        let file = image::open(shown.folder.join(name)).expect("a picture").into_rgba8().into_raw();
         assert!(file == pixels, "{options:?} {wishes:?}: {command}");
     }
 }
@@ -212,7 +214,7 @@ fn values_of_a_moved_camera_keep_its_place() {
     assert!(shown.image() == moved && rendered(&shown.scene()) == moved);
 }
 
-/// What the file does not write where it belongs becomes a statement in its `edits`.
+/// Values that the file does not write where they belong become statements in its `edits`.
 #[test]
 fn values_of_shared_materials_and_variables_are_saved_as_edits() {
     let scene = SCENE

@@ -4,18 +4,16 @@
 use std::num::Wrapping;
 
 use super::Path;
-use crate::bvh::layout::sidedness::SPHERE;
 use crate::bvh::{Crossing, FaceCulling, HitPredicate};
 use crate::integrator::RenderSetup;
 use crate::math::{Hit, NONE, Ray, Vector};
 use crate::sampling::draw::draw_1d;
 use crate::sampling::hash::combine;
 use crate::sampling::{Dimension, SampleKey};
+use crate::scene::MaterialRecord;
 use crate::scene::material::Coverage;
-use crate::scene::{CompiledScene, MaterialRecord};
-use crate::shading::point::{Tables, coverage};
-use crate::shading::texture_coordinates::point_coordinates;
-use crate::shading::{HitLanes, Surface, emitter};
+use crate::shading::crossing::{coverage_at, crossed};
+use crate::shading::{HitLanes, emitter};
 use crate::world::Transport;
 
 /// A ray of a path as the any-hit filter sees it.
@@ -37,23 +35,6 @@ pub struct LightRay<'a> {
     pub emitter: u32,
     /// Called for surfaces that the ray passes straight through, perhaps more than once for each.
     pub passes: &'a (dyn Fn(&Crossing) + Sync),
-}
-
-/// Returns the material at a crossing, if it has a side that the ray meets.
-pub fn crossed<'a>(
-    scene: &'a CompiledScene,
-    crossing: &Crossing,
-    culling: FaceCulling,
-) -> Option<&'a MaterialRecord> {
-    let Hit { primitive, instance, .. } = crossing.hit;
-    let material = &scene.materials[scene.geometry.material_of(primitive, instance) as usize];
-    let front = crossing.front != scene.geometry.is_mirrored(primitive);
-    let shows = match culling {
-        FaceCulling::AsBuilt => material.has_side(front),
-        FaceCulling::Opposite => material.has_side(!front),
-        FaceCulling::Off => material.has_side(true),
-    };
-    shows.then_some(material)
 }
 
 /// The face culling for the rays of a render. Photons travel backwards along camera paths, which meet a one-sided
@@ -98,7 +79,8 @@ impl PathRay<'_> {
     fn is_covered(&self, material: &MaterialRecord, crossing: &Crossing) -> bool {
         let (setup, path) = (self.setup, (self.path)());
         let Hit { primitive, instance, .. } = crossing.hit;
-        let there = self.coverage(&path, material, crossing);
+        let ray = || self.shadow.map_or(path.ray(), |shadow| shadow.ray);
+        let there = coverage_at(&setup.scene, material, crossing, ray);
         if material.coverage != Coverage::Blend {
             return there > 0.0;
         }
@@ -123,23 +105,6 @@ impl PathRay<'_> {
                 path.key(setup.seed).fork(which.unwrap_or_default().0)
             }
         }
-    }
-
-    /// The coverage of the surface at a crossing.
-    fn coverage(&self, path: &Path<f32>, material: &MaterialRecord, crossing: &Crossing) -> f32 {
-        let scene = &self.setup.scene;
-        let Hit { u, v, primitive, .. } = crossing.hit;
-        let hit = HitLanes::one(&crossing.hit);
-        let uv = match primitive & SPHERE {
-            0 => (u, v),
-            _ => {
-                let ray = self.shadow.map_or(path.ray(), |shadow| shadow.ray);
-                Surface::new(&scene.geometry, &ray, &hit, true).uv
-            }
-        };
-        let at = point_coordinates(&scene.geometry, &hit, uv, true);
-        let tables = Tables { geometry: &scene.geometry, textures: &scene.textures };
-        coverage(material, tables, &hit, &at, true)
     }
 }
 
