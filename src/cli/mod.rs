@@ -23,8 +23,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use self::args::{ProcessLimits, Render};
 use self::command_line::{CommandLine, normalize_args};
 use self::commands::{
-    ab, check, compare, diff, explain, info, ls, manual, merge, mix, plan, profile, render, reproduce,
-    resume, study, trace, verify, view,
+    ab, check, compare, diff, explain, furnace, info, ls, manual, merge, mix, plan, profile, render,
+    reproduce, resume, study, trace, verify, view,
 };
 use self::failure::{Failure, Fault};
 use crate::error::did_you_mean;
@@ -76,6 +76,8 @@ enum Command {
     Verify(verify::Verify),
     /// Follow the samples of a pixel from the camera to their ends
     Explain(explain::Explain),
+    /// Measure a material of a scene: the light that it returns by angle and roughness, and whether its sampling is right
+    Furnace(furnace::Furnace),
     /// Show where the time goes, in both schedules
     Profile(profile::ProfileArguments),
     /// Continue a film: finish what was interrupted, or add samples
@@ -116,6 +118,7 @@ impl Command {
             Command::Mix(mix) => (&mix.output.output, None),
             Command::Trace(trace) => (&[], trace.out.as_ref()),
             Command::Compare(compare) => (&[], compare.heatmap.as_ref()),
+            Command::Furnace(furnace) => (&[], furnace.html.as_ref()),
             Command::Profile(profile) => (&[], profile.trace.as_ref()),
             Command::Plan(plan) => (&plan.output, plan.folder.as_ref()),
             Command::Study(study) => (&[], study.output.as_ref()),
@@ -213,6 +216,7 @@ fn dispatch(arguments: Arguments, words: &[OsString]) -> Result<ExitCode, Failur
         Command::Compare(images) => compare::run(&images),
         Command::Verify(scene) => verify::run(&scene),
         Command::Explain(pixel) => explain::run(&pixel),
+        Command::Furnace(material) => furnace::run(&material),
         Command::Profile(scene) => profile::run(&scene),
         Command::Resume(film) => resume::run(&film),
         Command::Merge(films) => merge::run(&films),

@@ -4,5 +4,7 @@
 pub mod descriptions;
 pub mod experiment;
 pub mod explain;
+pub mod furnace;
+mod html;
 pub mod profile;
 pub mod verify;

@@ -5,6 +5,7 @@ pub mod check;
 pub mod compare;
 pub mod diff;
 pub mod explain;
+pub mod furnace;
 pub mod info;
 pub mod ls;
 pub mod manual;

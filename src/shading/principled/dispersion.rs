@@ -123,8 +123,9 @@ fn tent<F: Float>(u: F) -> F {
 #[cfg(test)]
 mod tests {
     use super::super::bsdf::Bsdf;
+    use super::super::measure::towards;
     use super::super::tables::LobeTables;
-    use super::super::tests::{glass, towards};
+    use super::super::tests::glass;
     use super::*;
     use crate::sampling::sobol;
     use std::num::Wrapping;

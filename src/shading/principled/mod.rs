@@ -9,6 +9,7 @@ mod coat;
 pub mod dispersion;
 pub mod ggx;
 pub mod glass;
+pub mod measure;
 pub mod parameters;
 pub mod reflectance;
 pub mod sample;
@@ -31,6 +32,7 @@ use crate::simd::Float;
 use dispersion::Spectrum;
 use ggx::Ggx;
 use parameters::{Coat, LobeFlags, Outside, Parameters, SheenParams};
+use shading_frame::ShadingFrame;
 use thin_film::ThinFilm;
 
 /// The least α: a narrower distribution is a spike that floats cannot represent.
@@ -42,10 +44,20 @@ impl<F: Float> ShadingPoint<'_, F> {
     /// Looks up the parameters of the lobes that the material has.
     #[inline(always)]
     pub fn parameters(&self, has: LobeFlags, outside: &Outside<F>) -> Parameters<F> {
+        self.parameters_in(has, outside, self.frames())
+    }
+
+    /// Looks up the parameters in given shading frames of the base and of the layers above it.
+    #[inline(always)]
+    pub fn parameters_in(
+        &self,
+        has: LobeFlags,
+        outside: &Outside<F>,
+        (frame, vertex_frame): (ShadingFrame<F>, ShadingFrame<F>),
+    ) -> Parameters<F> {
         let (m, textures) = (self.material, self.tables.textures);
         let (one, zero) = (F::one(), F::zero());
         let base = self.base_color();
-        let (frame, vertex_frame) = self.frames();
         let mut p = Parameters {
             frame,
             geometric_normal: self.surface.geometric_normal,

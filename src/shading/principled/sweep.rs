@@ -1,35 +1,14 @@
 //! White surfaces with random parameters in a white furnace: energy is conserved, reflection is reciprocal, and
 //! directions are drawn with the reported density.
 
-use std::num::Wrapping;
-
 use super::bsdf::Bsdf;
+use super::measure::{Chance, towards};
 use super::parameters::{LobeFlags, Parameters, SheenParams};
 use super::tables::LobeTables;
-use super::tests::{anisotropic, covered, glass, grey, opaque, towards};
+use super::tests::{anisotropic, covered, glass, grey, opaque};
 use crate::math::Vector;
-use crate::sampling::hash::{combine, to_unit};
-
-/// Random numbers between 0 and 1 for one surface.
-struct Chance {
-    seed: Wrapping<u32>,
-    next: u32,
-}
 
 impl Chance {
-    fn new(seed: u32) -> Self {
-        Self { seed: Wrapping(seed), next: 0 }
-    }
-
-    fn unit(&mut self) -> f32 {
-        self.next += 1;
-        to_unit(combine(self.seed, Wrapping(self.next)))
-    }
-
-    fn between(&mut self, low: f32, high: f32) -> f32 {
-        low + (high - low) * self.unit()
-    }
-
     fn happens(&mut self, probability: f32) -> bool {
         self.unit() < probability
     }

@@ -3,13 +3,12 @@
 use super::bsdf::Bsdf;
 use super::dispersion::Spectrum;
 use super::ggx::Ggx;
+use super::measure::{self, towards};
 use super::parameters::{Coat, LobeFlags, Parameters, SheenParams};
 use super::shading_frame::ShadingFrame;
 use super::tables::LobeTables;
 use super::thin_film::ThinFilm;
 use crate::math::{Color, Rgb, Vector};
-use crate::sampling::sobol;
-use std::num::Wrapping;
 
 pub(super) fn grey(value: f32) -> Color<f32> {
     Color::splat(Rgb::splat(value))
@@ -17,13 +16,6 @@ pub(super) fn grey(value: f32) -> Color<f32> {
 
 fn vector(x: f32, y: f32, z: f32) -> Vector<f32> {
     Vector { x, y, z }
-}
-
-/// A direction with a given cosine to the normal.
-pub(super) fn towards(cos: f32, turns: f32) -> Vector<f32> {
-    let sin = (1.0 - cos * cos).max(0.0).sqrt();
-    let angle = turns as f64 * std::f64::consts::TAU;
-    vector(sin * libm::cos(angle) as f32, sin * libm::sin(angle) as f32, cos)
 }
 
 /// An opaque surface of base colour `base` and ior 1.5.
@@ -94,17 +86,8 @@ fn colored_albedo(has: LobeFlags, p: Parameters<f32>, cos: f32, count: u32) -> [
 
 fn albedo_towards(has: LobeFlags, p: Parameters<f32>, wo: Vector<f32>, count: u32) -> [f32; 3] {
     let bsdf = Bsdf::new(has, p, LobeTables::all(), wo, true);
-    let mut sum = [0.0f64; 3];
-    for i in 0..count {
-        let i = Wrapping(i);
-        let choice: f32 = sobol::one(i, Wrapping(1));
-        let sampled = bsdf.sample(choice, 1.0, sobol::two(i, Wrapping(2)), true);
-        if sampled.valid {
-            let Color { r, g, b } = sampled.weight;
-            sum = [sum[0] + r as f64, sum[1] + g as f64, sum[2] + b as f64];
-        }
-    }
-    sum.map(|sum| (sum / count as f64) as f32)
+    let found = measure::albedo(count, |which, u| bsdf.sample(which, 1.0, u, true));
+    found.mean.map(|mean| mean as f32)
 }
 
 #[test]
@@ -349,60 +332,6 @@ fn opaque_surfaces_are_reciprocal() {
     }
 }
 
-/// The sphere is divided into cells of equal solid angle.
-const RINGS: usize = 16;
-const SECTORS: usize = 16;
-
-/// Pearson's χ² of sampled directions against the integral of the density over cells.
-fn chi_square(has: LobeFlags, p: Parameters<f32>, cos: f32) -> (f64, usize) {
-    let bsdf = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true);
-    let mut counts = vec![0u32; RINGS * SECTORS];
-    let total = 200_000u32;
-    let hash = |i: u32, d: u32| {
-        crate::sampling::hash::to_unit::<f32>(crate::sampling::hash::combine(Wrapping(i), Wrapping(d)))
-    };
-    for i in 0..total {
-        let sampled = bsdf.sample(hash(i, 1), 1.0, (hash(i, 2), hash(i, 3)), true);
-        if sampled.valid {
-            let d = sampled.direction;
-            let ring = ((d.z + 1.0) * 0.5 * RINGS as f32) as usize;
-            let turns = libm::atan2f(d.y, d.x) / std::f32::consts::TAU + 0.5;
-            counts[ring.min(RINGS - 1) * SECTORS + ((turns * SECTORS as f32) as usize).min(SECTORS - 1)] += 1;
-        }
-    }
-    let (mut sum, mut cells) = (0.0, 0);
-    let (mut few_expected, mut few_counted) = (0.0, 0.0);
-    for (cell, counted) in counts.iter().enumerate() {
-        let expected = total as f64 * integral(&bsdf, cell / SECTORS, cell % SECTORS);
-        if expected < 10.0 {
-            few_expected += expected;
-            few_counted += *counted as f64;
-        } else {
-            sum += (*counted as f64 - expected).powi(2) / expected;
-            cells += 1;
-        }
-    }
-    if few_expected > 10.0 {
-        sum += (few_counted - few_expected).powi(2) / few_expected;
-        cells += 1;
-    }
-    (sum, cells)
-}
-
-fn integral(bsdf: &Bsdf<f32>, ring: usize, sector: usize) -> f64 {
-    let steps = 48;
-    let mut sum = 0.0f64;
-    for i in 0..steps {
-        for j in 0..steps {
-            let z = (ring as f32 + (i as f32 + 0.5) / steps as f32) / RINGS as f32 * 2.0 - 1.0;
-            let turns = (sector as f32 + (j as f32 + 0.5) / steps as f32) / SECTORS as f32 - 0.5;
-            sum += bsdf.evaluate(towards(z, turns), true).1 as f64;
-        }
-    }
-    let area = 4.0 * std::f64::consts::PI / (RINGS * SECTORS) as f64;
-    sum / (steps * steps) as f64 * area
-}
-
 #[test]
 fn sampled_directions_follow_the_reported_density() {
     let mut all: Vec<(String, (LobeFlags, Parameters<f32>))> = Vec::new();
@@ -428,11 +357,11 @@ fn sampled_directions_follow_the_reported_density() {
     all.push(("back, coat, anisotropic".into(), (has, p)));
     for (name, (has, p)) in all {
         for cos in [0.3, 0.95] {
-            let (sum, cells) = chi_square(has, p, cos);
-            // Five standard deviations of the χ² distribution, plus a margin for the quadrature's error.
-            let freedom = cells.max(2) as f64 - 1.0;
-            let most = freedom + 5.0 * (2.0 * freedom).sqrt() + 20.0;
-            assert!(sum < most, "{name}, cos {cos}: χ² {sum:.0} of {freedom} degrees of freedom");
+            let bsdf = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true);
+            let sample = |which, u| bsdf.sample(which, 1.0, u, true);
+            let check = measure::density(1 << 14, sample, |d| bsdf.evaluate(d, true).1);
+            let check = check.expect("a density");
+            assert!(check.agrees(), "{name}, cos {cos}: {check:?}");
         }
     }
 }

@@ -70,7 +70,7 @@ mod tests {
         let figure = |curves: [(&str, &[(f64, f64)]); 3]| Figure {
             title: String::new(),
             x_label: String::new(),
-            y: crate::formats::study::Measurement::Mse,
+            y: crate::formats::study::Measurement::Mse.into(),
             log: [true; 2],
             curves: curves
                 .into_iter()

@@ -386,7 +386,7 @@ fn figure(experiment: &Experiment, plot: &Plot, jobs: &[&StudyJob], results: &Re
     Figure {
         title: title.clone(),
         x_label: experiment.x.label().into(),
-        y: plot.y,
+        y: plot.y.into(),
         log: [plot.log_x, plot.log_y],
         curves,
     }

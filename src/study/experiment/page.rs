@@ -6,6 +6,7 @@ use super::equal_time::EqualTime;
 use super::machine;
 use super::plot::{Curve, Figure, legend};
 use crate::formats::study::{Experiment, StudyFile};
+use crate::study::html::escaped;
 
 /// A plot that has been drawn.
 pub(super) struct DrawnPlot {
@@ -167,10 +168,6 @@ fn paragraphs(text: &str) -> String {
     parts.map(|part| format!("<p>{}</p>\n", escaped(part))).collect()
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::Estimate;
@@ -191,10 +188,10 @@ mod tests {
             curve("b, wave", 1, [1.0, 1.0]),
             curve("b, recursion", 1, [2.0, 4.0]),
         ];
-        let figure = |y| Figure {
+        let figure = |y: Measurement| Figure {
             title: "t".into(),
             x_label: "lanes".into(),
-            y,
+            y: y.into(),
             log: [false; 2],
             curves: curves.clone(),
         };

@@ -41,6 +41,44 @@ pub struct Curve {
     pub fit: Option<Fit>,
 }
 
+/// A quantity along the y axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlottedQuantity {
+    /// A measurement of a study.
+    Measured(Measurement),
+    /// The fraction of light that a material returns.
+    Albedo,
+}
+
+impl From<Measurement> for PlottedQuantity {
+    fn from(measurement: Measurement) -> Self {
+        PlottedQuantity::Measured(measurement)
+    }
+}
+
+impl PlottedQuantity {
+    /// Its label, with the unit.
+    pub fn label(self) -> &'static str {
+        match self {
+            PlottedQuantity::Measured(measurement) => measurement.label(),
+            PlottedQuantity::Albedo => "returned light (1: all)",
+        }
+    }
+
+    /// True if the values may be negative.
+    pub fn is_signed(self) -> bool {
+        matches!(self, PlottedQuantity::Measured(measurement) if measurement.is_signed())
+    }
+
+    /// See [`Measurement::speedup`].
+    pub fn speedup(self, one: f64, other: f64) -> Option<f64> {
+        match self {
+            PlottedQuantity::Measured(measurement) => measurement.speedup(one, other),
+            PlottedQuantity::Albedo => None,
+        }
+    }
+}
+
 /// Curves over common axes.
 #[derive(Clone, Debug)]
 pub struct Figure {
@@ -48,8 +86,8 @@ pub struct Figure {
     pub title: String,
     /// The label of the x axis, with its unit.
     pub x_label: String,
-    /// The measurement along the y axis.
-    pub y: Measurement,
+    /// The quantity along the y axis.
+    pub y: PlottedQuantity,
     /// True for each axis that is logarithmic.
     pub log: [bool; 2],
     /// The curves, at least one.
@@ -317,7 +355,7 @@ mod tests {
         Figure {
             title: "A plot".into(),
             x_label: "samples".into(),
-            y: Measurement::Mse,
+            y: Measurement::Mse.into(),
             log: [log; 2],
             curves: vec![curve],
         }
@@ -356,7 +394,7 @@ mod tests {
         let mut plot = figure(false, &[1.0, 2.0]);
         plot.curves[0].points[0].1.margin = Some(30.0);
         for (y, is_below) in [(Measurement::CpuSeconds, false), (Measurement::SquaredBias, true)] {
-            plot.y = y;
+            plot.y = y.into();
             assert_eq!(svg(&plot).unwrap().contains("-20"), is_below, "{y:?}");
         }
     }
