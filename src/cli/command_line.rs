@@ -11,8 +11,8 @@ use clap::parser::ValueSource;
 use clap::{Arg, Args, Command};
 
 use super::args::{
-    ADAPTIVE, LIGHT_UNITS, ProcessLimits, QUALITIES, Render, SAMPLERS, TONEMAPS, TRANSPORTS, UP_AXES,
-    name_of, parse_place,
+    ADAPTIVE, GROUNDS, LIGHT_UNITS, ProcessLimits, QUALITIES, Render, SAMPLERS, TONEMAPS, TRANSPORTS,
+    UP_AXES, name_of, parse_place,
 };
 use crate::formats::film_file::FilmHeader;
 use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions, UpAxis};
@@ -37,6 +37,13 @@ pub fn normalize_args(words: impl IntoIterator<Item = OsString>) -> Vec<OsString
         if word == "--look-at" {
             meant.push(word);
             meant.extend(places(&mut words));
+            continue;
+        }
+        // A scene may follow the option.
+        if word == "--ground"
+            && let Some(kind) = words.next_if(|next| GROUNDS.iter().any(|(name, ..)| next == name))
+        {
+            meant.push(format!("--ground={}", kind.to_string_lossy()).into());
             continue;
         }
         let attached = word.to_str().and_then(|word| word.strip_prefix("--samples="));
@@ -209,7 +216,9 @@ impl CommandLine {
         self.option("focal-length", focal_length_mm.as_ref());
         self.option("f-stop", f_stop.as_ref());
         self.option("focus", focus.as_ref());
-        self.switch("ground", *ground);
+        if let Some(ground) = ground {
+            self.switch(&format!("ground={}", name_of(GROUNDS, ground)), true);
+        }
         self.option("background", background.as_ref());
         self.option("size", size.map(|[width, height]| format!("{width}x{height}")));
     }
@@ -531,6 +540,7 @@ mod tests {
             "--time=-1.25 --variant=-1 --scene 2 --animation walk --light-units watt --solid-glass --double-sided",
             "--light-units candela --time 0.1 --var height=-1.2 --var paint=(0.8,0.1,0.1)",
             "--env none --set a --set b=c --only d --hide e --hide f --ground --background #fff",
+            "--ground=shadow --background #fff",
             "--env sky:-3.5,90 --orbit=-30,10.1 --zoom 0.3 --size 7x9 --fov 30.5 --f-stop 2.8 --focus a",
             "--focal-length 85 --focus 3,4",
             "--env sky:45,220 --look-at -1,2,3 4,5,-6 --background 1,0.5,0",

@@ -1,7 +1,7 @@
 //! Values in a world that have no effect, whatever the transport.
 
 use crate::error::{Diagnostic, words};
-use crate::world::{AlphaMode, Background, Light, Material, MaterialId, Principled, World};
+use crate::world::{AlphaMode, Background, Light, Material, MaterialId, Principled, Transport, World};
 
 /// One warning for each kind.
 pub(super) fn values(world: &World) -> Vec<Diagnostic> {
@@ -11,6 +11,14 @@ pub(super) fn values(world: &World) -> Vec<Diagnostic> {
     }
     if world.settings.transparent && world.settings.backdrop.is_some() {
         let text = "backdrop does nothing in a transparent image, where nothing is seen behind things";
+        told.push(Diagnostic::warning("value-without-effect", text));
+    }
+    let catchers = names(world, |material| material.shadow_catcher);
+    if world.settings.light_groups && world.settings.transport == Transport::Path && !catchers.is_empty() {
+        let names = catchers.join(", ");
+        let text = format!(
+            "light_groups does nothing beside shadow catchers, which have sums of their own: {names}"
+        );
         told.push(Diagnostic::warning("value-without-effect", text));
     }
     for (what, says) in OF_MATERIALS {
@@ -180,6 +188,16 @@ mod tests {
         assert_eq!(values(&world), []);
         world.entities.spawn((crate::world::Name("second".into()), light()));
         assert!(values(&world)[0].text.contains("no light comes from second"));
+    }
+
+    #[test]
+    fn light_groups_beside_a_shadow_catcher_give_a_warning() {
+        let mut world = World::default();
+        (world.settings.transport, world.settings.light_groups) = (Transport::Path, true);
+        assert_eq!(values(&world), []);
+        let floor = Principled { shadow_catcher: true, ..Principled::default() };
+        world.assets.add_material(Some("paper".into()), Material::Principled(Box::new(floor)));
+        assert!(values(&world)[0].text.contains("light_groups does nothing"), "{:?}", values(&world));
     }
 
     #[test]

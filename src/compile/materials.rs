@@ -316,6 +316,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
         one_sided_emission: !m.double_sided,
         group: NONE,
         unlit: m.unlit,
+        shadow_catcher: m.shadow_catcher && !m.unlit,
         caustics: m.caustics,
         // Below 1: a body less dense than its surroundings, such as air in glass.
         ior: if m.ior == 0.0 { 1e3 } else { bending(m.ior.max(1e-3), m.roughness) },
@@ -442,6 +443,7 @@ pub(super) fn from_blinn_phong(m: &BlinnPhong) -> MaterialRecord {
         one_sided_emission: false,
         group: NONE,
         unlit: false,
+        shadow_catcher: false,
         caustics: m.caustics,
         ior: m.ior.unwrap_or(1.5),
         specular: if mirror || emits || glass { one } else { none },

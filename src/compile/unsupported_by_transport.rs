@@ -71,7 +71,7 @@ fn by_path(world: &World) -> Vec<&'static str> {
 type IsUsed = fn(&Principled) -> bool;
 
 /// Features of physically based surfaces that [`super::classic`] leaves out, with a test for each.
-const OF_SURFACES: [(&str, IsUsed); 9] = [
+const OF_SURFACES: [(&str, IsUsed); 10] = [
     ("normal maps", |m| m.normal.is_some()),
     ("bump maps", |m| m.bump.is_some()),
     ("clearcoat", |m| exists(m.clearcoat)),
@@ -80,6 +80,7 @@ const OF_SURFACES: [(&str, IsUsed); 9] = [
     ("iridescence", |m| exists(m.iridescence.factor)),
     ("dispersion", |m| m.dispersion > 0.0),
     ("diffuse_transmission", |m| exists(m.diffuse_transmission)),
+    ("shadow_catcher", |m| m.shadow_catcher),
     ("attenuation", |m| m.volume.is_some_and(|volume| volume.attenuation_distance.is_finite())),
 ];
 
@@ -118,12 +119,13 @@ mod tests {
             let paint = Principled {
                 clearcoat: ScalarInput::constant(1.0),
                 sheen_color: ColorInput::Constant(Rgb::WHITE),
+                shadow_catcher: true,
                 ..Principled::default()
             };
             world.assets.add_material(None, Material::Principled(Box::new(paint)));
         });
         let expected = "the Whitted transport makes no use of glossy_depth, clamp, the angle of directional \
-                        lights, clearcoat, sheen (transport: Path does)";
+                        lights, clearcoat, sheen, shadow_catcher (transport: Path does)";
         assert_eq!(whitted.as_deref(), Some(expected));
         let path = said(|world| {
             world.settings.transport = Transport::Path;

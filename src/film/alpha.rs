@@ -19,8 +19,11 @@ impl Film {
         if !self.kinds.has_transparency {
             return 1.0;
         }
-        // The group of transparency comes last.
-        let sum = self.groups[(index + 1) * self.kinds.count() - 1];
+        let mut sum = self.groups[index * self.kinds.count() + self.kinds.transparency() as usize];
+        let caught = self.let_through(index);
+        for (sum, more) in sum.as_flattened_mut().iter_mut().zip(caught.as_flattened()) {
+            *sum = sum.saturating_add(*more);
+        }
         let Rgb { r, g, b } = PixelSum { sum, ..self.pixels[index] }.mean(QUANTUM);
         (1.0 - (r + g + b) / 3.0).clamp(0.0, 1.0)
     }

@@ -1,9 +1,10 @@
 //! Groups of a film: sums beside those of all light. Those of light groups let lamps be mixed afterwards; one more
-//! counts what pixels show of the things behind the scene.
+//! counts what pixels show of the things behind the scene, and others what shadow catchers do.
 //!
 //! A film with groups has the same sums of all light as one without. What belongs to no group is the difference, so
 //! that all parts add up to the whole exactly.
 
+use super::catcher::Caught;
 use super::sums::{Film, MAX_RADIANCE, PixelSum, QUANTUM, saturated_sum};
 use crate::math::Rgb;
 
@@ -20,12 +21,24 @@ pub struct GroupKinds {
     pub lights: usize,
     /// True if one more group counts, without the film scale, what pixels show of the things behind the scene.
     pub has_transparency: bool,
+    /// True if three more groups count the light of shadow catchers.
+    pub has_catcher: bool,
 }
 
 impl GroupKinds {
     /// The number of groups.
     pub fn count(self) -> usize {
-        self.lights + usize::from(self.has_transparency)
+        self.lights + usize::from(self.has_transparency) + if self.has_catcher { 3 } else { 0 }
+    }
+
+    /// The group of what pixels show of the things behind the scene, if there is one.
+    pub(crate) fn transparency(self) -> u32 {
+        self.lights as u32
+    }
+
+    /// A group of a shadow catcher, if there are any.
+    pub(crate) fn caught(self, part: Caught) -> u32 {
+        self.transparency() + u32::from(self.has_transparency) + part as u32
     }
 }
 
@@ -168,7 +181,7 @@ mod tests {
             factors in prop::array::uniform3(0.0f32..3.0),
         ) {
             let region = Region::whole([2, 1]);
-            let mut film = Film::new(region, FilmScale::default()).with_groups(GroupKinds { lights: 3, has_transparency: false });
+            let mut film = Film::new(region, FilmScale::default()).with_groups(GroupKinds { lights: 3, ..GroupKinds::default() });
             let (mut each, mut added) = (film.clone(), Vec::new());
             let parts = |part: fn(f32) -> f32| lights.iter().map(move |light| part(light.2)).collect::<Vec<f32>>();
             let components = [parts(|light| light), parts(|light| 0.5 * light), parts(|_| 0.0)];

@@ -2,6 +2,7 @@
 
 pub(crate) mod allocation;
 pub(crate) mod alpha;
+pub(crate) mod catcher;
 pub(crate) mod channel;
 pub(crate) mod exposure;
 pub(crate) mod features;
@@ -14,6 +15,7 @@ pub(crate) mod texels;
 pub(crate) mod tonemap;
 
 pub(crate) use allocation::Allocation;
+pub(crate) use catcher::Caught;
 pub use channel::{FilmChannel, Values};
 pub(crate) use features::{Features, FirstHit, Gathering};
 pub(crate) use light_groups::{GroupKinds, GroupSum, MOST_LIGHT_GROUPS};

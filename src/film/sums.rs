@@ -338,13 +338,13 @@ impl Film {
     /// An iterator over the pixels of [`Film::radiance`].
     pub(crate) fn means(&self) -> impl ExactSizeIterator<Item = Rgb> {
         let quantum = self.unit.quantum();
-        self.pixels.iter().map(move |p| p.mean(quantum))
+        (0..self.pixels.len()).map(move |index| self.shown(index).mean(quantum))
     }
 
     /// The mean radiance of each pixel's even and of its odd samples; `None` until every pixel has some of both.
     pub(crate) fn halves(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
         let quantum = self.unit.quantum();
-        self.has_halves().then(|| self.pixels.iter().map(move |p| p.halves(quantum)))
+        self.has_halves().then(|| (0..self.pixels.len()).map(move |index| self.shown(index).halves(quantum)))
     }
 
     /// True if every pixel has even and odd samples.
@@ -359,7 +359,8 @@ impl Film {
             return None;
         }
         let (mut sum, quantum) = (0.0, self.unit.quantum());
-        for p in &self.pixels {
+        for index in 0..self.pixels.len() {
+            let p = self.shown(index);
             for c in 0..3 {
                 let mean = |parity: usize| p.sum[parity][c] as f64 * quantum / p.count[parity] as f64;
                 // The mean of two halves has a quarter of the variance of their difference.
@@ -387,11 +388,12 @@ impl Film {
         };
         let count = self.pixels.len() as f64;
         let mut sum = 0.0;
-        for p in &self.pixels {
+        for index in 0..self.pixels.len() {
+            let p = self.shown(index);
             if p.count.contains(&0) {
                 return None;
             }
-            sum += look(p).0;
+            sum += look(&p).0;
         }
         if self.pixels.is_empty() {
             return None;
@@ -403,7 +405,8 @@ impl Film {
             // The mean over three components, each relative to a third of the brightness.
             if squares == 0.0 { 0.0 } else { (3.0 * squares / (brightness * brightness)).min(1.0) }
         };
-        Some((self.pixels.iter().map(relative).sum::<f64>() / count).sqrt())
+        let each = (0..self.pixels.len()).map(|index| relative(&self.shown(index)));
+        Some((each.sum::<f64>() / count).sqrt())
     }
 
     /// A 128-bit hash (XXH3) of the region, the unit and all sums and counts: equal films have equal hashes.

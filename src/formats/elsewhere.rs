@@ -311,7 +311,7 @@ const FIELDS: [(&str, &[&str]); 35] = [
 
 /// Options of other programs, without their hyphens, and what to type here.
 #[cfg_attr(not(feature = "cli"), allow(dead_code, reason = "only the program has options"))]
-const OPTIONS: [(&[&str], &str); 30] = [
+const OPTIONS: [(&[&str], &str); 31] = [
     (&["width", "height", "w", "h", "W", "H", "xres", "yres"], "`--size 1280x720`"),
     (&["fovy", "camera-view-angle", "field-of-view"], "`--fov 40`"),
     (&["lens", "focal"], "`--focal-length 85`"),
@@ -338,6 +338,7 @@ const OPTIONS: [(&[&str], &str); 30] = [
     (&["hdri-rotation", "rotate-env", "env-rotation"], "`--env-turn 90`"),
     (&["no-hdri", "no-env", "background-skybox"], "`--env none`, or `--background 0.2`"),
     (&["grid", "floor", "ground-plane"], "`--ground`"),
+    (&["shadow-catcher", "shadow", "shadow-intensity", "catcher"], "`--ground shadow`"),
     (
         &["engine", "E", "renderer", "integrator", "raytracing", "pathtracing", "use-path-tracing"],
         "`--transport path`",

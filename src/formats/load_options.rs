@@ -102,6 +102,16 @@ pub enum LightUnits {
     Watt,
 }
 
+/// A floor that is added under everything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Floor {
+    /// A grey one.
+    Grey,
+    /// One that shows what is behind it, darkened by the shadows of things
+    /// ([`crate::world::Principled::shadow_catcher`]).
+    Shadow,
+}
+
 /// The axis that points up in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UpAxis {
@@ -183,8 +193,9 @@ pub struct Edits {
     /// The factor on the light of environments and skies, at least 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub env_strength: Option<f32>,
-    /// True if a large grey floor is added under everything.
-    pub ground: bool,
+    /// The large floor that is added under everything, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground: Option<Floor>,
 }
 
 impl Edits {

@@ -28,7 +28,7 @@ use std::path::Path;
 
 pub use crate::files::allow_outside;
 pub(crate) use asset_files::{AssetFiles, Files};
-pub use load_options::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions, UpAxis};
+pub use load_options::{Edits, EnvironmentPreset, Floor, LightUnits, LoadOptions, SkyOptions, UpAxis};
 pub use picture::PngBits;
 pub(crate) use saving::{DENOISED, exr_bytes};
 pub use saving::{ImageOptions, load_image, png_bytes, rgba8, save_image, save_image_with, save_scene};

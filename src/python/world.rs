@@ -18,8 +18,8 @@ use crate::film::{FilmChannel, Region};
 use crate::formats::ron::query::{Query, list};
 use crate::formats::staging::load;
 use crate::formats::{
-    AssetFiles, Edits, EnvironmentPreset, Files, LightUnits, LoadOptions, UpAxis, gltf, has_added_camera,
-    load_again, ron,
+    AssetFiles, Edits, EnvironmentPreset, Files, Floor, LightUnits, LoadOptions, UpAxis, gltf,
+    has_added_camera, load_again, ron,
 };
 use crate::integrator::{RenderSetup, Stop};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -172,7 +172,7 @@ impl PyWorld {
         look_at: Option<[[f64; 3]; 2]>,
         orbit: Option<[f64; 2]>,
         zoom: Option<f64>,
-        ground: bool,
+        ground: Option<&str>,
         light_units: &str,
         solid_glass: bool,
         double_sided: bool,
@@ -194,13 +194,18 @@ impl PyWorld {
                 )));
             }
         };
+        let ground = match ground {
+            None => None,
+            Some("grey") => Some(Floor::Grey),
+            Some("shadow") => Some(Floor::Shadow),
+            Some(other) => return Err(wrong(format!("unknown ground {other:?}: use True or \"shadow\""))),
+        };
         let up = match up {
             "y" => UpAxis::Y,
             "z" => UpAxis::Z,
             other => return Err(wrong(format!("unknown up {other:?}: use \"y\" or \"z\""))),
         };
-        let place = |[x, y, z]: [f64; 3]| format!("{x}, {y}, {z}");
-        let look_at = look_at.map(|places| places.map(place));
+        let look_at = look_at.map(|places| places.map(|[x, y, z]| format!("{x}, {y}, {z}")));
         let edits = Edits { set, only, hide, look_at, orbit, zoom, ground, background, ..Edits::default() };
         let edits = Edits { env_turn_degrees: env_turn, env_strength, ..edits };
         let common =
@@ -330,7 +335,7 @@ impl PyWorld {
                 let denoised =
                     if denoise && !stop.load(Ordering::Relaxed) { session.denoised() } else { None };
                 let mut layers = session.channels(&aovs);
-                layers.extend(light_channels(session.film(), &setup.scene.light_groups));
+                layers.extend(light_channels(session.film(), setup.light_group_names()));
                 let (names, camera) = (names_in(&layers, &names, &setup), setup.scene.camera);
                 let told = [notes, warnings]
                     .map(|all| all.iter().map(|it| it.with_commands(as_arguments)).collect());

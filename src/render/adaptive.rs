@@ -107,12 +107,13 @@ fn measured(film: &Film, places: &[Region]) -> Vec<BlockNoise> {
         p.sum[parity][c] as f64 * quantum / f64::from(p.count[parity].max(1))
     };
     let brightness = |p: &PixelSum| (0..3).map(|c| mean(p, 0, c) + mean(p, 1, c)).sum::<f64>() / 6.0;
-    let of_all = film.pixels().iter().map(brightness).sum::<f64>() / film.pixels().len().max(1) as f64;
+    let each: Vec<PixelSum> = (0..film.pixels().len()).map(|index| film.shown(index)).collect();
+    let of_all = each.iter().map(brightness).sum::<f64>() / each.len().max(1) as f64;
     let floor = DARK * of_all;
     let mut known: Vec<BlockNoise> = Vec::with_capacity(places.len());
     for place in places {
         let rows = (place.y0..place.y1).map(|y| film.region().index(place.x0, y));
-        let pixels = rows.flat_map(|start| &film.pixels()[start..start + place.width() as usize]);
+        let pixels = rows.flat_map(|start| &each[start..start + place.width() as usize]);
         let area = place.area() as f64;
         let bright = (pixels.clone().map(brightness).sum::<f64>() / area).max(floor);
         let most = OUTLIER * bright * bright;

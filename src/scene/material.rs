@@ -180,6 +180,8 @@ pub struct MaterialRecord {
     pub group: u32,
     /// True if the surface shows its base colour and is not lit.
     pub unlit: bool,
+    /// True if the surface shows what is behind it, darkened by the shadows that fall on it (path transport).
+    pub shadow_catcher: bool,
     /// False if no photons are aimed at the surface nor emitted by it.
     pub caustics: bool,
     /// Index of refraction of the inside.

@@ -141,7 +141,10 @@ pub fn picture(shown: &Snapshot, layer: Layer, display: Display, factors: &[Rgb]
         }
         Layer::Noise => {
             let bar = ColorBar::new("%", [0.0, 50.0], |part| heat(part.into()));
-            own(film.pixels().iter().map(|sums| heat(2.0 * noise(sums))).collect(), Some(bar))
+            own(
+                (0..film.pixels().len()).map(|index| heat(2.0 * noise(&film.shown(index)))).collect(),
+                Some(bar),
+            )
         }
         Layer::Samples => {
             let most = film.pixels().iter().map(samples).max().unwrap_or(0).max(1);
@@ -192,7 +195,7 @@ fn radiance(shown: &Snapshot) -> (Vec<Rgb>, Option<Vec<f32>>) {
 /// The radiance of a pixel of the displayed image, which must contain it.
 fn radiance_at(shown: &Snapshot, place: [u32; 2]) -> Rgb {
     let (film, index) = source_of(shown, place);
-    film.pixels()[index].mean(film.unit().quantum())
+    film.shown(index).mean(film.unit().quantum())
 }
 
 /// The film with samples of a pixel of the displayed image, which must contain it, and the pixel's index there.
@@ -334,7 +337,7 @@ pub fn values(shown: &Snapshot, layer: Layer, [x0, y0, x1, y1]: [u32; 4]) -> Opt
         return None;
     }
     let film = &shown.gathered.film;
-    let sums = |[x, y]: [u32; 2]| film.pixels()[film.region().index(x, y)];
+    let sums = |[x, y]: [u32; 2]| film.shown(film.region().index(x, y));
     let of_features = |f: &Features| match layer {
         Layer::Depth => vec![f.depth_m],
         Layer::Normal => f.normal.to_vec(),

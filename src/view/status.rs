@@ -89,7 +89,7 @@ impl Described {
             "name": scene.path().file_name().map(|name| name.to_string_lossy()),
             "can_save": scene.can_save(),
             "cameras": scene.cameras(),
-            "light_groups": scene.setup().scene.light_groups,
+            "light_groups": scene.setup().light_group_names(),
             "size": settings.size,
             "findings": findings,
             "edits": scene.statements(),

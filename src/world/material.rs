@@ -190,6 +190,9 @@ fields! {
         double_sided: bool = false, Flag;
         /// shows its base colour whatever the light (KHR_materials_unlit)
         unlit: bool = false, Flag;
+        /// shows what is behind it instead of itself, darkened by the shadows and coloured by the reflections that
+        /// things throw on it: an object stands on white, or on nothing; under the path transport
+        shadow_catcher: bool = false, Flag;
         /// index of refraction of the inside over the outside: water has 1.33 and a bubble of air 1, whatever is around
         /// them; 0 reflects everything (KHR_materials_ior)
         ior: f32 = 1.5, Number(Range::From(0.0));

@@ -5,6 +5,7 @@ mod aov;
 mod browser;
 mod camera;
 mod cameras;
+mod catcher;
 mod caustics;
 mod cli;
 mod compare;

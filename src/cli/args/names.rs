@@ -4,7 +4,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::bvh::Coherence;
 use crate::cli::progress::ProgressForm;
-use crate::formats::{LightUnits, UpAxis};
+use crate::formats::{Floor, LightUnits, UpAxis};
 use crate::integrator::Schedule;
 use crate::world::{Adaptive, Aov, BuildQuality, Sampler, Tonemap, Transport};
 
@@ -61,6 +61,8 @@ pub const ADAPTIVE: NamedValues<Adaptive> =
 
 pub const LIGHT_UNITS: NamedValues<LightUnits> =
     &[("auto", "", LightUnits::Auto), ("candela", "", LightUnits::Candela), ("watt", "", LightUnits::Watt)];
+
+pub const GROUNDS: NamedValues<Floor> = &[("grey", "", Floor::Grey), ("shadow", "", Floor::Shadow)];
 
 pub const UP_AXES: NamedValues<UpAxis> = &[("y", "", UpAxis::Y), ("z", "", UpAxis::Z)];
 

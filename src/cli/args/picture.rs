@@ -3,14 +3,15 @@
 use clap::Args;
 
 use super::names::{
-    ADAPTIVE, LIGHT_UNITS, QUALITIES, SAMPLERS, TONEMAPS, TRANSPORTS, TransportChoice, UP_AXES, one_of,
+    ADAPTIVE, GROUNDS, LIGHT_UNITS, QUALITIES, SAMPLERS, TONEMAPS, TRANSPORTS, TransportChoice, UP_AXES,
+    one_of,
 };
 use super::parse::{
     Exposure, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_f_stop, parse_focal_length,
     parse_fov, parse_place, parse_sharing, parse_size, parse_strength, parse_time, parse_turn,
     parse_variable, parse_zoom,
 };
-use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, UpAxis};
+use crate::formats::{Edits, EnvironmentPreset, Floor, LightUnits, LoadOptions, UpAxis};
 use crate::world::{
     Adaptive, BuildQuality, Caustics, DepthLimits, Sampler, Settings, Sharing, Tonemap, World,
 };
@@ -270,9 +271,9 @@ pub struct EditOptions {
     /// Focus on an entity, or on what a pixel of the image shows
     #[arg(long, value_name = "NAME|X,Y")]
     pub focus: Option<String>,
-    /// Put a grey floor under everything
-    #[arg(long)]
-    pub ground: bool,
+    /// Put a floor under everything: a grey one, or one of which only the shadows are seen
+    #[arg(long, value_name = "grey|shadow", num_args = 0..=1, require_equals = true, default_missing_value = "grey", hide_possible_values = true, value_parser = one_of(GROUNDS))]
+    pub ground: Option<Floor>,
     /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, red, '#ff8000' or 0.1,0.2,0.4; if
     /// there is an environment, it still gives light and is seen in mirrors
     #[arg(long, aliases = ["background-color", "bg-color", "bg"], value_name = "COLOUR")]

@@ -115,7 +115,8 @@ impl Job {
             region: Region::whole(settings.size),
             unit: setup.unit,
             variance: settings.aov.contains(&Aov::Variance),
-            light_groups: setup.scene.light_groups.clone(),
+            light_groups: setup.light_group_names().to_vec(),
+            catches: setup.catches,
             wanted: [0, settings.samples],
             settings,
             samples: Vec::new(),
@@ -189,7 +190,7 @@ impl Job {
         if let Some(what) = found.source.difference(scene) {
             return Err(Failure::file(format!("{}: it has changed meanwhile: {what}", scene.path.display())));
         }
-        if found.setup.scene.light_groups != self.header.light_groups {
+        if found.setup.light_group_names() != self.header.light_groups {
             let reason = "its lights are of other groups at another moment: give each that shines a group";
             return Err(Failure::file(format!("{}: {reason}", scene.path.display())));
         }

@@ -41,6 +41,9 @@ pub struct FilmHeader {
     /// The names of the light groups whose sums the film contains.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_groups: Vec<String>,
+    /// True if the film contains the sums of shadow catchers.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub catches: bool,
     /// The range of samples that the film is to have; for a shard, a part of [`Settings::samples`].
     pub wanted: [u32; 2],
     /// The samples that all pixels have, as sorted ranges.
@@ -264,7 +267,11 @@ const OF_THE_PICTURE: [&str; 4] = ["tonemap", "exposure_ev", "auto_exposure", "a
 impl FilmHeader {
     /// The groups whose sums the film contains.
     pub fn groups(&self) -> GroupKinds {
-        GroupKinds { lights: self.light_groups.len(), has_transparency: self.settings.transparent }
+        GroupKinds {
+            lights: self.light_groups.len(),
+            has_transparency: self.settings.transparent,
+            has_catcher: self.catches,
+        }
     }
 
     /// The samples that all pixels have; none if the ranges are invalid.
@@ -318,7 +325,7 @@ impl FilmHeader {
             let settings = serde_json::to_value(&header.settings).unwrap_or_default();
             let rest = serde_json::json!({
                 "region": header.region, "variance": header.variance, "unit": header.unit,
-                "light_groups": header.light_groups,
+                "light_groups": header.light_groups, "catches": header.catches,
             });
             [view, settings, rest]
         };

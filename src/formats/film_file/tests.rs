@@ -8,8 +8,9 @@ use crate::world::{Settings, Sharing, SourceFiles};
 
 /// A film, with or without squares; its region of 300 × 500 pixels has three blocks. Some pixels are bright.
 fn film(region: Region, variance: bool) -> FilmFile {
-    // Half of all films have light groups and transparency.
-    let kinds = GroupKinds { lights: if variance { 2 } else { 0 }, has_transparency: variance };
+    // Half of all films have groups.
+    let lights = if variance { 2 } else { 0 };
+    let kinds = GroupKinds { lights, has_transparency: variance, has_catcher: variance };
     let groups = kinds.count();
     let mut film = Film::new(region, FilmScale::new(1e6, 1e6)).with_groups(kinds);
     let mut moments = variance.then(|| Moments::new(region));
@@ -41,6 +42,7 @@ fn film(region: Region, variance: bool) -> FilmFile {
         region,
         unit: film.unit(),
         variance,
+        catches: kinds.has_catcher,
         light_groups: (0..film.light_groups()).map(|group| format!("lamp {group}")).collect(),
         wanted: [0, 4],
         samples: vec![[0, 3]],

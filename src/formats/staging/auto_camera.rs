@@ -3,10 +3,11 @@
 use super::bounding_points::BoundingPoints;
 use crate::error::LoadError;
 use crate::formats::names::TakenNames;
-use crate::formats::{Edits, LoadOptions};
+use crate::formats::{Edits, Floor, LoadOptions};
 use crate::math::{DVec3, Rgb};
 use crate::world::{
-    BlinnPhong, Camera, ColorInput, Material, OrbitCamera, Parent, Shape, Transform, World, transforms,
+    BlinnPhong, Camera, ColorInput, Material, OrbitCamera, Parent, Principled, ScalarInput, Shape, Transform,
+    World, transforms,
 };
 
 /// Marks an added camera and stores its initial transform. As long as it keeps that, it is moved to where the image
@@ -15,6 +16,9 @@ pub(super) struct AutoCamera(pub Transform);
 
 /// The extent of a floor to each side, in diameters of the scene.
 const FLOOR: f64 = 100.0;
+
+/// The reflectance of a floor that shows what is behind it: things on it are lit as if they stood on paper.
+const PAPER: f32 = 0.8;
 
 /// True if there is an added camera, whose place depends on the shape of the image.
 pub(crate) fn has_added_camera(world: &World) -> bool {
@@ -29,7 +33,7 @@ pub(super) fn place(
     at_rest: impl FnOnce() -> Result<World, LoadError>,
 ) -> Result<(), LoadError> {
     let Edits { orbit, zoom, ground, .. } = options.edits;
-    if !has_added_camera(world) && orbit.is_none() && zoom.is_none() && !ground {
+    if !has_added_camera(world) && orbit.is_none() && zoom.is_none() && ground.is_none() {
         return Ok(());
     }
     let moves = world.is_animated && options.time_s.is_some();
@@ -42,8 +46,8 @@ pub(super) fn place(
         let _ = world.entities.remove_one::<Parent>(entity);
         let _ = world.entities.insert(entity, (transform, camera));
     }
-    if ground {
-        add_floor(world, [least, most]);
+    if let Some(ground) = ground {
+        add_floor(world, ground, [least, most]);
     }
     Ok(())
 }
@@ -115,20 +119,29 @@ fn point(text: &str) -> Option<DVec3> {
     Some(DVec3::from_array(numbers.try_into().ok()?))
 }
 
-/// Adds a grey floor under everything.
-fn add_floor(world: &mut World, [least, most]: [DVec3; 2]) {
+/// Adds a floor under everything.
+fn add_floor(world: &mut World, ground: Floor, [least, most]: [DVec3; 2]) {
     let diameter = (most - least).length().max(1e-6);
     let (middle, reach) = (0.5 * (least + most), FLOOR * diameter);
     // A flat underside must not coincide with the floor.
     let height = least.y - 1e-4 * diameter;
     let corner = |x: f64, z: f64| DVec3::new(middle.x + x * reach, height, middle.z + z * reach);
     let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
-    let grey = BlinnPhong {
-        diffuse: ColorInput::Constant(Rgb::splat(0.4)),
-        specular: ColorInput::Constant(Rgb::BLACK),
-        ..BlinnPhong::default()
+    let material = match ground {
+        Floor::Grey => Material::BlinnPhong(BlinnPhong {
+            diffuse: ColorInput::Constant(Rgb::splat(0.4)),
+            specular: ColorInput::Constant(Rgb::BLACK),
+            ..BlinnPhong::default()
+        }),
+        Floor::Shadow => Material::Principled(Box::new(Principled {
+            base_color: ColorInput::Constant(Rgb::splat(PAPER)),
+            metallic: ScalarInput::constant(0.0),
+            specular: ScalarInput::constant(0.0),
+            shadow_catcher: true,
+            ..Principled::default()
+        })),
     };
     let name = TakenNames::of(world).unique("ground");
-    let material = world.assets.add_material(Some("ground".into()), Material::BlinnPhong(grey));
+    let material = world.assets.add_material(Some("ground".into()), material);
     world.entities.spawn((name, Transform::IDENTITY, Shape::Plane { corners }, material));
 }

@@ -18,6 +18,14 @@ pub const FREE_EVENT: u32 = 1 << 30;
 /// Flag of paths one of whose directions was drawn with a density, at a surface or within a body.
 pub const BLURRED: u32 = 1 << 29;
 
+/// Flag of paths that a shadow catcher has caught: the light that they find is its light.
+pub const CAUGHT: u32 = 1 << 28;
+
+/// Flag of paths whose direction was drawn at a shadow catcher, until their next vertex.
+pub const FROM_CATCHER: u32 = 1 << 27;
+
+const _: () = assert!(3 * BITS <= 27, "counters and flags share an integer");
+
 const _: () = assert!(DepthLimits::MOST < MOST, "a counter must go beyond every limit");
 
 /// The kind of a lobe: its effect on light.
@@ -105,10 +113,16 @@ pub fn only_transmitted<F: Float>(bounces: F::Int) -> F::Mask {
     (bounces & F::Int::splat(MOST << LobeKind::Glossy.shift() | BLURRED)).eq(F::Int::splat(0))
 }
 
+/// The lanes that have a flag.
+#[inline(always)]
+pub fn is_set<F: Float>(bounces: F::Int, flag: u32) -> F::Mask {
+    !(bounces & F::Int::splat(flag)).eq(F::Int::splat(0))
+}
+
 /// The lanes in which a limit has been exceeded.
 #[inline(always)]
 pub fn spent<F: Float>(bounces: F::Int) -> F::Mask {
-    !(bounces & F::Int::splat(SPENT)).eq(F::Int::splat(0))
+    is_set::<F>(bounces, SPENT)
 }
 
 /// Unpacks the counters of a path.

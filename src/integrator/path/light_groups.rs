@@ -1,6 +1,8 @@
 //! Light that paths have found, by group: what is added to a path's radiance is also added to its group's sums.
 
 use super::Path;
+use super::bounces::{self, CAUGHT};
+use crate::film::Caught;
 use crate::integrator::RenderSetup;
 use crate::math::{Color, NONE, Rgb};
 use crate::simd::{Float, Int, Mask};
@@ -76,12 +78,28 @@ pub fn find_around<F: Float>(
     if setup.transparent && seen.any() {
         // The film divides by its scale.
         let one = F::splat(setup.unit.one());
-        found.add(path, F::Int::splat(setup.light_groups() as u32), path.throughput * one, false, seen);
+        found.add(path, F::Int::splat(setup.groups().transparency()), path.throughput * one, false, seen);
         light = Color::select(seen, Color::black(), light);
         around = around & !seen;
     }
-    found.add(path, F::Int::splat(setup.scene.around_group), light, false, around);
+    let group = group_for(setup, path, F::Int::splat(setup.scene.around_group));
+    found.add(path, group, light, false, around);
     light
+}
+
+/// The group that counts light which paths find: its light group or, with shadow catchers, that of theirs.
+#[inline(always)]
+pub fn group_for<F: Float>(setup: &RenderSetup, path: &Path<F>, light_group: F::Int) -> F::Int {
+    if !setup.catches {
+        return light_group;
+    }
+    caught_group::<F>(setup, bounces::is_set::<F>(path.bounce_counts, CAUGHT))
+}
+
+/// The group that counts the light of shadow catchers in some lanes, and [`NONE`] in the others.
+#[inline(always)]
+pub fn caught_group<F: Float>(setup: &RenderSetup, caught: F::Mask) -> F::Int {
+    F::Int::select(caught, F::Int::splat(setup.groups().caught(Caught::Arriving)), F::Int::splat(NONE))
 }
 
 /// The light group of an emitter, or [`NONE`].

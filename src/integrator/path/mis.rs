@@ -90,6 +90,18 @@ pub(in crate::integrator) fn emission_mis_weight<F: Float>(
     F::outlined(EmissionMisWeight { setup, path, index, distance: path.travelled + hit.t, found })
 }
 
+/// The lanes whose drawn direction has found an emitter that light samples could have found, too.
+#[inline(always)]
+pub(in crate::integrator) fn finds_sampled_light<F: Float>(
+    setup: &RenderSetup,
+    path: &Path<F>,
+    hit: &HitLanes<F>,
+    mask: F::Mask,
+) -> F::Mask {
+    let drawn = mask & path.pdf.gt(F::zero());
+    drawn & !emitter::of_hit(&setup.scene, hit, drawn).eq(F::Int::splat(NONE))
+}
+
 /// The MIS weight of a drawn direction that has found an emitter.
 struct EmissionMisWeight<'a, F: Float> {
     setup: &'a RenderSetup,

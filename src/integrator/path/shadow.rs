@@ -13,6 +13,8 @@ pub struct ShadowRay<F: Float> {
     pub contribution: Color<F>,
     /// The emitter at its end, whose surface does not block it.
     pub emitter: F::Int,
+    /// The film's group that counts the light of shadow catchers, or [`NONE`].
+    pub caught_group: F::Int,
     /// The bodies in which it begins ([`crate::scene::Bodies`]).
     pub bodies: F::Int,
     /// The lanes with a contribution.
@@ -29,6 +31,7 @@ impl<F: Float> ShadowRay<F> {
             ray: Ray { origin: Vector::zero(), direction: up, t_min: zero, t_max: zero },
             contribution: Color::black(),
             emitter: F::Int::splat(NONE),
+            caught_group: F::Int::splat(NONE),
             bodies: F::Int::splat(NOWHERE),
             mask: F::Mask::from_bits(0),
         }
@@ -47,6 +50,7 @@ impl<F: Float> ShadowRay<F> {
             },
             contribution: Color::select(mask, yes.contribution, no.contribution),
             emitter: F::Int::select(mask, yes.emitter, no.emitter),
+            caught_group: F::Int::select(mask, yes.caught_group, no.caught_group),
             bodies: F::Int::select(mask, yes.bodies, no.bodies),
             mask: (mask & yes.mask) | (!mask & no.mask),
         }

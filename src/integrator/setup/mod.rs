@@ -64,6 +64,8 @@ pub struct RenderSetup {
     pub splitting: f32,
     /// True if the film counts what pixels show of the things behind the scene.
     pub transparent: bool,
+    /// True if the film counts the light of shadow catchers.
+    pub catches: bool,
     /// The albedo tables of the lobes that the scene's materials have under the path transport.
     pub lobes: LobeTables,
     /// The film scale: the unit in which radiance is counted.
@@ -93,13 +95,16 @@ impl RenderSetup {
         let size = settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE));
         // Bodies attenuate the light that vertices give on its way to other vertices.
         let acts = |body: &Body| scene.materials[body.material as usize].has_active_medium();
-        let sharing =
-            ReuseGroups::of(&scene.materials, settings).filter(|_| !scene.bodies.all(around).any(acts));
+        let catches = settings.transport == Transport::Path
+            && scene.materials.iter().any(|material| material.shadow_catcher);
+        // What neighbours give would have to be counted as theirs.
+        let sharing = ReuseGroups::of(&scene.materials, settings)
+            .filter(|_| !catches && !scene.bodies.all(around).any(acts));
         let around_square = match settings.transport {
             Transport::Whitted => 1.0,
             Transport::Path => index_square(&scene, around),
         };
-        let photons = photons(&scene, settings);
+        let photons = if catches { Err(NoPhotons::Catcher) } else { photons(&scene, settings) };
         // Radiance is higher within a body than outside.
         let (brightest, usual) = scene.levels();
         let unit = FilmScale::new(brightest * around_square.max(1.0), usual * around_square.max(1.0));
@@ -125,6 +130,7 @@ impl RenderSetup {
             follows_light: false,
             splitting: SPLITTING,
             transparent: settings.transparent,
+            catches,
             lobes,
             around_square,
             around,
@@ -134,12 +140,21 @@ impl RenderSetup {
     /// The number of light groups.
     #[inline(always)]
     pub fn light_groups(&self) -> usize {
-        self.scene.light_groups.len()
+        self.light_group_names().len()
+    }
+
+    /// The names of the light groups; none with shadow catchers, whose light is counted by itself.
+    pub fn light_group_names(&self) -> &[String] {
+        if self.catches { &[] } else { &self.scene.light_groups }
     }
 
     /// The groups that films hold.
     pub fn groups(&self) -> GroupKinds {
-        GroupKinds { lights: self.light_groups(), has_transparency: self.transparent }
+        GroupKinds {
+            lights: self.light_groups(),
+            has_transparency: self.transparent,
+            has_catcher: self.catches,
+        }
     }
 
     /// An empty film for a region.
@@ -233,6 +248,8 @@ pub enum NoPhotons {
     NotSeen,
     /// No trial photon ended on a surface.
     NoneLands,
+    /// Light that photons bring to shadow catchers would count as light that nothing blocks.
+    Catcher,
     /// Photons would lie so far apart that they would be isolated bright dots.
     Dots,
 }
@@ -247,6 +264,7 @@ impl NoPhotons {
             Self::NoCaustics => "no material throws light onto other things, as glass and mirrors do",
             Self::NoLamp => "no lamp lights what would throw light onto other things",
             Self::NotSeen => "the camera sees no surface where photons could end",
+            Self::Catcher => "shadow catchers show no light, and photons bring nothing else",
             Self::NoneLands => "none of those that were tried ended on a surface",
             Self::Dots => "they would make only single bright dots (--caustics 1 insists)",
         }

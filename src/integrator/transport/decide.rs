@@ -91,6 +91,7 @@ pub fn decide(
         key,
         here,
         draws: true,
+        caught: false,
         t,
         width,
     };

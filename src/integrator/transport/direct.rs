@@ -3,6 +3,8 @@
 use super::medium;
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
+use crate::integrator::path::bounces::{self, CAUGHT};
+use crate::integrator::path::light_groups::caught_group;
 use crate::integrator::path::mis::{choose, power_heuristic};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::math::{Color, NONE, Ray};
@@ -63,7 +65,16 @@ pub(in crate::integrator) fn sampled_light<F: Float>(
     LightPoint { emitter, density, share, value, sample }
 }
 
-/// The shadow ray to a point of a light, and the BSDF value · |cos| towards it.
+/// The group of shadow catchers that counts the light of paths which they catch here or have caught before.
+#[inline(always)]
+fn counted<F: Float>(setup: &RenderSetup, path: &Path<F>, caught: F::Mask) -> F::Int {
+    if !setup.catches {
+        return F::Int::splat(NONE);
+    }
+    caught_group::<F>(setup, caught | bounces::is_set::<F>(path.bounce_counts, CAUGHT))
+}
+
+/// The shadow ray to a point of a light in the lanes `here`, `caught` by a shadow catcher or not, and the BSDF value · |cos| towards it.
 #[inline(always)]
 pub(in crate::integrator) fn to_light<F: Float>(
     setup: &RenderSetup,
@@ -72,7 +83,7 @@ pub(in crate::integrator) fn to_light<F: Float>(
     boundary: &Boundary<F>,
     bsdf: &Bsdf<F>,
     key: SampleKey<F::Int>,
-    here: F::Mask,
+    [here, caught]: [F::Mask; 2],
 ) -> (ShadowRay<F>, Color<F>) {
     let scene = &setup.scene;
     let mask = here & bsdf.scatters();
@@ -82,6 +93,8 @@ pub(in crate::integrator) fn to_light<F: Float>(
     let zero = F::zero();
     let LightPoint { emitter, density, share, value, sample } =
         sampled_light(setup, path, surface, bsdf, key, mask);
+    // Light samples alone find lamps: what they would bring without other things is known without tracing another ray.
+    let share = F::select(caught & sample.distance.lt(F::splat(f32::INFINITY)), F::one(), share);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
     let bodies = boundary.beyond(through);
@@ -98,6 +111,7 @@ pub(in crate::integrator) fn to_light<F: Float>(
         },
         contribution,
         emitter,
+        caught_group: counted(setup, path, caught),
         bodies,
         mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
     };

@@ -3,6 +3,7 @@
 use super::medium;
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
+use crate::integrator::path::light_groups::group_for;
 use crate::integrator::path::mis::{choose, power_heuristic};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::termination::is_last;
@@ -58,6 +59,7 @@ impl<F: Float> Outlined for MediumLightSample<'_, F> {
             ray: Ray { origin, direction: sample.direction, t_min: zero, t_max },
             contribution,
             emitter,
+            caught_group: group_for(setup, path, none),
             bodies: path.bodies,
             mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
         };

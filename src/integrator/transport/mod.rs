@@ -1,6 +1,7 @@
 //! Transports: the light at one vertex of a path, under [`whitted`]'s transport and under the path transport
 //! ([`path_tracing`]), and the scattering of photons ([`photon_tracing`]).
 
+mod catcher;
 pub mod decide;
 pub mod direct;
 pub mod medium;

@@ -6,7 +6,7 @@ use super::medium;
 use super::scatter_vertex::{Fork, ScatterVertex};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::bounces::{self, BLURRED, FREE_EVENT};
+use crate::integrator::path::bounces::{self, BLURRED, CAUGHT, FREE_EVENT, FROM_CATCHER};
 use crate::integrator::path::termination::roulette;
 use crate::math::{Color, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
@@ -91,6 +91,10 @@ impl<F: Float> ScatterVertex<'_, F> {
     pub fn continued(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
         let Self { setup, path, surface, key, width, .. } = *self;
         let (mut next, mut goes_on) = reflected(setup, path, surface, &self.boundary, drawn, key, width);
+        if self.caught.any() {
+            let flags = next.bounce_counts | F::Int::splat(CAUGHT | FROM_CATCHER);
+            next.bounce_counts = F::Int::select(self.caught, flags, next.bounce_counts);
+        }
         if self.point.material.passes_shadow_rays {
             self.go_straight_on(drawn, &mut next, &mut goes_on);
         }

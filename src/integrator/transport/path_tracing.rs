@@ -6,17 +6,21 @@
 //! A path's radiance is summed in the order of its vertices: at each vertex first the surface's emission, then the
 //! light sample.
 
+use super::catcher;
 use super::direct::{faces, to_light};
 use super::medium;
 use super::medium_light::MediumLightSample;
 use super::onward::{sampled, unhindered};
 use super::reusable::{self, ReuseRoles};
 use super::scatter_vertex::{Fork, ScatterVertex};
+use crate::film::Caught;
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::bounces;
-use crate::integrator::path::light_groups::{GroupQueue, find_around};
-use crate::integrator::path::mis::{emission_mis_weight, power_heuristic, selection_probability};
+use crate::integrator::path::bounces::{self, FROM_CATCHER};
+use crate::integrator::path::light_groups::{GroupQueue, find_around, group_for};
+use crate::integrator::path::mis::{
+    emission_mis_weight, finds_sampled_light, power_heuristic, selection_probability,
+};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::termination::is_last;
 use crate::integrator::photons::PhotonMaps;
@@ -57,7 +61,30 @@ pub fn miss<F: Float>(
     mask: F::Mask,
     found: &mut GroupQueue,
 ) -> Color<F> {
-    let mut around = mask;
+    let (light, is_backdrop) = surroundings(setup, photons, path, mask);
+    let light = limited(setup, path, path.throughput * light);
+    if setup.catches {
+        let unblocked = F::Int::splat(setup.groups().caught(Caught::Unblocked));
+        found.add(
+            path,
+            unblocked,
+            light,
+            false,
+            mask & bounces::is_set::<F>(path.bounce_counts, FROM_CATCHER),
+        );
+    }
+    let seen = mask & bounces::only_transmitted::<F>(path.bounce_counts);
+    find_around(setup, path, light, [mask & !is_backdrop, seen], found)
+}
+
+/// The light that paths find where there is nothing, without their throughput; and the lanes where it is the backdrop.
+#[inline(always)]
+pub(super) fn surroundings<F: Float>(
+    setup: &RenderSetup,
+    photons: Option<PhotonMaps>,
+    path: &Path<F>,
+    mask: F::Mask,
+) -> (Color<F>, F::Mask) {
     let scene = &setup.scene;
     let mut light = environment::radiance(&scene.environment, path.direction, mask);
     let drawn = mask & path.pdf.gt(F::zero());
@@ -74,14 +101,11 @@ pub fn miss<F: Float>(
         let density = photons.plan.emission.sky_density(scene, path.direction, mask);
         light = light * photons.left_to_path(path, density, false, mask);
     }
-    if let Some(backdrop) = environment::backdrop(&scene.environment, path.direction) {
-        let is_seen = path.bounce_counts.eq(F::Int::splat(0));
-        light = Color::select(is_seen, backdrop, light);
-        around = around & !is_seen;
-    }
-    let light = limited(setup, path, path.throughput * light);
-    let seen = mask & bounces::only_transmitted::<F>(path.bounce_counts);
-    find_around(setup, path, light, [around, seen], found)
+    let Some(backdrop) = environment::backdrop(&scene.environment, path.direction) else {
+        return (light, F::Mask::from_bits(0));
+    };
+    let is_seen = path.bounce_counts.eq(F::Int::splat(0));
+    (Color::select(is_seen, backdrop, light), is_seen)
 }
 
 /// Clamps light by the settings; never what the camera sees directly or straight through surfaces.
@@ -121,7 +145,9 @@ pub fn hit<F: Float>(
     let point = shading_point(setup, path, hit, material, &surface, width, mask);
     let key = path.path_key(setup.seed);
     let flight = medium::free_flight(setup, path, hit.t, mask);
-    let path = &Path { throughput: flight.throughput, ..*path };
+    let from_catcher = catcher::light_without_things(setup, path, mask, found);
+    let bounce_counts = path.bounce_counts & F::Int::splat(!FROM_CATCHER);
+    let path = &Path { throughput: flight.throughput, bounce_counts, ..*path };
     let mut out = VertexOutcome {
         radiance: path.radiance,
         shadow: ShadowRay::none(),
@@ -139,10 +165,7 @@ pub fn hit<F: Float>(
             return out;
         }
     }
-    let light = emitted(setup, photons, path, hit, &point, arrives);
-    if record.group != NONE {
-        found.add(path, F::Int::splat(record.group), light, false, arrives);
-    }
+    let light = found_emission(setup, photons, path, (hit, &point), [arrives, from_catcher], found);
     out.radiance = Color::select(arrives, path.radiance + light, path.radiance);
     let boundary = boundary(scene, path, &surface, record, arrives);
     let gone = arrives & boundary.gone;
@@ -155,6 +178,7 @@ pub fn hit<F: Float>(
     // The last ray only finds emitters, because the previous light sample is weighted against it.
     let arrives = arrives & !gone;
     let here = arrives & !is_last(setup, path);
+    let caught = catcher::caught(setup, path, record, arrives, found);
     // Going straight through is no bounce.
     let draws = if record.passes_shadow_rays { arrives } else { here };
     if record.unlit || !draws.any() {
@@ -170,6 +194,7 @@ pub fn hit<F: Float>(
         key,
         here,
         draws,
+        caught: caught & here,
         t: hit.t,
         width,
     };
@@ -304,10 +329,15 @@ impl<F: Float> ScatterVertex<'_, F> {
     /// Samples one light and draws one direction at a surface with the given lobes.
     #[inline(always)]
     fn scatter(&self, has: LobeFlags, found: &mut GroupQueue) -> Scattered<F> {
-        let Self { setup, path, surface, point, key, here, draws, .. } = *self;
+        let Self { setup, path, surface, point, key, here, draws, caught, .. } = *self;
         let boundary = &self.boundary;
         let bsdf = bsdf(has, setup, path, point, &boundary.outside, key, draws);
-        let mut light = to_light(setup, path, surface, boundary, &bsdf, key, here);
+        let mut light = to_light(setup, path, surface, boundary, &bsdf, key, [here, caught]);
+        if caught.any() {
+            let unblocked = F::Int::splat(setup.groups().caught(Caught::Unblocked));
+            let all = limited(setup, path, light.0.contribution);
+            found.add(path, unblocked, all, false, caught & light.0.mask);
+        }
         let drawn = sampled(setup, path, &bsdf, key, draws);
         let (mut next, goes_on) = self.continued(&drawn);
         next.packed_normal = faces(setup, surface, &bsdf);
@@ -357,6 +387,29 @@ pub(in crate::integrator) fn bsdf<F: Float>(
         parameters.split(&boundary, path.throughput, u);
     }
     Bsdf::new(has, parameters, setup.lobes, point.to_viewer, mask)
+}
+
+/// The light that paths find by the surface's emission, which is added to `found`, too; in the lanes of the second mask
+/// only what no light sample at a shadow catcher could find.
+#[inline(always)]
+fn found_emission<F: Float>(
+    setup: &RenderSetup,
+    photons: Option<PhotonMaps>,
+    path: &Path<F>,
+    (hit, point): (&HitLanes<F>, &ShadingPoint<F>),
+    [arrives, from_catcher]: [F::Mask; 2],
+    found: &mut GroupQueue,
+) -> Color<F> {
+    let mut light = emitted(setup, photons, path, hit, point, arrives);
+    if from_catcher.any() {
+        let sampled = finds_sampled_light(setup, path, hit, arrives & from_catcher);
+        light = Color::select(sampled, Color::black(), light);
+    }
+    let group = point.material.group;
+    if group != NONE || setup.catches {
+        found.add(path, group_for(setup, path, F::Int::splat(group)), light, false, arrives);
+    }
+    light
 }
 
 /// The light that paths find by the surface's emission.

@@ -149,6 +149,7 @@ pub fn hit<F: Float>(
         key,
         here,
         draws,
+        caught: F::Mask::from_bits(0),
         t: hit.t,
         width: way,
     };
@@ -303,6 +304,7 @@ impl<F: Float> Eye<F> {
             },
             contribution: light,
             emitter: F::Int::splat(NONE),
+            caught_group: F::Int::splat(NONE),
             bodies,
             mask: self.mask & light.max_component().gt(F::zero()),
         }

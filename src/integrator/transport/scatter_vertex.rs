@@ -37,6 +37,8 @@ pub(in crate::integrator) struct ScatterVertex<'a, F: Float> {
     pub here: F::Mask,
     /// The lanes whose path may at least go straight on.
     pub draws: F::Mask,
+    /// The lanes that a shadow catcher catches here.
+    pub caught: F::Mask,
     pub t: F,
     pub width: F,
 }

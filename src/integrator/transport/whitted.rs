@@ -332,6 +332,7 @@ pub fn light_ray<F: Float>(
         },
         contribution,
         emitter: F::Int::splat(policy.emitter),
+        caught_group: F::Int::splat(NONE),
         bodies: F::Int::splat(NOWHERE),
         mask: mask & lit & contribution.max_component().gt(zero),
     }

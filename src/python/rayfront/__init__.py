@@ -258,7 +258,7 @@ def load(
     environment: a picture, "studio", "sky" or "sky:30,220". set: statements that change values, such as 'Material["paint"].roughness = 0.2'. hide, only: queries
     that select what is removed, or kept. look_at: the camera's position and its target, ((x, y, z), (x, y, z)). orbit: the angles
     in degrees by which cameras orbit their target, (right, up). zoom: the factor by which they come nearer. ground: adds a grey
-    floor. light_units ("auto", "candela", "watt"), solid_glass and double_sided: the interpretation of glTF files. size: the size
+    floor (True), or one of which only shadows are seen ("shadow"). light_units ("auto", "candela", "watt"), solid_glass and double_sided: the interpretation of glTF files. size: the size
     of the image, for which an added camera is placed. up: the axis that points up in a model or mesh, "y" or "z". env_turn: the
     angle in degrees by which environments are turned, clockwise seen from above. env_strength: the factor on their light.
     background: what the camera sees behind everything, a grey, (red, green, blue), "#c03020" or a gradient as in scene files.
@@ -276,6 +276,7 @@ def load(
         if not isinstance(orbit, list) or len(orbit) != 2:
             raise ValueError(f"orbit must be two angles in degrees, (right, up), not {orbit!r}")
     size = None if size is None else _size(size)
+    ground = {True: "grey", False: None}.get(ground, ground)
     if background is not None and not isinstance(background, str):
         background = str(np.asarray(background, dtype=np.float64).tolist()).strip("[]")
     how = (look_at, orbit, zoom, ground, light_units, solid_glass, double_sided, size)

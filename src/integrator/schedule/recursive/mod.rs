@@ -289,19 +289,21 @@ impl<'a> Tile<'a> {
         let light = arriving(setup, isa, path, &outcome.shadow, &mut self.buffers.stack);
         if let Some(light) = light {
             path.radiance = connect(path.radiance, light);
-            self.find_of(path, outcome.shadow.emitter.0, light);
+            self.find_of(path, &outcome.shadow, light);
         }
         if self.looks {
             self.observer.report(&observe::path_shadow(path, light.is_none(), path.radiance));
         }
     }
 
-    /// Adds the light of an emitter that a path has found to that of its group.
-    fn find_of(&mut self, path: &Path<f32>, emitter: u32, light: Color<f32>) {
-        if self.setup.light_groups() > 0 {
-            let group = group_of(self.setup, emitter);
-            self.buffers.found.add(path, Wrapping(group), light, false, true);
-        }
+    /// Adds the light that a shadow ray brings to that of its group.
+    fn find_of(&mut self, path: &Path<f32>, shadow: &ShadowRay<f32>, light: Color<f32>) {
+        let group = match self.setup.catches {
+            true => shadow.caught_group,
+            false if self.setup.light_groups() == 0 => return,
+            false => Wrapping(group_of(self.setup, shadow.emitter.0)),
+        };
+        self.buffers.found.add(path, group, light, false, true);
     }
 
     /// Moves the light found by group to a sink.
@@ -372,7 +374,7 @@ impl<'a> Tile<'a> {
                 }
                 if !blocked {
                     path.radiance = connect(path.radiance, shadow.contribution);
-                    self.find_of(path, shadow.emitter.0, shadow.contribution);
+                    self.find_of(path, &shadow, shadow.contribution);
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! The stage that traces shadow rays.
 
+use std::num::Wrapping;
+
 use super::queue::PathQueue;
 use super::shadow_queue::{ShadowAnyHit, ShadowQueue};
 use super::wave::{StageClock, Wave};
@@ -34,7 +36,7 @@ impl Wave {
         bvh::any(self.traversal.unwrap_or(isa), bvh, rays, Coherence::Unknown, &mut self.stack, occluded);
         self.weaken(setup, isa, count);
         match film {
-            _ if setup.light_groups() == 0 => {}
+            _ if setup.light_groups() == 0 && !setup.catches => {}
             Some(film) => {
                 let Self { shadow, paths, occluded, .. } = &*self;
                 let groups = &setup.scene.emitters.group;
@@ -66,7 +68,7 @@ impl Wave {
         let (pixels, samples) = paths.pixels();
         found.kept.reserve(count);
         for i in (0..count).filter(|i| occluded[*i] == 0) {
-            let group = groups.get(shadow.emitter(i) as usize).copied().unwrap_or(NONE);
+            let group = shadow.group(i, groups);
             if group != NONE {
                 let (target, light) = (targets[i] as usize, Rgb::new(r[i], g[i], b[i]));
                 found.kept.push(GroupLight { pixel: pixels[target], sample: samples[target], group, light });
@@ -93,8 +95,9 @@ impl Wave {
             let [r, g, b] = self.shadow.contributions().0.map(|channel| channel[i]);
             let contribution = Color::new(r, g, b);
             let left = if is_weakened {
-                let [emitter, bodies] = [self.shadow.emitter(i), bodies].map(std::num::Wrapping);
-                let shadow = ShadowRay { ray: self.shadow.ray(i), contribution, emitter, bodies, mask: true };
+                let [emitter, bodies, caught_group] = [self.shadow.emitter(i), bodies, NONE].map(Wrapping);
+                let ray = self.shadow.ray(i);
+                let shadow = ShadowRay { ray, contribution, emitter, caught_group, bodies, mask: true };
                 arriving(setup, isa, &path, &shadow, &mut self.stack).unwrap_or(Color::black())
             } else {
                 limited(setup, &path, contribution)
@@ -126,7 +129,7 @@ impl Kernel for GroupStage<'_> {
             if occluded[i] != 0 {
                 return None;
             }
-            let group = groups.get(shadow.emitter(i) as usize).copied().unwrap_or(NONE);
+            let group = shadow.group(i, groups);
             let target = targets[i] as usize;
             (group != NONE).then(|| [pixels[target], samples[target], group])
         };
