@@ -58,14 +58,14 @@ fn setup(
     options: &StudyOptions,
     size: ImageSize,
     samples: u32,
-) -> Result<Arc<RenderSetup>, Failure> {
+) -> Result<(World, Arc<RenderSetup>), Failure> {
     let StudyOptions { camera, light, model, .. } = options;
     let (world, setup) = load(scene, &model.of_size(Some(size)), camera.as_deref(), |world| {
         world.settings.samples = samples;
         light.apply(world);
     })?;
     MemoryEstimate::usual(Region::whole(size)).check(&setup, &world.settings)?;
-    Ok(Arc::new(setup))
+    Ok((world, Arc::new(setup)))
 }
 
 /// Saves an image without metadata.

@@ -36,7 +36,7 @@ pub struct Verify {
 
 pub fn run(arguments: &Verify) -> Result<ExitCode, Failure> {
     let Verify { scene, size, spp, options } = arguments;
-    let setup = super::setup(scene, options, *size, *spp)?;
+    let (_, setup) = super::setup(scene, options, *size, *spp)?;
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
     let ways = verify::ways(cores);
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 use super::ProfilePlan;
+use super::parts::{PartCosts, PartCounter};
 use crate::bvh::kernels::counters::Visits;
 use crate::integrator::observe::visits::VisitCounter;
 use crate::integrator::observe::{Continuation, Event, EventKind, Flow, PathKey};
@@ -113,6 +114,8 @@ pub struct Flows {
     pub bounces: Vec<Bounce>,
     /// Items by stage, in order.
     pub stages: [StageFlow; Stage::ALL.len()],
+    /// The costs of entities and materials.
+    pub parts: PartCosts,
 }
 
 /// Renders once more with the wavefront, on one thread, and counts.
@@ -126,10 +129,11 @@ pub fn of_region(setup: &Arc<RenderSetup>, options: Options, samples: u32) -> Fl
     let mut counter = FlowCounter {
         visits: VisitCounter::new(&setup.scene.bvh),
         ways: HashMap::new(),
+        parts: PartCounter::new(&setup.scene),
         flows: Flows::default(),
     };
     session.observe(None, &mut |event| counter.take(event));
-    let mut flows = counter.flows;
+    let mut flows = Flows { parts: counter.parts.costs, ..counter.flows };
     complete(&mut flows, setup.transport);
     flows
 }
@@ -138,13 +142,19 @@ struct FlowCounter<'a> {
     visits: VisitCounter<'a>,
     /// The continuations that led to pending paths.
     ways: HashMap<PathKey, SmallVec<[Continuation; 1]>>,
+    parts: PartCounter<'a>,
     flows: Flows,
 }
 
 impl FlowCounter<'_> {
     fn take(&mut self, event: &Event) {
         let (place, what) = match event {
-            Event::Wave(flow) => return self.flows.stages[flow.stage as usize].add(flow),
+            Event::Wave(flow) => {
+                if flow.stage == Stage::Shade {
+                    self.parts.shaded();
+                }
+                return self.flows.stages[flow.stage as usize].add(flow);
+            }
             Event::Sample(place, what) => (*place, what),
         };
         let depth = place.depth as usize;
@@ -152,6 +162,7 @@ impl FlowCounter<'_> {
             self.flows.bounces.resize(depth + 1, Bounce::default());
         }
         let visits = self.visits.of(what).unwrap_or_default();
+        self.parts.take(place, what, visits);
         match what {
             EventKind::Ray { hit, .. } => {
                 let way = self.way(place);

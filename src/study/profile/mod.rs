@@ -2,6 +2,7 @@
 
 pub mod counters;
 pub mod flow;
+pub mod parts;
 pub mod steps;
 
 use std::sync::Arc;

@@ -1,5 +1,6 @@
 //! `rayfront profile SCENE`: measures where the time goes in both schedules.
 
+mod costs;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -53,7 +54,7 @@ pub struct ProfileArguments {
 
 pub fn run(arguments: &ProfileArguments) -> Result<ExitCode, Failure> {
     let ProfileArguments { scene, size, spp, options, .. } = arguments;
-    let setup = super::setup(scene, options, *size, *spp)?;
+    let (world, setup) = super::setup(scene, options, *size, *spp)?;
     let plan = ProfilePlan {
         samples: *spp,
         runs: arguments.runs,
@@ -84,6 +85,7 @@ pub fn run(arguments: &ProfileArguments) -> Result<ExitCode, Failure> {
         stages: &stages,
         photons,
         flows: &flows,
+        names: &world.names(),
         counted: &counted,
     };
     let text = if options.json { format!("{}\n", report.json()) } else { report.text() };

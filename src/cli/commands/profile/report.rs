@@ -1,5 +1,6 @@
 //! The report of `rayfront profile`, as tables and as JSON.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -38,6 +39,8 @@ pub struct ProfileReport<'a> {
     /// The number of photons of a sample, or the reason for none.
     pub photons: Result<u32, NoPhotons>,
     pub flows: &'a Flows,
+    /// The names of entities by their numbers.
+    pub names: &'a HashMap<u32, String>,
     pub counted: &'a Result<Counted, String>,
 }
 
@@ -46,7 +49,7 @@ fn milliseconds(spread: &Spread) -> String {
     format!("{median:.1} ms ({least:.1} to {most:.1})")
 }
 
-fn percent(part: f64) -> String {
+pub(super) fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
@@ -63,6 +66,7 @@ impl ProfileReport<'_> {
         lines.extend(self.steps());
         lines.extend(self.stages());
         lines.extend(self.bounces());
+        lines.extend(self.costs());
         lines.extend(self.lanes());
         lines.extend(self.counters());
         lines.join("\n") + "\n"
@@ -377,6 +381,8 @@ impl ProfileReport<'_> {
             "stages": stages,
             "stage_seconds_are_cpu": self.stages.are_cpu,
             "bounces": self.flows.bounces.iter().map(bounce_json).collect::<Vec<_>>(),
+            "entities": self.entities_json(),
+            "materials": self.materials_json(),
             "memory_bytes": {
                 "geometry": memory.geometry, "bvh": memory.bvh, "textures": memory.textures,
                 "queues_a_thread": wave_bytes(self.setup, self.plan),
@@ -443,7 +449,7 @@ fn stage_json(seconds: f64, flow: &StageFlow) -> Value {
     })
 }
 
-fn visits_json(visits: &Visits) -> Value {
+pub(super) fn visits_json(visits: &Visits) -> Value {
     json!({
         "nodes": visits.nodes, "leaves": visits.leaves,
         "primitives": visits.primitives, "instances": visits.instances,
