@@ -16,6 +16,7 @@ const SCENE: &str = r#"(
         "grey": Principled(metallic: 0, base_color: 0.4),
         "glass": Principled(metallic: 0, roughness: 0, transmission: 1, ior: 1.5, volume: Some(())),
         "lamp": Principled(metallic: 0, base_color: 0, specular: 0, emission: 20),
+        "pane": Principled(metallic: 0, base_color: 0.3, roughness: 0, transmission: 1),
         "veil": Principled(metallic: 0, base_color: 0.2, alpha: 0.5, alpha_mode: Blend),
     },
     entities: [
@@ -128,4 +129,19 @@ fn catchers_are_the_same_in_all_ways_to_render() {
             assert_eq!(found, expected, "{settings}, {schedule:?}, wave {wave}");
         }
     }
+}
+
+/// Light that goes straight on through something is found by light samples and by drawn directions, and counts once.
+#[test]
+fn shadows_of_a_pane_let_the_same_light_through() {
+    let pane = r#"(shape: Plane(corners: ((-9, 2.5, 9), (9, 2.5, 9), (9, 2.5, -9), (-9, 2.5, -9))), material: "pane"),"#;
+    let lamp = r#"(shape: Sphere(radius_m: 20), material: "lamp", transform: (translate: (0, 23, 0))),"#;
+    // The lowest rows show nothing but the floor.
+    let seen = |catches, things| {
+        let film = render(&scene(catches, things, lamp, 64, "background: 0.001"));
+        mean(&film.radiance()[12 * 24..])
+    };
+    let (caught, with, without) = (seen(true, pane), seen(false, pane), seen(false, ""));
+    let (found, expected) = (caught / 0.001, with / without);
+    assert!((found - expected).abs() < 0.02, "{found}, not {expected}");
 }

@@ -21,7 +21,7 @@ pub const BLURRED: u32 = 1 << 29;
 /// Flag of paths that a shadow catcher has caught: the light that they find is its light.
 pub const CAUGHT: u32 = 1 << 28;
 
-/// Flag of paths whose direction was drawn at a shadow catcher, until their next vertex.
+/// Flag of paths whose direction was drawn at a shadow catcher, as long as they go straight on.
 pub const FROM_CATCHER: u32 = 1 << 27;
 
 const _: () = assert!(3 * BITS <= 27, "counters and flags share an integer");

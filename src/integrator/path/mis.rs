@@ -2,6 +2,7 @@
 //! sample and a drawn direction could find it.
 
 use super::Path;
+use super::bounces::{self, FROM_CATCHER};
 use crate::integrator::RenderSetup;
 use crate::math::{NONE, Vector};
 use crate::sampling::draw::{draw_1d, draw_2d};
@@ -90,18 +91,6 @@ pub(in crate::integrator) fn emission_mis_weight<F: Float>(
     F::outlined(EmissionMisWeight { setup, path, index, distance: path.travelled + hit.t, found })
 }
 
-/// The lanes whose drawn direction has found an emitter that light samples could have found, too.
-#[inline(always)]
-pub(in crate::integrator) fn finds_sampled_light<F: Float>(
-    setup: &RenderSetup,
-    path: &Path<F>,
-    hit: &HitLanes<F>,
-    mask: F::Mask,
-) -> F::Mask {
-    let drawn = mask & path.pdf.gt(F::zero());
-    drawn & !emitter::of_hit(&setup.scene, hit, drawn).eq(F::Int::splat(NONE))
-}
-
 /// The MIS weight of a drawn direction that has found an emitter.
 struct EmissionMisWeight<'a, F: Float> {
     setup: &'a RenderSetup,
@@ -118,6 +107,9 @@ impl<F: Float> Outlined for EmissionMisWeight<'_, F> {
         let Self { setup, path, index, distance, found } = self;
         let density = emitter::pdf(&setup.scene, index, path.seen_from(), path.direction, distance, found)
             * selection_probability(setup, path, index, found);
-        F::select(found, power_heuristic(path.pdf, density), F::one())
+        // Light samples alone find lamps at shadow catchers.
+        let left_out = bounces::is_set::<F>(path.bounce_counts, FROM_CATCHER);
+        let weight = F::select(left_out, F::zero(), power_heuristic(path.pdf, density));
+        F::select(found, weight, F::one())
     }
 }

@@ -264,7 +264,7 @@ impl NoPhotons {
             Self::NoCaustics => "no material throws light onto other things, as glass and mirrors do",
             Self::NoLamp => "no lamp lights what would throw light onto other things",
             Self::NotSeen => "the camera sees no surface where photons could end",
-            Self::Catcher => "shadow catchers show no light, and photons bring nothing else",
+            Self::Catcher => "beside shadow catchers photons would count as light that nothing blocks",
             Self::NoneLands => "none of those that were tried ended on a surface",
             Self::Dots => "they would make only single bright dots (--caustics 1 insists)",
         }

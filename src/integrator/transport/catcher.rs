@@ -8,7 +8,6 @@ use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
 use crate::integrator::path::bounces::{self, FROM_CATCHER};
 use crate::integrator::path::light_groups::GroupQueue;
-use crate::math::Color;
 use crate::scene::MaterialRecord;
 use crate::simd::{Float, Int, Mask, Outlined};
 
@@ -19,74 +18,65 @@ pub(super) fn caught<F: Float>(
     path: &Path<F>,
     record: &MaterialRecord,
     mask: F::Mask,
-    found: &mut GroupQueue,
 ) -> F::Mask {
     if !(setup.catches && record.shadow_catcher) {
         return F::Mask::from_bits(0);
     }
-    let caught = mask & bounces::only_transmitted::<F>(path.bounce_counts);
-    F::outlined(ShowBehind { setup, path, caught, found });
-    caught
+    mask & bounces::only_transmitted::<F>(path.bounce_counts)
 }
 
-/// Counts the light behind a shadow catcher that paths would see without it.
-struct ShowBehind<'a, F: Float> {
-    setup: &'a RenderSetup,
-    path: &'a Path<F>,
-    caught: F::Mask,
-    found: &'a mut GroupQueue,
-}
-
-impl<F: Float> Outlined for ShowBehind<'_, F> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        let Self { setup, path, caught, found } = self;
-        let one = F::splat(setup.unit.one());
-        let behind = match setup.transparent {
-            // The film divides by its scale.
-            true => Color::new(one, one, one),
-            false => surroundings(setup, None, path, caught).0,
-        };
-        let group = F::Int::splat(setup.groups().caught(Caught::Behind));
-        found.add(path, group, path.throughput * behind, false, caught);
-    }
-}
-
-/// Counts the surroundings' light in directions that were drawn at a shadow catcher, whatever they have hit. Returns
-/// their lanes.
+/// Counts the light behind the surfaces that catch paths.
 #[inline(always)]
-pub(super) fn light_without_things<F: Float>(
+pub(super) fn count_behind<F: Float>(
     setup: &RenderSetup,
     path: &Path<F>,
     mask: F::Mask,
     found: &mut GroupQueue,
-) -> F::Mask {
-    if !setup.catches {
-        return F::Mask::from_bits(0);
+) {
+    if mask.any() {
+        F::outlined(CountSurroundings { setup, path, part: Caught::Behind, mask, found });
     }
-    let drawn = mask & bounces::is_set::<F>(path.bounce_counts, FROM_CATCHER);
-    if drawn.any() {
-        F::outlined(Unblocked { setup, path, drawn, found });
-    }
-    drawn
 }
 
-struct Unblocked<'a, F: Float> {
+/// Counts the surroundings' light in directions that were drawn at a shadow catcher, whatever such paths have hit.
+#[inline(always)]
+pub(super) fn count_unblocked<F: Float>(
+    setup: &RenderSetup,
+    path: &Path<F>,
+    mask: F::Mask,
+    found: &mut GroupQueue,
+) {
+    if !setup.catches {
+        return;
+    }
+    // Counted once: surfaces that the path goes straight through are other things, too.
+    let drawn = bounces::is_set::<F>(path.bounce_counts, FROM_CATCHER) & path.travelled.eq(F::zero());
+    let mask = mask & drawn;
+    if mask.any() {
+        F::outlined(CountSurroundings { setup, path, part: Caught::Unblocked, mask, found });
+    }
+}
+
+/// Counts the light of the surroundings in the direction of paths.
+struct CountSurroundings<'a, F: Float> {
     setup: &'a RenderSetup,
     path: &'a Path<F>,
-    drawn: F::Mask,
+    part: Caught,
+    mask: F::Mask,
     found: &'a mut GroupQueue,
 }
 
-impl<F: Float> Outlined for Unblocked<'_, F> {
+impl<F: Float> Outlined for CountSurroundings<'_, F> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { setup, path, drawn, found } = self;
-        let (light, _) = surroundings(setup, None, path, drawn);
-        let light = limited(setup, path, path.throughput * light);
-        let group = F::Int::splat(setup.groups().caught(Caught::Unblocked));
-        found.add(path, group, light, false, drawn);
+        let Self { setup, path, part, mask, found } = self;
+        let light = if part == Caught::Behind && setup.transparent {
+            // The film divides by its scale.
+            path.throughput * F::splat(setup.unit.one())
+        } else {
+            limited(setup, path, path.throughput * surroundings(setup, None, path, mask).0)
+        };
+        found.add(path, F::Int::splat(setup.groups().caught(part)), light, false, mask);
     }
 }

@@ -6,7 +6,7 @@ use std::num::Wrapping;
 use super::medium_light::MediumLightSample;
 use super::reusable::gives_at;
 use super::scatter_vertex::ScatterVertex;
-use super::{direct, medium, onward, path_tracing};
+use super::{catcher, direct, medium, onward, path_tracing};
 use crate::integrator::RenderSetup;
 use crate::integrator::observe::decision::{Decision, PathEvent};
 use crate::integrator::path::Path;
@@ -72,9 +72,9 @@ pub fn decide(
         return Decision { event: PathEvent::Unlit, ..decision };
     }
     let bsdf = path_tracing::bsdf(point.has(), setup, path, &point, &boundary.outside, key, true);
-    let mut to_light = Vector::zero();
+    let (caught, mut to_light) = (catcher::caught(setup, path, record, !last), Vector::zero());
     if !last && !scene.emitters.is_empty() && bsdf.scatters() {
-        let lit = direct::sampled_light(setup, path, &surface, &bsdf, key, true);
+        let lit = direct::sampled_light(setup, path, &surface, &bsdf, key, [true, caught]);
         decision.light = Some((lit.emitter.0, lit.share));
         to_light = lit.sample.direction;
     }
@@ -91,7 +91,7 @@ pub fn decide(
         key,
         here,
         draws: true,
-        caught: false,
+        caught,
         t,
         width,
     };

@@ -43,7 +43,7 @@ pub(in crate::integrator) struct LightPoint<F: Float> {
     pub sample: EmitterSample<F>,
 }
 
-/// Chooses a light and a point on it.
+/// Chooses a light and a point on it, in lanes that are `caught` by a shadow catcher or not.
 #[inline(always)]
 pub(in crate::integrator) fn sampled_light<F: Float>(
     setup: &RenderSetup,
@@ -51,7 +51,7 @@ pub(in crate::integrator) fn sampled_light<F: Float>(
     surface: &Surface<F>,
     bsdf: &Bsdf<F>,
     key: SampleKey<F::Int>,
-    mask: F::Mask,
+    [mask, caught]: [F::Mask; 2],
 ) -> LightPoint<F> {
     let scene = &setup.scene;
     // The origin of drawn directions, too: on a light itself the difference matters.
@@ -61,7 +61,11 @@ pub(in crate::integrator) fn sampled_light<F: Float>(
     let sample = emitter::sample(scene, emitter, position, u, mask);
     let (value, own) = bsdf.evaluate(sample.direction, mask);
     let density = sample.pdf * chance;
-    let share = F::select(sample.can_be_hit, power_heuristic(density, own), F::one());
+    // At shadow catchers light samples alone find lamps: what they would bring without other things is then known without
+    // tracing another ray.
+    let is_alone = caught & sample.distance.lt(F::splat(f32::INFINITY));
+    let is_divided = sample.can_be_hit & !is_alone;
+    let share = F::select(is_divided, power_heuristic(density, own), F::one());
     LightPoint { emitter, density, share, value, sample }
 }
 
@@ -74,7 +78,8 @@ fn counted<F: Float>(setup: &RenderSetup, path: &Path<F>, caught: F::Mask) -> F:
     caught_group::<F>(setup, caught | bounces::is_set::<F>(path.bounce_counts, CAUGHT))
 }
 
-/// The shadow ray to a point of a light in the lanes `here`, `caught` by a shadow catcher or not, and the BSDF value · |cos| towards it.
+/// The shadow ray to a point of a light in the lanes `here`, `caught` by a shadow catcher or not, and the BSDF value ·
+/// |cos| towards it.
 #[inline(always)]
 pub(in crate::integrator) fn to_light<F: Float>(
     setup: &RenderSetup,
@@ -92,9 +97,7 @@ pub(in crate::integrator) fn to_light<F: Float>(
     }
     let zero = F::zero();
     let LightPoint { emitter, density, share, value, sample } =
-        sampled_light(setup, path, surface, bsdf, key, mask);
-    // Light samples alone find lamps: what they would bring without other things is known without tracing another ray.
-    let share = F::select(caught & sample.distance.lt(F::splat(f32::INFINITY)), F::one(), share);
+        sampled_light(setup, path, surface, bsdf, key, [mask, caught]);
     let light = value * sample.radiance * (share / density.max(F::splat(1e-30)));
     let through = sample.direction.dot(surface.geometric_normal).lt(zero);
     let bodies = boundary.beyond(through);

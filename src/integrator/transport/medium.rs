@@ -4,7 +4,7 @@
 
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::bounces::{BLURRED, FREE_EVENT};
+use crate::integrator::path::bounces::{BLURRED, FREE_EVENT, FROM_CATCHER};
 use crate::integrator::path::termination::{is_last, roulette};
 use crate::math::elementary::{exp2, log2, sin_cos_turns};
 use crate::math::{Color, NONE, Vector};
@@ -194,7 +194,8 @@ pub fn scattered<F: Float>(
         radiance: Color::black(),
         depth: path.depth + one,
         scatterings: path.scatterings + one,
-        bounce_counts: path.bounce_counts | F::Int::splat(FREE_EVENT | BLURRED),
+        bounce_counts: path.bounce_counts & F::Int::splat(!FROM_CATCHER)
+            | F::Int::splat(FREE_EVENT | BLURRED),
         pdf,
         travelled: F::zero(),
         packed_normal: F::Int::splat(NONE),

@@ -91,7 +91,7 @@ impl<F: Float> ScatterVertex<'_, F> {
     pub fn continued(&self, drawn: &BsdfSample<F>) -> (Path<F>, F::Mask) {
         let Self { setup, path, surface, key, width, .. } = *self;
         let (mut next, mut goes_on) = reflected(setup, path, surface, &self.boundary, drawn, key, width);
-        if self.caught.any() {
+        if setup.catches {
             let flags = next.bounce_counts | F::Int::splat(CAUGHT | FROM_CATCHER);
             next.bounce_counts = F::Int::select(self.caught, flags, next.bounce_counts);
         }
@@ -193,7 +193,8 @@ fn reflected<F: Float>(
     // Only wide lobes play: paths through glass and between mirrors are few and bright, so ending one is visible.
     let (throughput, survives) = roulette(setup, path, throughput, key, wide);
     let goes_on = goes_on & survives;
-    let mut branch = bounces::counted::<F>(path.bounce_counts, wide, through);
+    let from = path.bounce_counts & F::Int::splat(!FROM_CATCHER);
+    let mut branch = bounces::counted::<F>(from, wide, through);
     branch = F::Int::select(pdf.gt(zero), branch | F::Int::splat(BLURRED), branch);
     if let Some(limits) = &setup.limits {
         branch = bounces::limited::<F>(limits, branch);

@@ -16,11 +16,9 @@ use super::scatter_vertex::{Fork, ScatterVertex};
 use crate::film::Caught;
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::bounces::{self, FROM_CATCHER};
+use crate::integrator::path::bounces;
 use crate::integrator::path::light_groups::{GroupQueue, find_around, group_for};
-use crate::integrator::path::mis::{
-    emission_mis_weight, finds_sampled_light, power_heuristic, selection_probability,
-};
+use crate::integrator::path::mis::{emission_mis_weight, power_heuristic, selection_probability};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::termination::is_last;
 use crate::integrator::photons::PhotonMaps;
@@ -63,16 +61,7 @@ pub fn miss<F: Float>(
 ) -> Color<F> {
     let (light, is_backdrop) = surroundings(setup, photons, path, mask);
     let light = limited(setup, path, path.throughput * light);
-    if setup.catches {
-        let unblocked = F::Int::splat(setup.groups().caught(Caught::Unblocked));
-        found.add(
-            path,
-            unblocked,
-            light,
-            false,
-            mask & bounces::is_set::<F>(path.bounce_counts, FROM_CATCHER),
-        );
-    }
+    catcher::count_unblocked(setup, path, mask, found);
     let seen = mask & bounces::only_transmitted::<F>(path.bounce_counts);
     find_around(setup, path, light, [mask & !is_backdrop, seen], found)
 }
@@ -145,9 +134,8 @@ pub fn hit<F: Float>(
     let point = shading_point(setup, path, hit, material, &surface, width, mask);
     let key = path.path_key(setup.seed);
     let flight = medium::free_flight(setup, path, hit.t, mask);
-    let from_catcher = catcher::light_without_things(setup, path, mask, found);
-    let bounce_counts = path.bounce_counts & F::Int::splat(!FROM_CATCHER);
-    let path = &Path { throughput: flight.throughput, bounce_counts, ..*path };
+    catcher::count_unblocked(setup, path, mask, found);
+    let path = &Path { throughput: flight.throughput, ..*path };
     let mut out = VertexOutcome {
         radiance: path.radiance,
         shadow: ShadowRay::none(),
@@ -165,7 +153,7 @@ pub fn hit<F: Float>(
             return out;
         }
     }
-    let light = found_emission(setup, photons, path, (hit, &point), [arrives, from_catcher], found);
+    let light = found_emission(setup, photons, path, (hit, &point), arrives, found);
     out.radiance = Color::select(arrives, path.radiance + light, path.radiance);
     let boundary = boundary(scene, path, &surface, record, arrives);
     let gone = arrives & boundary.gone;
@@ -178,7 +166,8 @@ pub fn hit<F: Float>(
     // The last ray only finds emitters, because the previous light sample is weighted against it.
     let arrives = arrives & !gone;
     let here = arrives & !is_last(setup, path);
-    let caught = catcher::caught(setup, path, record, arrives, found);
+    let caught = catcher::caught(setup, path, record, arrives);
+    catcher::count_behind(setup, path, caught, found);
     // Going straight through is no bounce.
     let draws = if record.passes_shadow_rays { arrives } else { here };
     if record.unlit || !draws.any() {
@@ -389,22 +378,17 @@ pub(in crate::integrator) fn bsdf<F: Float>(
     Bsdf::new(has, parameters, setup.lobes, point.to_viewer, mask)
 }
 
-/// The light that paths find by the surface's emission, which is added to `found`, too; in the lanes of the second mask
-/// only what no light sample at a shadow catcher could find.
+/// The light that paths find by the surface's emission. It is also added to `found`, by its group.
 #[inline(always)]
 fn found_emission<F: Float>(
     setup: &RenderSetup,
     photons: Option<PhotonMaps>,
     path: &Path<F>,
     (hit, point): (&HitLanes<F>, &ShadingPoint<F>),
-    [arrives, from_catcher]: [F::Mask; 2],
+    arrives: F::Mask,
     found: &mut GroupQueue,
 ) -> Color<F> {
-    let mut light = emitted(setup, photons, path, hit, point, arrives);
-    if from_catcher.any() {
-        let sampled = finds_sampled_light(setup, path, hit, arrives & from_catcher);
-        light = Color::select(sampled, Color::black(), light);
-    }
+    let light = emitted(setup, photons, path, hit, point, arrives);
     let group = point.material.group;
     if group != NONE || setup.catches {
         found.add(path, group_for(setup, path, F::Int::splat(group)), light, false, arrives);
