@@ -10,6 +10,7 @@ use super::load;
 use crate::cli::args::ModelOptions;
 use crate::cli::{failure::Failure, output};
 use crate::error::in_one_line;
+use crate::shading::principled::measure::MeasuredAlbedo;
 use crate::study::furnace::{self, FurnacePlan, FurnaceReport, FurnaceRow, FurnaceRun, select};
 use crate::world::Transport;
 
@@ -105,6 +106,8 @@ fn row_line(row: &FurnaceRow) -> String {
     let FurnaceRow { degrees, own, white, .. } = row;
     let most = |errors: [f64; 3]| errors.into_iter().fold(0.0, f64::max);
     let [r, g, b] = own.mean;
+    let number = |white: MeasuredAlbedo| format!("{:.4}      {:.4}", white.mean[1], most(white.error));
+    let white = white.map_or(format!("{:6}      {:6}", "-", "-"), number);
     let density = row.density.map_or("mirror".into(), |check| {
         let agrees = if check.agrees() { "agrees" } else { "differs" };
         format!(
@@ -112,12 +115,7 @@ fn row_line(row: &FurnaceRow) -> String {
             check.chi_square, check.cells, check.largest
         )
     });
-    format!(
-        " {degrees:>4}°   {r:.4}  {g:.4}  {b:.4}       {:.4}   {:.4}      {:.4}   {density}",
-        most(own.error),
-        white.mean[1],
-        most(white.error)
-    )
+    format!(" {degrees:>4}°   {r:.4}  {g:.4}  {b:.4}       {:.4}   {white}   {density}", most(own.error))
 }
 
 /// A number with up to four decimals.
@@ -140,8 +138,8 @@ fn json(arguments: &Furnace, report: &FurnaceReport) -> Value {
             "angle_degrees": row.degrees,
             "albedo": row.own.mean,
             "albedo_error": row.own.error,
-            "white_albedo": row.white.mean,
-            "white_albedo_error": row.white.error,
+            "white_albedo": row.white.map(|white| white.mean),
+            "white_albedo_error": row.white.map(|white| white.error),
             "density": density,
         })
     };

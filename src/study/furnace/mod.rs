@@ -46,8 +46,8 @@ pub struct FurnaceRow {
     pub degrees: f64,
     /// The albedo of the material as it is.
     pub own: MeasuredAlbedo,
-    /// The albedo of the material in white.
-    pub white: MeasuredAlbedo,
+    /// The albedo of the material in white; none for Blinn-Phong, whose reflectances are numbers of their own.
+    pub white: Option<MeasuredAlbedo>,
     /// The check of sampled directions; none if all are mirror directions.
     pub density: Option<DensityCheck>,
 }
@@ -77,10 +77,10 @@ impl FurnaceRun {
         if let Some(most) = largest(&|row| gain(&row.own)) {
             lines.push(format!("gains {}", percent(most)));
         }
-        if let Some(most) = largest(&|row| gain(&row.white)) {
+        if let Some(most) = largest(&|row| row.white.as_ref().and_then(gain)) {
             lines.push(format!("in white, gains {}", percent(most)));
         }
-        if let Some(most) = largest(&|row| loss(&row.white)) {
+        if let Some(most) = largest(&|row| row.white.as_ref().and_then(loss)) {
             lines.push(format!("in white, loses {}", percent(most)));
         }
         let differs = |row: &&FurnaceRow| row.density.is_some_and(|check| !check.agrees());
@@ -155,7 +155,7 @@ pub fn measure(scene: &CompiledScene, material: u32, plan: &FurnacePlan) -> Resu
     let tables = LobeTables::of(&[own, white, rough(&own, 0.5), rough(&white, 0.5)]);
     let run = |own: &MaterialRecord, white: &MaterialRecord, is_own: bool| {
         let [own, white] = [own, white].map(|record| Patch::new(scene, record, tables, plan));
-        run(&own, &white, is_own, plan)
+        run(&own, (!record.constant_fresnel).then_some(&white), is_own, plan)
     };
     let mut runs = vec![run(&own, &white, true)];
     if sweeps {
@@ -181,14 +181,14 @@ fn in_white(record: &MaterialRecord) -> MaterialRecord {
     }
 }
 
-fn run(own: &Patch, white: &Patch, is_own: bool, plan: &FurnacePlan) -> FurnaceRun {
+fn run(own: &Patch, white: Option<&Patch>, is_own: bool, plan: &FurnacePlan) -> FurnaceRun {
     let rows = ANGLES_DEGREES.map(|degrees| {
         let viewer = towards(libm::cos(degrees.to_radians()) as f32, TURNS);
-        let (own, white) = (own.bsdf(viewer), white.bsdf(viewer));
+        let (own, white) = (own.bsdf(viewer), white.map(|white| white.bsdf(viewer)));
         FurnaceRow {
             degrees,
             own: measure::albedo(plan.samples, |which, u| drawn(&own, which, u)),
-            white: measure::albedo(plan.samples, |which, u| drawn(&white, which, u)),
+            white: white.map(|white| measure::albedo(plan.samples, |which, u| drawn(&white, which, u))),
             density: density(
                 plan.samples,
                 |which, u| drawn(&own, which, u),

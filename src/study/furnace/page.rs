@@ -16,7 +16,9 @@ a surface that absorbs nothing returns 1.</p>\n",
         plan.samples
     );
     body += &format!("<figure>{}</figure>\n", svg(&own_figure(report))?);
-    body += &format!("<figure>{}</figure>\n", svg(&white_figure(report))?);
+    if report.runs.iter().all(|run| run.rows.iter().all(|row| row.white.is_some())) {
+        body += &format!("<figure>{}</figure>\n", svg(&white_figure(report))?);
+    }
     for run in &report.runs {
         body += &section(run);
     }
@@ -30,7 +32,7 @@ fn own_figure(report: &FurnaceReport) -> Figure {
     let curves = ["red", "green", "blue"]
         .iter()
         .enumerate()
-        .map(|(channel, name)| curve((*name).to_owned(), run, |row| &row.own, channel));
+        .map(|(channel, name)| curve((*name).to_owned(), run, |row| Some(row.own), channel));
     figure(format!("{}, as it is", report.material), curves.collect())
 }
 
@@ -40,7 +42,7 @@ fn white_figure(report: &FurnaceReport) -> Figure {
         let whose = if run.is_own { " (its own)" } else { "" };
         format!("roughness {}{whose}", run.roughness)
     };
-    let curves = report.runs.iter().map(|run| curve(label(run), run, |row| &row.white, 1));
+    let curves = report.runs.iter().map(|run| curve(label(run), run, |row| row.white, 1));
     figure(format!("{}, in white", report.material), curves.collect())
 }
 
@@ -52,15 +54,15 @@ fn figure(title: String, curves: Vec<Curve>) -> Figure {
 fn curve(
     label: String,
     run: &FurnaceRun,
-    albedo: impl Fn(&FurnaceRow) -> &MeasuredAlbedo,
+    albedo: impl Fn(&FurnaceRow) -> Option<MeasuredAlbedo>,
     channel: usize,
 ) -> Curve {
     // Two standard errors: the probability that the true value is within is 95 %.
-    let point = |row| {
-        let MeasuredAlbedo { mean, error } = *albedo(row);
-        (row.degrees, Estimate { mean: mean[channel], margin: Some(2.0 * error[channel]) })
+    let point = |row: &FurnaceRow| {
+        let MeasuredAlbedo { mean, error } = albedo(row)?;
+        Some((row.degrees, Estimate { mean: mean[channel], margin: Some(2.0 * error[channel]) }))
     };
-    Curve { label, scene: 0, points: run.rows.iter().map(point).collect(), fit: None }
+    Curve { label, scene: 0, points: run.rows.iter().filter_map(point).collect(), fit: None }
 }
 
 fn section(run: &FurnaceRun) -> String {
@@ -75,7 +77,8 @@ fn section(run: &FurnaceRun) -> String {
                 check.cells
             )
         });
-        let white = format!("{:.4} ± {:.4}", row.white.mean[1], row.white.error[1]);
+        let number = |white: MeasuredAlbedo| format!("{:.4} ± {:.4}", white.mean[1], white.error[1]);
+        let white = row.white.map_or("-".into(), number);
         [format!("{}°", row.degrees), r, g, b, white, density]
     };
     let verdicts = run.verdicts();

@@ -76,7 +76,7 @@ fn material_that_gains_energy_is_reported() {
 fn verdicts_name_each_fault_of_a_broken_surface() {
     let albedo = |mean: f64| MeasuredAlbedo { mean: [mean; 3], error: [0.001; 3] };
     let wrong = DensityCheck { chi_square: 900.0, cells: 100, largest: 12.0, ..DensityCheck::default() };
-    let row = |degrees, own, white| FurnaceRow { degrees, own, white, density: Some(wrong) };
+    let row = |degrees, own, white| FurnaceRow { degrees, own, white: Some(white), density: Some(wrong) };
     let run = FurnaceRun {
         roughness: 0.5,
         is_own: true,
@@ -92,6 +92,16 @@ fn verdicts_name_each_fault_of_a_broken_surface() {
             "not reciprocal: exchanged directions differ by 10.0 % in the mean, at most 50 %",
         ]
     );
+}
+
+/// A model whose parts do not depend on each other loses no light in white that it should not.
+#[test]
+fn blinn_phong_materials_have_no_white_version() {
+    let report =
+        report("(diffuse: (0.3, 0.2, 0.1), specular: (0.5, 0.4, 0.2), shininess: 50, kr: 0.2)", 1024);
+    let verdicts = report.runs[0].verdicts();
+    assert!(verdicts.iter().all(|verdict| !verdict.contains("in white")), "{verdicts:?}");
+    assert!(report.runs[0].rows.iter().all(|row| row.white.is_none()));
 }
 
 #[test]
