@@ -234,6 +234,7 @@ impl CommandLine {
             caustics,
             adaptive,
             light_groups,
+            light_by_bounce,
             transparent,
             transport,
             seed,
@@ -276,6 +277,7 @@ impl CommandLine {
         let adaptive = changed(adaptive, &authored.adaptive);
         self.0.extend(adaptive.map(|it| vec![format!("--adaptive={}", name_of(ADAPTIVE, it))]));
         self.switch("light-groups", *light_groups && !authored.light_groups);
+        self.switch("light-by-bounce", *light_by_bounce && !authored.light_by_bounce);
         self.switch("transparent", *transparent && !authored.transparent);
         self.option("seed", changed(seed, &authored.seed));
     }

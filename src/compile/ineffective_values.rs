@@ -1,7 +1,9 @@
 //! Values in a world that have no effect, whatever the transport.
 
 use crate::error::{Diagnostic, words};
-use crate::world::{AlphaMode, Background, Light, Material, MaterialId, Principled, Transport, World};
+use crate::world::{
+    AlphaMode, Background, Light, Material, MaterialId, Principled, Settings, Transport, World,
+};
 
 /// One warning for each kind.
 pub(super) fn values(world: &World) -> Vec<Diagnostic> {
@@ -14,11 +16,16 @@ pub(super) fn values(world: &World) -> Vec<Diagnostic> {
         told.push(Diagnostic::warning("value-without-effect", text));
     }
     let catchers = names(world, |material| material.shadow_catcher);
-    if world.settings.light_groups && world.settings.transport == Transport::Path && !catchers.is_empty() {
-        let names = catchers.join(", ");
-        let text = format!(
-            "light_groups does nothing beside shadow catchers, which have sums of their own: {names}"
-        );
+    let Settings { light_groups, light_by_bounce, transport, .. } = world.settings;
+    if (light_groups || light_by_bounce) && transport == Transport::Path && !catchers.is_empty() {
+        let (which, names) =
+            (if light_groups { "light_groups" } else { "light_by_bounce" }, catchers.join(", "));
+        let text =
+            format!("{which} does nothing beside shadow catchers, which have sums of their own: {names}");
+        told.push(Diagnostic::warning("value-without-effect", text));
+    } else if light_groups && light_by_bounce {
+        let text =
+            "light_groups does nothing beside light_by_bounce: a film sums up light by lamp or by bounce";
         told.push(Diagnostic::warning("value-without-effect", text));
     }
     for (what, says) in OF_MATERIALS {

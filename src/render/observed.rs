@@ -24,6 +24,8 @@ pub struct Span {
     pub tile: Region,
     /// The stage of the wave; `None` for a whole tile of the recursive schedule.
     pub stage: Option<Stage>,
+    /// The number of items that entered the stage; 0 if it has none.
+    pub items: usize,
     /// The start time.
     pub start: Duration,
     /// The end time.
@@ -110,7 +112,7 @@ impl Session {
             }
             for tile in self.tiles() {
                 let mut film = setup.film(tile);
-                let mut observer = Timekeeper(&mut *mark);
+                let mut observer = Timekeeper(|stage, _| mark(stage));
                 wave.render(work, &mut film, samples.clone(), &mut ignored, &mut observer);
                 if let Some(photons) = work.photons {
                     photons.draw(setup, &mut film, samples.clone(), &mut NoObserver);
@@ -127,7 +129,7 @@ impl Session {
         self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, _| {
             if work.photons.is_some() {
                 let (tile, stage, end) = (self.gathered.film.region(), Some(Stage::Photons), start.elapsed());
-                lock(&spans).push(Span { thread: 0, tile, stage, start: last, end });
+                lock(&spans).push(Span { thread: 0, tile, stage, items: 0, start: last, end });
             }
             self.add_spans(work, &samples, start, &spans);
             last = start.elapsed();
@@ -144,9 +146,9 @@ impl Session {
                 (start.elapsed(), samples.clone(), RayStatistics::default());
             match options.schedule {
                 Schedule::Wavefront => {
-                    let mut observer = Timekeeper(|stage| {
+                    let mut observer = Timekeeper(|stage, items| {
                         let end = start.elapsed();
-                        own.push(Span { thread, tile, stage: Some(stage), start: last, end });
+                        own.push(Span { thread, tile, stage: Some(stage), items, start: last, end });
                         last = end;
                     });
                     let (mut wave, mut film) = (options.queues(setup), setup.film(tile));
@@ -155,7 +157,7 @@ impl Session {
                 Schedule::Recursive => {
                     let mut worker = options.worker(setup);
                     worker.render(work, tile, samples, &mut ignored);
-                    own.push(Span { thread, tile, stage: None, start: last, end: start.elapsed() });
+                    own.push(Span { thread, tile, stage: None, items: 0, start: last, end: start.elapsed() });
                 }
             }
             lock(spans).append(&mut own);

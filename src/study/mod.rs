@@ -6,5 +6,6 @@ pub mod experiment;
 pub mod explain;
 pub mod furnace;
 mod html;
+mod machine;
 pub mod profile;
 pub mod verify;

@@ -85,6 +85,9 @@ fields! {
         /// whether the film sums up the light of each lamp by itself, so that lamps can be mixed afterwards: each light,
         /// emissive entity and environment without a `group` is one of its own name
         light_groups: bool = false, Flag;
+        /// whether the film sums up the light of each bounce by itself, in place of that of lamps: what is emitted towards
+        /// the camera, what one surface sends there, what came by way of two, and so on
+        light_by_bounce: bool = false, Flag;
         /// what the image holds besides light
         aov: Vec<Aov> = Vec::new(), Aovs;
     }

@@ -100,10 +100,70 @@ fn groups_of_all_lights_are_the_whole_film() {
     }
 }
 
+/// The light of some bounces is that of paths which end there: the same paths, shorter. Under the Whitted transport these
+/// do not see what shines beyond their last bounce, but light from lamps arrives there.
+#[test]
+fn light_of_bounces_is_that_of_shorter_paths() {
+    for transport in [Transport::Path, Transport::Whitted] {
+        let rendered = |max_depth: u32, by_bounce: bool| {
+            let mut world = room("caustics: Off, sharing: Off, roulette_depth: None, min_throughput: 0");
+            let settings = &mut world.settings;
+            (settings.transport, settings.max_depth) = (transport, max_depth);
+            settings.light_by_bounce = by_bounce;
+            film(&world, Options::default())
+        };
+        let film = rendered(4, true);
+        assert_eq!(film.light_groups(), 6);
+        let up_to = |last: u32| {
+            let factors = (0..6).map(|bounce| Rgb::splat(if bounce <= last { 1.0 } else { 0.0 }));
+            film.mixed(&factors.collect::<Vec<_>>()).radiance()
+        };
+        for depth in 0..4 {
+            let (least, most) = (up_to(depth + u32::from(transport == Transport::Path)), up_to(depth + 1));
+            for ((least, found), most) in least.iter().zip(rendered(depth, false).radiance()).zip(&most) {
+                let [least, found, most] = [*least, found, *most].map(|light| light.to_array());
+                for channel in 0..3 {
+                    let margin = 1e-4 * found[channel].max(1.0);
+                    let range = least[channel] - margin..=most[channel] + margin;
+                    assert!(range.contains(&found[channel]), "{transport:?} {depth}: {found:?} {range:?}");
+                }
+            }
+            assert!(mean(&film.group_radiance(depth as usize)) > 0.0, "{transport:?} {depth}");
+        }
+    }
+}
+
+/// Bounces without end have eight groups; those of lamps are not there beside them.
+#[test]
+fn light_of_all_bounces_is_the_whole_film() {
+    for way in WAYS.iter().filter(|way| !way.contains("photons")) {
+        let mut world = room(&format!("{way}, light_by_bounce: true"));
+        world.settings.max_depth = 30;
+        let whole = film(&world, Options::default());
+        assert_eq!(whole.light_groups(), 8, "{way}");
+        let (worst, rest) = rest_of(&whole);
+        assert!(worst < 2e-5 && rest < 2e-5, "{way}: {worst} {rest}");
+        world.settings.light_by_bounce = false;
+        let plain = film(&world, Options::default());
+        assert_eq!(plain.pixels(), whole.pixels(), "{way}: groups change nothing");
+    }
+    let here = lamps();
+    here.out("scene.ron --light-by-bounce -o scene.film -o scene.exr");
+    let listed = here.json("mix scene.film");
+    let names = listed["light_groups"].as_array().expect("groups").iter().map(|group| &group["name"]);
+    let last: Vec<_> = names.skip(6).collect();
+    assert_eq!(last, [&"bounce 6", &"bounce 7 and more", &"(rest)"], "{listed}");
+    here.out("mix scene.film --set '\"bounce 1\".radiance *= 0' -o indirect.png");
+    assert_eq!(here.json("reproduce indirect.png")["identical"], true);
+    let told = here.messages("scene.ron --light-by-bounce --light-groups -o both.exr");
+    assert!(told.contains("light_groups does nothing"), "{told}");
+}
+
 #[test]
 fn light_groups_are_the_same_in_all_ways_to_render() {
-    for way in WAYS {
-        let world = room(&format!("{way}, light_groups: true"));
+    let both = ["light_groups", "light_by_bounce"];
+    for (way, kind) in WAYS.iter().flat_map(|way| both.map(|kind| (way, kind))) {
+        let world = room(&format!("{way}, {kind}: true"));
         let expected = film(&world, Options::default());
         for (schedule, wave) in
             [(Schedule::Recursive, 64), (Schedule::Wavefront, 50), (Schedule::Wavefront, 1)]

@@ -352,11 +352,46 @@ fn profile_counts_the_same_rays_as_rendering() {
         events.iter().any(|event| event["name"] == "shade")
             && events.iter().any(|event| event["name"] == "tile")
     );
+    let counted = |queue: &str| {
+        let counters = events.iter().filter(|event| event["name"] == format!("{queue}, thread 0"));
+        counters.filter_map(|event| event["args"]["items"].as_u64()).sum::<u64>()
+    };
+    let rays = sum("camera") + sum("reflect") + sum("refract");
+    assert_eq!([counted("rays"), counted("hits")], [rays, sum("hits")]);
+    assert_eq!(counted("rays to lights"), sum("shadow"));
 
     let table = folder.out(line);
     assert!(table.contains("wavefront") && table.contains("bounce"), "{table}");
     for line in table.lines().filter(|line| !line.starts_with("counters")) {
         assert!(line.chars().count() <= 100, "{line}");
+    }
+}
+
+#[test]
+fn pages_of_profiles_show_every_stage_and_part() {
+    let folder = folder(SCENE);
+    folder.write("path&more.ron", SCENE.replace("samples: 4,", "samples: 4, transport: Path,"));
+    for scene in ["scene.ron", "path&more.ron"] {
+        let line = format!("profile {scene} --size 24x18 --spp 2 --runs 1 --wave 64 --html page.html");
+        let profile = folder.json(&line);
+        let page = folder.text("page.html");
+        for title in [
+            "The stages of the wavefront", "Queues over time", "Time by stage and bounce",
+            "What makes the difference", "Lanes", "Roofline", "What costs", "The tree", "Machine",
+        ] {
+            assert!(page.contains(&format!("<h2>{title}</h2>")), "{title}");
+        }
+        assert!(!page.contains("NaN") && !page.contains("inf ") && !page.contains("path&more"), "{page}");
+        let rays = profile["stages"]["intersect"]["in"].as_u64().expect("a number");
+        let entity = profile["entities"][0]["name"].as_str().expect("a name");
+        for wanted in [rays.to_string(), entity.to_owned()] {
+            assert!(page.replace('\u{2009}', "").contains(&wanted), "{wanted}");
+        }
+        let tags = |tag: &str| page.matches(tag).count();
+        for tag in ["svg", "table", "tr", "figure", "h2"] {
+            let opened = tags(&format!("<{tag} ")) + tags(&format!("<{tag}>"));
+            assert_eq!(opened, tags(&format!("</{tag}>")), "{tag}");
+        }
     }
 }
 

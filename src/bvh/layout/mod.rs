@@ -1,5 +1,6 @@
 //! The memory layout of the flattened tree.
 
+pub mod shape;
 pub mod sidedness;
 
 use crate::bvh::BuildQuality;

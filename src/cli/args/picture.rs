@@ -145,6 +145,9 @@ pub struct LightOptions {
     /// Sum up the light of each lamp by itself, for layers of an .exr file and rayfront mix
     #[arg(long)]
     pub light_groups: bool,
+    /// Sum up the light of each bounce by itself, for layers of an .exr file and rayfront mix
+    #[arg(long)]
+    pub light_by_bounce: bool,
 }
 
 impl LightOptions {
@@ -167,6 +170,7 @@ impl LightOptions {
         settings.caustics = self.caustics.unwrap_or(settings.caustics);
         settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);
         settings.light_groups |= self.light_groups;
+        settings.light_by_bounce |= self.light_by_bounce;
     }
 }
 

@@ -17,8 +17,9 @@ pub trait Observer {
     fn is_active(&self) -> bool;
     /// Receives an event.
     fn report(&mut self, event: &Event);
-    /// Marks the end of a stage of the wave, to which the time since the last mark belongs.
-    fn mark(&mut self, _: Stage) {}
+    /// Marks the end of a stage of the wave, which that many items have entered; the time since the last mark belongs to
+    /// it.
+    fn mark(&mut self, _: Stage, _items: usize) {}
     /// True if the rendering is to end within the tile, which is useless then. Called before each wave or after some
     /// hundred rays, with the number of rays of the tile.
     fn stops(&mut self, _rays: u64) -> bool {
@@ -64,13 +65,13 @@ impl Observer for FnObserver<'_> {
 /// An observer without reports that calls a function after each stage of the wave.
 pub struct Timekeeper<F>(pub F);
 
-impl<F: FnMut(Stage)> Observer for Timekeeper<F> {
+impl<F: FnMut(Stage, usize)> Observer for Timekeeper<F> {
     fn is_active(&self) -> bool {
         false
     }
     fn report(&mut self, _: &Event) {}
-    fn mark(&mut self, stage: Stage) {
-        (self.0)(stage);
+    fn mark(&mut self, stage: Stage, items: usize) {
+        (self.0)(stage, items);
     }
 }
 

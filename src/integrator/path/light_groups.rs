@@ -87,18 +87,38 @@ pub fn find_around<F: Float>(
     light
 }
 
-/// The group that counts light which paths find: its light group or, with shadow catchers, that of theirs.
+/// The group that counts light which paths find: that of the lamp, of the bounce or, with shadow catchers, of theirs.
 #[inline(always)]
 pub fn group_for<F: Float>(setup: &RenderSetup, path: &Path<F>, light_group: F::Int) -> F::Int {
-    if !setup.catches {
-        return light_group;
+    match setup.groups_by_path() {
+        true => group_after(setup, path, 0, F::Mask::from_bits(0)),
+        false => light_group,
     }
-    caught_group::<F>(setup, bounces::is_set::<F>(path.bounce_counts, CAUGHT))
+}
+
+/// The group that counts light which arrives where paths are scattered now, in lanes that are `caught` there by a shadow
+/// catcher or not; [`NONE`] if lamps choose the group.
+#[inline(always)]
+pub fn group_of_sample<F: Float>(setup: &RenderSetup, path: &Path<F>, caught: F::Mask) -> F::Int {
+    match setup.groups_by_path() {
+        true => group_after(setup, path, 1, caught),
+        false => F::Int::splat(NONE),
+    }
+}
+
+#[inline(always)]
+fn group_after<F: Float>(setup: &RenderSetup, path: &Path<F>, bounces: u32, caught: F::Mask) -> F::Int {
+    if setup.catches {
+        return caught_group::<F>(setup, caught | bounces::is_set::<F>(path.bounce_counts, CAUGHT));
+    }
+    let (bounce, last) =
+        (path.depth + F::Int::splat(bounces), F::Int::splat(setup.light_groups() as u32 - 1));
+    F::Int::select(bounce.lt(last), bounce, last)
 }
 
 /// The group that counts the light of shadow catchers in some lanes, and [`NONE`] in the others.
 #[inline(always)]
-pub fn caught_group<F: Float>(setup: &RenderSetup, caught: F::Mask) -> F::Int {
+fn caught_group<F: Float>(setup: &RenderSetup, caught: F::Mask) -> F::Int {
     F::Int::select(caught, F::Int::splat(setup.groups().caught(Caught::Arriving)), F::Int::splat(NONE))
 }
 

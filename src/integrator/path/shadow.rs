@@ -13,8 +13,11 @@ pub struct ShadowRay<F: Float> {
     pub contribution: Color<F>,
     /// The emitter at its end, whose surface does not block it.
     pub emitter: F::Int,
-    /// The film's group that counts the light of shadow catchers, or [`NONE`].
-    pub caught_group: F::Int,
+    /// The film's group that counts the light, if paths choose it and not lamps ([`RenderSetup::groups_by_path`]); otherwise
+    /// [`NONE`].
+    ///
+    /// [`RenderSetup::groups_by_path`]: crate::integrator::RenderSetup::groups_by_path
+    pub path_group: F::Int,
     /// The bodies in which it begins ([`crate::scene::Bodies`]).
     pub bodies: F::Int,
     /// The lanes with a contribution.
@@ -31,7 +34,7 @@ impl<F: Float> ShadowRay<F> {
             ray: Ray { origin: Vector::zero(), direction: up, t_min: zero, t_max: zero },
             contribution: Color::black(),
             emitter: F::Int::splat(NONE),
-            caught_group: F::Int::splat(NONE),
+            path_group: F::Int::splat(NONE),
             bodies: F::Int::splat(NOWHERE),
             mask: F::Mask::from_bits(0),
         }
@@ -50,7 +53,7 @@ impl<F: Float> ShadowRay<F> {
             },
             contribution: Color::select(mask, yes.contribution, no.contribution),
             emitter: F::Int::select(mask, yes.emitter, no.emitter),
-            caught_group: F::Int::select(mask, yes.caught_group, no.caught_group),
+            path_group: F::Int::select(mask, yes.path_group, no.path_group),
             bodies: F::Int::select(mask, yes.bodies, no.bodies),
             mask: (mask & yes.mask) | (!mask & no.mask),
         }

@@ -77,7 +77,7 @@ impl PhotonPlan {
             &self.setup,
             landed.iter().flat_map(|some| some.splats.iter().map(|(_, splat)| splat)),
         );
-        let groups: Vec<u32> = match self.setup.light_groups() {
+        let groups: Vec<u32> = match self.setup.lamp_groups() {
             0 => Vec::new(),
             _ => photons.clone().map(|(number, _)| self.group_of(sample, *number)).collect(),
         };
@@ -87,7 +87,7 @@ impl PhotonPlan {
 
     /// The light group of a sample's photon, or [`NONE`].
     pub fn group_of(&self, sample: u32, number: u32) -> u32 {
-        if self.setup.light_groups() == 0 {
+        if self.setup.lamp_groups() == 0 {
             return NONE;
         }
         let number = u64::from(sample) * u64::from(self.count()) + u64::from(number);

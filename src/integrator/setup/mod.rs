@@ -66,6 +66,8 @@ pub struct RenderSetup {
     pub transparent: bool,
     /// True if the film counts the light of shadow catchers.
     pub catches: bool,
+    /// The names of the light groups by bounce; none if the film does not count the light of bounces.
+    pub bounce_groups: Vec<String>,
     /// The albedo tables of the lobes that the scene's materials have under the path transport.
     pub lobes: LobeTables,
     /// The film scale: the unit in which radiance is counted.
@@ -75,6 +77,20 @@ pub struct RenderSetup {
     /// n² of the one that fills the camera's position, under the path transport: see
     /// [`crate::scene::MaterialRecord::index_square`].
     pub around_square: f32,
+}
+
+/// The largest number of light groups by bounce.
+const MOST_BOUNCE_GROUPS: u32 = 8;
+
+/// The names of the light groups by bounce; the last one may stand for several bounces.
+fn bounce_groups(settings: &Settings) -> Vec<String> {
+    let bounces = settings.max_depth.saturating_add(2);
+    let count = bounces.min(MOST_BOUNCE_GROUPS);
+    let name = |bounce: u32| {
+        let more = if bounce + 1 == count && bounces > count { " and more" } else { "" };
+        format!("bounce {bounce}{more}")
+    };
+    (0..count).map(name).collect()
 }
 
 impl RenderSetup {
@@ -131,6 +147,7 @@ impl RenderSetup {
             splitting: SPLITTING,
             transparent: settings.transparent,
             catches,
+            bounce_groups: if settings.light_by_bounce { bounce_groups(settings) } else { Vec::new() },
             lobes,
             around_square,
             around,
@@ -143,9 +160,26 @@ impl RenderSetup {
         self.light_group_names().len()
     }
 
-    /// The names of the light groups; none with shadow catchers, whose light is counted by itself.
+    /// The names of the light groups: those of bounces, if there are any, or of lamps; none with shadow catchers, whose
+    /// light is counted by itself.
     pub fn light_group_names(&self) -> &[String] {
-        if self.catches { &[] } else { &self.scene.light_groups }
+        match self.bounce_groups.as_slice() {
+            _ if self.catches => &[],
+            [] => &self.scene.light_groups,
+            bounces => bounces,
+        }
+    }
+
+    /// True if the path that finds light chooses its group, and not the lamp.
+    #[inline(always)]
+    pub fn groups_by_path(&self) -> bool {
+        self.catches || !self.bounce_groups.is_empty()
+    }
+
+    /// The number of light groups of lamps.
+    #[inline(always)]
+    pub fn lamp_groups(&self) -> usize {
+        if self.groups_by_path() { 0 } else { self.light_groups() }
     }
 
     /// The groups that films hold.

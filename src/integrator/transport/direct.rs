@@ -3,8 +3,7 @@
 use super::medium;
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::bounces::{self, CAUGHT};
-use crate::integrator::path::light_groups::caught_group;
+use crate::integrator::path::light_groups::group_of_sample;
 use crate::integrator::path::mis::{choose, power_heuristic};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::math::{Color, NONE, Ray};
@@ -69,15 +68,6 @@ pub(in crate::integrator) fn sampled_light<F: Float>(
     LightPoint { emitter, density, share, value, sample }
 }
 
-/// The group of shadow catchers that counts the light of paths which they catch here or have caught before.
-#[inline(always)]
-fn counted<F: Float>(setup: &RenderSetup, path: &Path<F>, caught: F::Mask) -> F::Int {
-    if !setup.catches {
-        return F::Int::splat(NONE);
-    }
-    caught_group::<F>(setup, caught | bounces::is_set::<F>(path.bounce_counts, CAUGHT))
-}
-
 /// The shadow ray to a point of a light in the lanes `here`, `caught` by a shadow catcher or not, and the BSDF value ·
 /// |cos| towards it.
 #[inline(always)]
@@ -114,7 +104,7 @@ pub(in crate::integrator) fn to_light<F: Float>(
         },
         contribution,
         emitter,
-        caught_group: counted(setup, path, caught),
+        path_group: group_of_sample(setup, path, caught),
         bodies,
         mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
     };

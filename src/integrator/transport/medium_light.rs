@@ -3,7 +3,7 @@
 use super::medium;
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::light_groups::group_for;
+use crate::integrator::path::light_groups::group_of_sample;
 use crate::integrator::path::mis::{choose, power_heuristic};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::termination::is_last;
@@ -59,7 +59,7 @@ impl<F: Float> Outlined for MediumLightSample<'_, F> {
             ray: Ray { origin, direction: sample.direction, t_min: zero, t_max },
             contribution,
             emitter,
-            caught_group: group_for(setup, path, none),
+            path_group: group_of_sample(setup, path, F::Mask::from_bits(0)),
             bodies: path.bodies,
             mask: mask & density.gt(zero) & contribution.max_component().gt(zero),
         };

@@ -233,7 +233,7 @@ impl<F: Float> Outlined for GatherGroups<'_, '_, F> {
         let gives = if let Some(roles) = roles { roles.gives } else { nobody };
         let [kept, _] = divided(path, all, gives);
         let limit = limit(setup, path, kept);
-        for group in 0..setup.light_groups() as u32 {
+        for group in 0..setup.lamp_groups() as u32 {
             let [kept, given] = divided(path, &vertex.gathered(bsdf, Some(group)), gives);
             let group = F::Int::splat(group);
             found.add(path, group, kept * limit, false, here);
@@ -346,7 +346,7 @@ impl<F: Float> ScatterVertex<'_, F> {
             let vertex = reusable::EvaluatedVertex { point, bsdf: &bsdf, light, drawn: &drawn };
             shared = Some(reusable::roles(path, &vertex, here));
         }
-        if self.photons.is_some() && setup.light_groups() > 0 {
+        if self.photons.is_some() && setup.lamp_groups() > 0 {
             F::outlined(GatherGroups { vertex: self, bsdf: &bsdf, all: &gathered, roles: &shared, found });
         }
         Scattered { shadow: light.0, next, goes_on, fork, gathered, shared }
@@ -390,7 +390,7 @@ fn found_emission<F: Float>(
 ) -> Color<F> {
     let light = emitted(setup, photons, path, hit, point, arrives);
     let group = point.material.group;
-    if group != NONE || setup.catches {
+    if group != NONE || setup.groups_by_path() {
         found.add(path, group_for(setup, path, F::Int::splat(group)), light, false, arrives);
     }
     light

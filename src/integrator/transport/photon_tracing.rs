@@ -304,7 +304,7 @@ impl<F: Float> Eye<F> {
             },
             contribution: light,
             emitter: F::Int::splat(NONE),
-            caught_group: F::Int::splat(NONE),
+            path_group: F::Int::splat(NONE),
             bodies,
             mask: self.mask & light.max_component().gt(F::zero()),
         }

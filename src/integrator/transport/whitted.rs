@@ -7,7 +7,7 @@
 
 use super::medium::MOST;
 use crate::integrator::RenderSetup;
-use crate::integrator::path::light_groups::{GroupQueue, find_around};
+use crate::integrator::path::light_groups::{GroupQueue, find_around, group_for, group_of_sample};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::integrator::path::{Path, camera_path};
 use crate::integrator::photons::PhotonMaps;
@@ -113,7 +113,7 @@ pub fn hit<F: Float>(
     let own = shaded.emission + shaded.model.diffuse * Color::splat(scene.ambient);
     let mut radiance = path.radiance + path.throughput * own;
     if setup.light_groups() > 0 {
-        let group = groups_of(scene, surface.material, mask);
+        let group = group_for(setup, path, groups_of(scene, surface.material, mask));
         found.add(path, group, path.throughput * shaded.emission, false, mask);
     }
     // Photons that the camera sees directly are splatted instead.
@@ -128,7 +128,7 @@ pub fn hit<F: Float>(
         let mut wanted = PhotonsWanted { max_depth: setup.max_depth, diffuse: false, group: None };
         let light = photons.gather(wanted, path, &surface, &answer, first, indirect).light;
         radiance = Color::select(indirect, radiance + path.throughput * light, radiance);
-        for group in 0..setup.light_groups() as u32 {
+        for group in 0..setup.lamp_groups() as u32 {
             wanted.group = Some(group);
             let light = photons.gather(wanted, path, &surface, &answer, first, indirect).light;
             found.add(path, F::Int::splat(group), path.throughput * light, false, indirect);
@@ -332,7 +332,7 @@ pub fn light_ray<F: Float>(
         },
         contribution,
         emitter: F::Int::splat(policy.emitter),
-        caught_group: F::Int::splat(NONE),
+        path_group: group_of_sample(setup, path, F::Mask::from_bits(0)),
         bodies: F::Int::splat(NOWHERE),
         mask: mask & lit & contribution.max_component().gt(zero),
     }

@@ -3,7 +3,6 @@
 mod equal_time;
 pub mod fit;
 mod job;
-mod machine;
 mod page;
 pub mod plot;
 pub mod results;

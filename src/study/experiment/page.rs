@@ -3,10 +3,10 @@
 use base64::prelude::*;
 
 use super::equal_time::EqualTime;
-use super::machine;
 use super::plot::{Curve, Figure, legend};
 use crate::formats::study::{Experiment, StudyFile};
 use crate::study::html::escaped;
+use crate::study::machine;
 
 /// A plot that has been drawn.
 pub(super) struct DrawnPlot {

@@ -25,6 +25,8 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(60, 60, 60),
 ];
 const FONT: &str = "sans-serif";
+/// A curve with more points is a line without markers.
+const MOST_MARKERS: usize = 60;
 /// The margin around the plot, in pixels.
 const MARGIN: u32 = 12;
 
@@ -48,6 +50,10 @@ pub enum PlottedQuantity {
     Measured(Measurement),
     /// The fraction of light that a material returns.
     Albedo,
+    /// The items of a queue.
+    Items,
+    /// Billions of operations per second.
+    Gigaoperations,
 }
 
 impl From<Measurement> for PlottedQuantity {
@@ -62,6 +68,8 @@ impl PlottedQuantity {
         match self {
             PlottedQuantity::Measured(measurement) => measurement.label(),
             PlottedQuantity::Albedo => "returned light (1: all)",
+            PlottedQuantity::Items => "items",
+            PlottedQuantity::Gigaoperations => "billions of operations per second",
         }
     }
 
@@ -74,7 +82,7 @@ impl PlottedQuantity {
     pub fn speedup(self, one: f64, other: f64) -> Option<f64> {
         match self {
             PlottedQuantity::Measured(measurement) => measurement.speedup(one, other),
-            PlottedQuantity::Albedo => None,
+            PlottedQuantity::Albedo | PlottedQuantity::Items | PlottedQuantity::Gigaoperations => None,
         }
     }
 }
@@ -283,8 +291,9 @@ fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Resu
         chart
             .draw_series(LineSeries::new(places.clone(), color.stroke_width(2)))
             .map_err(|error| failed(&error))?;
+        let marked = if places.len() > MOST_MARKERS { 0 } else { places.len() };
         chart
-            .draw_series(places.into_iter().map(|place| marker(place, number)))
+            .draw_series(places.into_iter().take(marked).map(|place| marker(place, number)))
             .map_err(|error| failed(&error))?;
     }
     for (number, curve) in figure.curves.iter().enumerate() {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use smallvec::SmallVec;
 
-use super::ProfilePlan;
-use super::parts::{PartCosts, PartCounter};
+use super::parts::{PartCosts, PartCounter, tests};
+use super::{ProfilePlan, StageTimes};
 use crate::bvh::kernels::counters::Visits;
 use crate::integrator::observe::visits::VisitCounter;
 use crate::integrator::observe::{Continuation, Event, EventKind, Flow, PathKey};
@@ -114,8 +114,33 @@ pub struct Flows {
     pub bounces: Vec<Bounce>,
     /// Items by stage, in order.
     pub stages: [StageFlow; Stage::ALL.len()],
+    /// The items that entered each stage that reports them, each time that the wave went through the stages.
+    pub turns: Vec<[u32; Stage::ALL.len()]>,
     /// The costs of entities and materials.
     pub parts: PartCosts,
+}
+
+impl Flows {
+    /// The seconds of stages by bounce, about: those of tracing in proportion to nodes and tests, those of other stages
+    /// in proportion to their items. Photons belong to no bounce.
+    pub fn seconds_by_bounce(&self, times: &StageTimes) -> Vec<[f64; Stage::ALL.len()]> {
+        let weight = |bounce: &Bounce, stage: Stage| match stage {
+            Stage::Generate => bounce.camera,
+            Stage::Intersect => tests(&bounce.visits),
+            Stage::Retire => bounce.rays(),
+            Stage::Shade | Stage::Advance => bounce.hits,
+            Stage::Light => bounce.shadow,
+            Stage::Shadow | Stage::Connect => tests(&bounce.shadow_visits),
+            Stage::Photons => 0,
+        };
+        let all =
+            Stage::ALL.map(|stage| self.bounces.iter().map(|bounce| weight(bounce, stage)).sum::<u64>());
+        let seconds = |bounce: &Bounce, stage: Stage| {
+            let part = ratio(weight(bounce, stage), all[stage as usize]);
+            times.seconds[stage as usize] * part.unwrap_or(0.0)
+        };
+        self.bounces.iter().map(|bounce| Stage::ALL.map(|stage| seconds(bounce, stage))).collect()
+    }
 }
 
 /// Renders once more with the wavefront, on one thread, and counts.
@@ -153,6 +178,7 @@ impl FlowCounter<'_> {
                 if flow.stage == Stage::Shade {
                     self.parts.shaded();
                 }
+                self.turn(flow);
                 return self.flows.stages[flow.stage as usize].add(flow);
             }
             Event::Sample(place, what) => (*place, what),
@@ -190,6 +216,17 @@ impl FlowCounter<'_> {
             | EventKind::Drawn { .. }
             | EventKind::Spilled
             | EventKind::Received { .. } => {}
+        }
+    }
+
+    /// Counts the items of a stage; tracing is the first stage to report in each turn.
+    fn turn(&mut self, flow: &Flow) {
+        let turns = &mut self.flows.turns;
+        if flow.stage == Stage::Intersect || turns.is_empty() {
+            turns.push([0; Stage::ALL.len()]);
+        }
+        if let Some(last) = turns.last_mut() {
+            last[flow.stage as usize] += flow.entering as u32;
         }
     }
 

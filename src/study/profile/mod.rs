@@ -2,7 +2,10 @@
 
 pub mod counters;
 pub mod flow;
+pub mod page;
 pub mod parts;
+pub mod report;
+pub mod roofline;
 pub mod steps;
 
 use std::sync::Arc;

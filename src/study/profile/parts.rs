@@ -40,7 +40,8 @@ impl PartCost {
     }
 }
 
-fn tests(visits: &Visits) -> u64 {
+/// The nodes visited and the primitives tested.
+pub(super) fn tests(visits: &Visits) -> u64 {
     visits.nodes + visits.primitives
 }
 

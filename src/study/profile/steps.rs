@@ -35,6 +35,19 @@ impl ProfileStep {
             ProfileStep::Boxes => "boxes",
         }
     }
+
+    /// A title for tables; steps between the first and the last of a schedule are indented.
+    pub fn title(self, isa: Isa) -> String {
+        let isa = isa.name();
+        match self {
+            ProfileStep::Recursion => "recursion, one lane".into(),
+            ProfileStep::Order => "wavefront, one lane: order of work".into(),
+            ProfileStep::Traversal => format!("  rays in lanes ({isa})"),
+            ProfileStep::Shading => "  other stages in lanes".into(),
+            ProfileStep::Sorting => "  hits sorted by material".into(),
+            ProfileStep::Boxes => format!("recursion, boxes in lanes ({isa})"),
+        }
+    }
 }
 
 /// Returns the steps that change anything, with their options: the wavefront as it is used is the last but one,

@@ -2,10 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::report::{ProfileReport, percent, visits_json};
+use super::report::{percent, visits_json};
 use crate::cli::job::rounded_count;
 use crate::error::in_one_line;
 use crate::study::profile::parts::PartCost;
+use crate::study::profile::report::ProfileReport;
 
 /// The number of rows in a table; the JSON has all.
 const SHOWN: usize = 10;
@@ -15,20 +16,6 @@ impl ProfileReport<'_> {
     pub fn costs(&self) -> Vec<String> {
         let entities = self.costs_in("entity", &self.entities());
         entities.into_iter().chain(self.costs_in("material", &self.materials())).collect()
-    }
-
-    fn entities(&self) -> Vec<(String, PartCost)> {
-        let name =
-            |number: u32| self.names.get(&number).cloned().unwrap_or_else(|| format!("entity {number}"));
-        let costs = self.flows.parts.by_entity().into_iter();
-        costs.map(|(number, cost)| (number.map_or_else(nothing, name), cost)).collect()
-    }
-
-    fn materials(&self) -> Vec<(String, PartCost)> {
-        let names = &self.setup.scene.material_names;
-        let costs = self.flows.parts.by_material().into_iter();
-        let name = |index: u32| names[index as usize].clone();
-        costs.map(|(index, cost)| (index.map_or_else(nothing, name), cost)).collect()
     }
 
     fn costs_in(&self, what: &str, costs: &[(String, PartCost)]) -> Vec<String> {
@@ -78,9 +65,4 @@ impl ProfileReport<'_> {
         };
         costs.into_iter().map(row).collect()
     }
-}
-
-/// The name for rays that hit nothing.
-fn nothing() -> String {
-    "(nothing)".into()
 }

@@ -11,13 +11,13 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 
-use self::report::ProfileReport;
 use crate::cli::args::{ImageSize, SCHEDULES, StudyOptions, name_of, parse_level, parse_size};
 use crate::cli::{failure::Failure, output, process_times, progress::styled};
-use crate::integrator::{RenderSetup, Schedule, Stop};
+use crate::integrator::{RenderSetup, Schedule, Stage, Stop};
 use crate::render::{Session, Span, on_threads};
 use crate::simd::Isa;
-use crate::study::profile::{self, ProfilePlan, counters, flow};
+use crate::study::profile::report::ProfileReport;
+use crate::study::profile::{self, ProfilePlan, counters, flow, page};
 
 /// `rayfront profile`.
 #[derive(Args, Debug)]
@@ -47,6 +47,9 @@ pub struct ProfileArguments {
     /// File for a timeline of the threads, for chrome://tracing or ui.perfetto.dev
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// File for a page with diagrams and plots (.html)
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
     /// The other options.
     #[command(flatten)]
     pub options: StudyOptions,
@@ -88,6 +91,10 @@ pub fn run(arguments: &ProfileArguments) -> Result<ExitCode, Failure> {
         names: &world.names(),
         counted: &counted,
     };
+    if let Some(path) = &arguments.html {
+        let page = page::html(&report, &page::ceilings(&report)?).map_err(Failure::output)?;
+        crate::files::replace(path, page.as_bytes())?;
+    }
     let text = if options.json { format!("{}\n", report.json()) } else { report.text() };
     output::print(&text)?;
     Ok(ExitCode::SUCCESS)
@@ -102,7 +109,9 @@ fn write_trace(path: &Path, setup: &Arc<RenderSetup>, plan: &ProfilePlan) -> Res
         let spans = on_threads(plan.threads, || session.spans())?;
         let name = name_of(SCHEDULES, &schedule);
         events.push(json!({"name": "process_name", "ph": "M", "pid": process, "args": {"name": name}}));
-        events.extend(spans.iter().map(|span| event(process, span)));
+        events.extend(
+            spans.iter().flat_map(|span| [Some(event(process, span)), counter(process, span)]).flatten(),
+        );
     }
     let trace = json!({"traceEvents": events, "displayTimeUnit": "ms"});
     Ok(crate::files::replace(path, trace.to_string().as_bytes())?)
@@ -119,4 +128,21 @@ fn event(process: usize, span: &Span) -> Value {
         "dur": microseconds(span.end.saturating_sub(span.start)),
         "args": {"x": span.tile.x0, "y": span.tile.y0},
     })
+}
+
+/// The items of a queue at the end of a stage, for each thread; none of stages that only pass on what others have counted.
+fn counter(process: usize, span: &Span) -> Option<Value> {
+    let queue = match span.stage? {
+        Stage::Intersect => "rays",
+        Stage::Shade => "hits",
+        Stage::Shadow => "rays to lights",
+        _ => return None,
+    };
+    Some(json!({
+        "name": format!("{queue}, thread {}", span.thread),
+        "ph": "C",
+        "pid": process,
+        "ts": span.end.as_secs_f64() * 1e6,
+        "args": {"items": span.items},
+    }))
 }

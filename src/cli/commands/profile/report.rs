@@ -1,24 +1,21 @@
 //! The report of `rayfront profile`, as tables and as JSON.
 
-use std::collections::HashMap;
-use std::path::Path;
-
 use serde_json::{Value, json};
 
 use crate::bvh::kernels::counters::Visits;
-use crate::cli::args::{ImageSize, SCHEDULES, name_of};
+use crate::cli::args::{SCHEDULES, name_of};
 use crate::cli::job::rounded_count;
 use crate::cli::output;
 use crate::film::PixelSum;
 use crate::integrator::setup::NoPhotons;
-use crate::integrator::{RayCounts, RenderSetup, Schedule, Sorting, Stage};
+use crate::integrator::{RayCounts, Schedule, Sorting, Stage};
 use crate::render::Options;
 use crate::render::photons::PhotonBytes;
 use crate::simd::Isa;
 use crate::study::profile::counters::{Counted, Counts};
-use crate::study::profile::flow::{Bounce, Flows, StageFlow};
-use crate::study::profile::steps::ProfileStep;
-use crate::study::profile::{ProfilePlan, Spread, StageTimes, Timed, wave_bytes};
+use crate::study::profile::flow::{Bounce, StageFlow};
+use crate::study::profile::report::ProfileReport;
+use crate::study::profile::{Spread, Timed, wave_bytes};
 use crate::world::Transport;
 
 /// The number of bounces in the table; the JSON has all.
@@ -26,23 +23,6 @@ const SHOWN: usize = 12;
 
 /// The title of a column, and a function that returns its number.
 type TableColumn = (&'static str, fn(&Bounce) -> u64);
-
-/// The measurements.
-pub struct ProfileReport<'a> {
-    pub scene: &'a Path,
-    pub size: ImageSize,
-    pub plan: &'a ProfilePlan,
-    pub setup: &'a RenderSetup,
-    /// The times of all steps.
-    pub times: &'a [Timed],
-    pub stages: &'a StageTimes,
-    /// The number of photons of a sample, or the reason for none.
-    pub photons: Result<u32, NoPhotons>,
-    pub flows: &'a Flows,
-    /// The names of entities by their numbers.
-    pub names: &'a HashMap<u32, String>,
-    pub counted: &'a Result<Counted, String>,
-}
 
 fn milliseconds(spread: &Spread) -> String {
     let [median, least, most] = [spread.median, spread.least, spread.most].map(|s| s * 1e3);
@@ -154,17 +134,8 @@ impl ProfileReport<'_> {
         .collect()
     }
 
-    /// Returns the times of the wavefront and of recursion as they are used: the last of each.
-    fn as_used(&self) -> [&Timed; 2] {
-        [Schedule::Wavefront, Schedule::Recursive].map(|schedule| {
-            let last = self.times.iter().rfind(|timed| timed.options.schedule == schedule);
-            last.unwrap_or(&self.times[0])
-        })
-    }
-
     /// Returns the table of the steps from recursion to the wavefront.
     fn steps(&self) -> Vec<String> {
-        let isa = self.plan.isa.name();
         let mut lines = vec![
             String::new(),
             format!(
@@ -175,14 +146,7 @@ impl ProfileReport<'_> {
         let first = self.times[0].wall.median;
         let mut last = first;
         for timed in self.times {
-            let name = match timed.step {
-                ProfileStep::Recursion => "recursion, one lane".into(),
-                ProfileStep::Order => "wavefront, one lane: order of work".into(),
-                ProfileStep::Traversal => format!("  rays in lanes ({isa})"),
-                ProfileStep::Shading => "  other stages in lanes".into(),
-                ProfileStep::Sorting => "  hits sorted by material".into(),
-                ProfileStep::Boxes => format!("recursion, boxes in lanes ({isa})"),
-            };
+            let name = timed.step.title(self.plan.isa);
             let time = timed.wall.median;
             let of = |other: f64| format!("{:.2}", time / other.max(1e-12));
             lines.push(format!(
@@ -193,18 +157,7 @@ impl ProfileReport<'_> {
             ));
             last = time;
         }
-        let [wavefront, recursive] = self.as_used().map(|timed| timed.wall.median);
-        let one_lane = |schedule| {
-            let mut own = self.times.iter().filter(|timed| timed.options.isa == Isa::PORTABLE);
-            own.find(|timed| timed.options.schedule == schedule).map(|timed| timed.wall.median)
-        };
-        let [breadth, depth] = [Schedule::Wavefront, Schedule::Recursive].map(one_lane);
-        let one_lane = breadth.zip(depth).map(|(breadth, depth)| breadth / depth.max(1e-12));
-        lines.push(format!(
-            "the wavefront takes {:.2} of the time of recursion{}",
-            wavefront / recursive.max(1e-12),
-            one_lane.map_or(String::new(), |ratio| format!("; with one lane for both {ratio:.2}"))
-        ));
+        lines.push(self.comparison());
         lines
     }
 
@@ -242,16 +195,6 @@ impl ProfileReport<'_> {
             ));
         }
         lines
-    }
-
-    /// Returns the stages that run. The path transport's shading creates the rays to lights by itself.
-    fn stages_that_run(&self) -> impl Iterator<Item = Stage> {
-        let (lights, photons) = (self.setup.transport == Transport::Whitted, self.photons.is_ok());
-        Stage::ALL.into_iter().filter(move |stage| match stage {
-            Stage::Light => lights,
-            Stage::Photons => photons,
-            _ => true,
-        })
     }
 
     /// Returns the kinds of rays of the transport.

@@ -40,6 +40,7 @@ fn settings_are_read_and_have_defaults() {
             build_quality: BuildQuality::High,
             copied_triangles: 1000,
             light_groups: true,
+            light_by_bounce: true,
             aov: vec![Aov::Normal, Aov::Depth],
         }
     );

@@ -88,7 +88,7 @@ fn written_text_is_compact_and_omits_defaults() {
          clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, transparent: true, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
-         exposure: Auto, build_quality: High, copied_triangles: 1000, light_groups: true, aov: [Normal, Depth]),",
+         exposure: Auto, build_quality: High, copied_triangles: 1000, light_groups: true, light_by_bounce: true, aov: [Normal, Depth]),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
         "        (name: \"child\", parent: \"ball\", shape: Sphere(radius_m: 0.25), material: \"glass\"),",
@@ -417,6 +417,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 build_quality,
                 copied_triangles,
                 light_groups: auto_exposure,
+                light_by_bounce: !auto_exposure,
                 roulette_depth,
                 clamp,
                 sampler,

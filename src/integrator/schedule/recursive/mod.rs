@@ -298,8 +298,8 @@ impl<'a> Tile<'a> {
 
     /// Adds the light that a shadow ray brings to that of its group.
     fn find_of(&mut self, path: &Path<f32>, shadow: &ShadowRay<f32>, light: Color<f32>) {
-        let group = match self.setup.catches {
-            true => shadow.caught_group,
+        let group = match self.setup.groups_by_path() {
+            true => shadow.path_group,
             false if self.setup.light_groups() == 0 => return,
             false => Wrapping(group_of(self.setup, shadow.emitter.0)),
         };

@@ -102,7 +102,7 @@ impl Wave {
         let rays = self.paths.rays(&self.ends, &surfaces);
         let (bvh, hits) = (&setup.scene.bvh, self.hits.columns(count));
         bvh::closest(self.traversal.unwrap_or(isa), bvh, rays, Coherence::Unknown, &mut self.stack, hits);
-        clock.stage(Stage::Intersect);
+        clock.stage(Stage::Intersect, count);
         self.report_hits(isa, clock.observer);
     }
 
@@ -116,9 +116,9 @@ impl Wave {
         clock: &mut StageClock,
     ) {
         let Self { paths, hits, found, .. } = self;
-        let observer = &mut *clock.observer;
+        let (count, observer) = (paths.columns.len(), &mut *clock.observer);
         dispatch(isa, RetireStage { setup, photons, paths, hits, sink, observer, found });
-        clock.stage(Stage::Retire);
+        clock.stage(Stage::Retire, count);
     }
 
     /// Generates new samples in the free places of the wave.
@@ -144,7 +144,7 @@ impl Wave {
         let (pixels, samples) = (&self.pixels, &self.samples);
         dispatch(isa, GenerateStage { setup, pixels, samples, count, out: &mut self.paths });
         clock.statistics.rays.camera += count as u64;
-        clock.stage(Stage::Generate);
+        clock.stage(Stage::Generate, count);
     }
 
     fn shade(&mut self, setup: &RenderSetup, photons: Option<PhotonMaps>, isa: Isa, clock: &mut StageClock) {
@@ -162,7 +162,7 @@ impl Wave {
         dispatch(isa, stage);
         clock.statistics.rays.reflect += self.reflect.columns.len() as u64;
         clock.statistics.rays.refract += self.refract.columns.len() as u64;
-        clock.stage(Stage::Shade);
+        clock.stage(Stage::Shade, self.paths.columns.len());
     }
 
     /// Shades the path transport's vertices, material by material.
@@ -191,7 +191,7 @@ impl Wave {
         dispatch(isa, stage);
         clock.statistics.rays.scatter += self.reflect.columns.len() as u64;
         clock.statistics.rays.refract += self.refract.columns.len() as u64;
-        clock.stage(Stage::Shade);
+        clock.stage(Stage::Shade, self.paths.columns.len());
     }
 
     /// Traces all samples of all lights, light by light, as many in one shadow wave as fit. Many lights may take long,
@@ -208,7 +208,7 @@ impl Wave {
                 let before = self.shadow.count();
                 let (paths, vertices, out) = (&self.paths, &self.vertices, &mut self.shadow);
                 dispatch(isa, LightStage { setup, paths, vertices, light, which, out });
-                clock.stage(Stage::Light);
+                clock.stage(Stage::Light, self.paths.columns.len());
                 self.report_lights(isa, light, which, before, clock.observer);
             }
         }
@@ -219,7 +219,8 @@ impl Wave {
     fn advance(&mut self, sink: &mut dyn Sink, clock: &mut StageClock) {
         let (pixels, samples) = self.paths.pixels();
         let [r, g, b] = self.paths.radiance();
-        for i in 0..pixels.len() {
+        let count = pixels.len();
+        for i in 0..count {
             if self.goes_on[i] == 0 {
                 sink.deposit(pixels[i], samples[i], Rgb::new(r[i], g[i], b[i]));
             }
@@ -232,6 +233,6 @@ impl Wave {
         clock.statistics.spilled += self.refract.columns.len() as u64;
         self.pending.spill_from(&mut self.refract);
         self.paths.fill_from(&mut self.pending);
-        clock.stage(Stage::Advance);
+        clock.stage(Stage::Advance, count);
     }
 }

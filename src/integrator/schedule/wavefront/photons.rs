@@ -48,7 +48,7 @@ impl Wave {
             self.paths.fill_from(&mut self.refract);
             self.pending.spill_from(&mut self.refract);
             self.paths.fill_from(&mut self.pending);
-            clock.stage(Stage::Photons);
+            clock.stage(Stage::Photons, self.paths.columns.len());
         }
         self.ended = Some(ended);
     }
@@ -66,7 +66,7 @@ impl Wave {
             }
         }
         clock.statistics.rays.photon += self.paths.columns.len() as u64;
-        clock.stage(Stage::Photons);
+        clock.stage(Stage::Photons, self.paths.columns.len());
     }
 
     fn scatter_photons(&mut self, plan: &PhotonPlan, isa: Isa, ended: &mut EndQueue, clock: &mut StageClock) {
@@ -87,7 +87,7 @@ impl Wave {
             ended,
         };
         dispatch(isa, stage);
-        clock.stage(Stage::Photons);
+        clock.stage(Stage::Photons, self.paths.columns.len());
     }
 
     /// Collects the photons that have ended, with what has arrived at the camera.

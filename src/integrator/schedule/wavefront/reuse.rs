@@ -59,8 +59,9 @@ impl Wave {
                 bvh::any_in_bundles(traversal, &setup.scene.bvh, rays, fans, stack, blocked);
                 report_connections(isa, blocked, observer);
             });
-            clock.statistics.rays.connect += std::mem::take(&mut connections.traced);
-            clock.stage(Stage::Connect);
+            let traced = std::mem::take(&mut connections.traced);
+            clock.statistics.rays.connect += traced;
+            clock.stage(Stage::Connect, traced as usize);
         }
         self.shared = Some(shared);
     }
@@ -88,7 +89,7 @@ impl Wave {
             return false;
         }
         slots.choose(pilot);
-        clock.stage(Stage::Generate);
+        clock.stage(Stage::Generate, 0);
         true
     }
 
@@ -203,9 +204,10 @@ impl Wave {
         for source in shared {
             clock.observer.report(&observe::spilled(&self.paths.load::<f32>(source)));
         }
+        let count = self.paths.columns.len();
         self.paths.columns.clear();
         self.paths.fill_from(&mut self.reflect);
-        clock.stage(Stage::Advance);
+        clock.stage(Stage::Advance, count);
     }
 
     /// Processes second vertices, which give what leaves them by their diffuse lobe.

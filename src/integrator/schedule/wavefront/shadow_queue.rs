@@ -24,7 +24,7 @@ pub struct ShadowQueue {
     /// The emitters at their ends, if some can be hit or there are light groups.
     emitters: Option<Columns<0, 1>>,
     /// The groups of shadow catchers that count their light, if there are any.
-    caught_groups: Option<Columns<0, 1>>,
+    path_groups: Option<Columns<0, 1>>,
     /// The bodies in which they begin, if these affect what arrives.
     pub(super) bodies: Option<Columns<0, 1>>,
     /// True for each ray that goes straight through something; empty if no material lets rays through.
@@ -42,7 +42,7 @@ impl ShadowQueue {
             rays: Columns::new(capacity),
             emitters: (setup.scene.emitters.can_be_hit() || setup.light_groups() > 0)
                 .then(|| Columns::new(capacity)),
-            caught_groups: setup.catches.then(|| Columns::new(capacity)),
+            path_groups: setup.groups_by_path().then(|| Columns::new(capacity)),
             bodies: (any(|m| m.body != 0) && any(|m| m.attenuates() || m.passes_shadow_rays))
                 .then(|| Columns::new(capacity)),
             passes: (0..passes).map(|_| AtomicBool::new(false)).collect(),
@@ -52,7 +52,7 @@ impl ShadowQueue {
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
         let optional =
-            [&self.emitters, &self.caught_groups, &self.bodies].into_iter().flatten().map(Columns::bytes);
+            [&self.emitters, &self.path_groups, &self.bodies].into_iter().flatten().map(Columns::bytes);
         self.rays.bytes() + optional.sum::<usize>() + self.passes.len()
     }
 
@@ -74,21 +74,21 @@ impl ShadowQueue {
     /// Removes all rays.
     pub(super) fn clear(&mut self) {
         self.rays.clear();
-        let optional = [&mut self.emitters, &mut self.caught_groups, &mut self.bodies];
+        let optional = [&mut self.emitters, &mut self.path_groups, &mut self.bodies];
         optional.into_iter().flatten().for_each(Columns::clear);
     }
 
     /// Appends rays.
     #[inline(always)]
     pub fn append<F: Float>(&mut self, shadow: &ShadowRay<F>, target: F::Int) {
-        let ShadowRay { ray, contribution: c, emitter, caught_group, bodies, mask } = *shadow;
+        let ShadowRay { ray, contribution: c, emitter, path_group, bodies, mask } = *shadow;
         let Ray { origin: o, direction: d, t_max, .. } = ray;
         self.rays.append::<F>(mask, [o.x, o.y, o.z, d.x, d.y, d.z, t_max, c.r, c.g, c.b], [target]);
         if let Some(emitters) = &mut self.emitters {
             emitters.append::<F>(mask, [], [emitter]);
         }
-        if let Some(groups) = &mut self.caught_groups {
-            groups.append::<F>(mask, [], [caught_group]);
+        if let Some(groups) = &mut self.path_groups {
+            groups.append::<F>(mask, [], [path_group]);
         }
         if let Some(column) = &mut self.bodies {
             column.append::<F>(mask, [], [bodies]);
@@ -126,9 +126,9 @@ impl ShadowQueue {
         self.emitters.as_ref().map_or(NONE, |emitters| emitters.integers(0)[i])
     }
 
-    /// The group that counts a ray's light, or [`NONE`]: its emitter's or, with shadow catchers, theirs.
+    /// The group that counts a ray's light, or [`NONE`]: its emitter's, or the one that its path chose.
     pub(super) fn group(&self, i: usize, of_emitters: &[u32]) -> u32 {
-        match &self.caught_groups {
+        match &self.path_groups {
             Some(groups) => groups.integers(0)[i],
             None => of_emitters.get(self.emitter(i) as usize).copied().unwrap_or(NONE),
         }

@@ -57,7 +57,7 @@ impl Wave {
         clock.statistics.rays.shadow += count as u64;
         self.report_shadows(setup, isa, clock.observer);
         self.shadow.clear();
-        clock.stage(Stage::Shadow);
+        clock.stage(Stage::Shadow, count);
     }
 
     /// Adds the contributions of unblocked rays to the light that is found by group. Photons' rays, which go to the
@@ -95,9 +95,9 @@ impl Wave {
             let [r, g, b] = self.shadow.contributions().0.map(|channel| channel[i]);
             let contribution = Color::new(r, g, b);
             let left = if is_weakened {
-                let [emitter, bodies, caught_group] = [self.shadow.emitter(i), bodies, NONE].map(Wrapping);
+                let [emitter, bodies, path_group] = [self.shadow.emitter(i), bodies, NONE].map(Wrapping);
                 let ray = self.shadow.ray(i);
-                let shadow = ShadowRay { ray, contribution, emitter, caught_group, bodies, mask: true };
+                let shadow = ShadowRay { ray, contribution, emitter, path_group, bodies, mask: true };
                 arriving(setup, isa, &path, &shadow, &mut self.stack).unwrap_or(Color::black())
             } else {
                 limited(setup, &path, contribution)

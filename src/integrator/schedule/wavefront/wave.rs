@@ -178,10 +178,11 @@ pub(super) struct StageClock<'a> {
 }
 
 impl StageClock<'_> {
-    pub(super) fn stage(&mut self, stage: Stage) {
+    /// Ends a stage which that many items have entered.
+    pub(super) fn stage(&mut self, stage: Stage, items: usize) {
         let now = Instant::now();
         self.statistics.stages[stage as usize] += now - self.last;
         self.last = now;
-        self.observer.mark(stage);
+        self.observer.mark(stage, items);
     }
 }
