@@ -6,15 +6,36 @@ use glam::{DVec2, DVec3};
 use crate::mesh::{Face, Polygons, Solid, polar, sin_cos_degrees};
 use crate::solids::{Station, lathe, sweep};
 
-/// The clock with normals and texture coordinates, without normals, and as read by a loader that takes the first three
-/// corners of every face for a triangle.
-pub fn stages() -> [(&'static str, Polygons); 3] {
+/// The clock with normals and texture coordinates, with one normal a face that is the mean of its corners' normals, without
+/// normals, and as read by a loader that takes the first three corners of every face for a triangle.
+pub fn stages() -> [(&'static str, Polygons); 4] {
     let solid = cabinet();
     let mut missing = solid.flat();
     for face in &mut missing.faces {
         face.truncate(3);
     }
-    [("cabinet", solid.smoothed(60.0)), ("cabinet_flat", solid.flat()), ("cabinet_missing", missing)]
+    let smooth = solid.smoothed(60.0);
+    [
+        ("cabinet_averaged", averaged(&smooth)),
+        ("cabinet", smooth),
+        ("cabinet_flat", solid.flat()),
+        ("cabinet_missing", missing),
+    ]
+}
+
+/// A mesh whose corners all have the mean normal of their face.
+fn averaged(mesh: &Polygons) -> Polygons {
+    let mut result = Polygons::default();
+    for face in &mesh.faces {
+        let normals =
+            face.iter().map(|corner| DVec3::from_array(mesh.normals[*corner as usize].map(f64::from)));
+        let mean = normals.sum::<DVec3>().normalize_or_zero().to_array().map(|c| c as f32);
+        let first = result.positions.len() as u32;
+        result.positions.extend(face.iter().map(|corner| mesh.positions[*corner as usize]));
+        result.normals.extend(face.iter().map(|_| mean));
+        result.faces.push((first..first + face.len() as u32).collect());
+    }
+    result
 }
 
 /// The sideways offset of the leaning body at height `y` (metres).

@@ -20,7 +20,9 @@ pub fn make(scenes: &Path) -> Result<(), Box<dyn Error>> {
          `cargo run --release --example generate-assets gallery`.\n\n\
          Figures 1 to 11 of the coursework report are here. Figures 12 and 13 are plots, made by studies:\n\
          [area_light.ron](studies/area_light.ron) and [thin_lens.ron](studies/thin_lens.ron).\n\n\
-         ```sh\nrayfront study scenes/studies/area_light.ron\nrayfront study scenes/studies/thin_lens.ron\n```\n",
+         ```sh\nrayfront study scenes/studies/area_light.ron\nrayfront study scenes/studies/thin_lens.ron\n```\n\nTheir plots after `--short`, a sixteenth of the work:\n\n\
+         ![Figure 12: the error by shadow rays](gallery/figure_12.png)\n\n\
+         ![Figure 13: the error by points on the lens](gallery/figure_13.png)\n",
     );
     let entries = std::fs::read_dir(scenes)?.collect::<Result<Vec<_>, _>>()?;
     let mut paths: Vec<PathBuf> = entries.iter().map(|entry| entry.path()).collect();

@@ -141,12 +141,17 @@ fn queues(report: &ProfileReport) -> Result<String, String> {
         log: [false; 2],
         curves,
     };
-    let text = format!(
-        "New samples and forks fill the places of paths that have ended, so that a wave of {} stays full until its tile runs \
-out of samples. Each tile ends with a few turns of few paths.",
-        grouped(report.plan.wave as u64)
-    );
-    Ok(section("Queues over time", &text) + &format!("<figure>{}</figure>\n", svg(&figure)?))
+    let text = match report.setup.sharing {
+        None => {
+            "New samples and forks fill the places of paths that have ended, so that the wave stays full until its tile runs \
+out of samples. Each tile ends with a few turns of few paths."
+        }
+        Some(_) => {
+            "Paths that share light with their neighbours go to their ends together: then the rays that connect them are traced, \
+and the wave is filled again."
+        }
+    };
+    Ok(section("Queues over time", text) + &format!("<figure>{}</figure>\n", svg(&figure)?))
 }
 
 /// A cell whose background grows with the part.
