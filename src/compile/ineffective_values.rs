@@ -2,7 +2,7 @@
 
 use crate::error::{Diagnostic, words};
 use crate::world::{
-    AlphaMode, Background, Light, Material, MaterialId, Principled, Settings, Transport, World,
+    AlphaMode, Background, Light, LightGroup, Material, MaterialId, Principled, Settings, Transport, World,
 };
 
 /// One warning for each kind.
@@ -23,9 +23,12 @@ pub(super) fn values(world: &World) -> Vec<Diagnostic> {
         let text =
             format!("{which} does nothing beside shadow catchers, which have sums of their own: {names}");
         told.push(Diagnostic::warning("value-without-effect", text));
-    } else if light_groups && light_by_bounce {
+    } else if light_by_bounce
+        && (light_groups || world.entities.query::<&LightGroup>().iter().next().is_some())
+    {
+        let which = if light_groups { "light_groups does" } else { "the groups of lights do" };
         let text =
-            "light_groups does nothing beside light_by_bounce: a film sums up light by lamp or by bounce";
+            format!("{which} nothing beside light_by_bounce: a film sums up light by lamp or by bounce");
         told.push(Diagnostic::warning("value-without-effect", text));
     }
     for (what, says) in OF_MATERIALS {

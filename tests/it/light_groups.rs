@@ -147,6 +147,13 @@ fn light_of_all_bounces_is_the_whole_film() {
         let plain = film(&world, Options::default());
         assert_eq!(plain.pixels(), whole.pixels(), "{way}: groups change nothing");
     }
+    // Light of photons is in the rest: what bounces have is a part of the whole, and not all of it.
+    for way in WAYS.iter().filter(|way| way.contains("photons")) {
+        let film = film(&room(&format!("{way}, light_by_bounce: true")), Options::default());
+        let of_bounces: f64 = (0..film.light_groups()).map(|group| mean(&film.group_radiance(group))).sum();
+        let (rest, whole) = (mean(&film.ungrouped_radiance()), mean(&film.radiance()));
+        assert!(rest > 1e-4 && (of_bounces + rest - whole).abs() < 1e-4 * whole, "{way}: {rest} of {whole}");
+    }
     let here = lamps();
     here.out("scene.ron --light-by-bounce -o scene.film -o scene.exr");
     let listed = here.json("mix scene.film");
@@ -157,6 +164,9 @@ fn light_of_all_bounces_is_the_whole_film() {
     assert_eq!(here.json("reproduce indirect.png")["identical"], true);
     let told = here.messages("scene.ron --light-by-bounce --light-groups -o both.exr");
     assert!(told.contains("light_groups does nothing"), "{told}");
+    here.write("named.ron", LAMPS.replace("name: \"key\",", "name: \"key\", group: \"warm\","));
+    let told = here.messages("named.ron --light-by-bounce -o named.exr");
+    assert!(told.contains("the groups of lights do nothing"), "{told}");
 }
 
 #[test]

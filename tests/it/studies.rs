@@ -371,7 +371,9 @@ fn profile_counts_the_same_rays_as_rendering() {
 fn pages_of_profiles_show_every_stage_and_part() {
     let folder = folder(SCENE);
     folder.write("path&more.ron", SCENE.replace("samples: 4,", "samples: 4, transport: Path,"));
-    for scene in ["scene.ron", "path&more.ron"] {
+    // Nothing is hit, shaded or lit.
+    folder.write("empty.ron", "(entities: [(camera: Pinhole(vertical_fov_degrees: 40))])");
+    for scene in ["scene.ron", "path&more.ron", "empty.ron"] {
         let line = format!("profile {scene} --size 24x18 --spp 2 --runs 1 --wave 64 --html page.html");
         let profile = folder.json(&line);
         let page = folder.text("page.html");

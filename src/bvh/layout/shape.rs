@@ -59,3 +59,35 @@ impl Bvh {
 fn is_used(node: &super::Node, slot: usize) -> bool {
     node.planes[0][0][slot] <= node.planes[0][1][slot]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Instance, Node, Root, TriangleBlock};
+    use super::*;
+    use crate::math::{Aabb, DAffine3, Vec3};
+
+    #[test]
+    fn shape_of_a_node_with_a_block_and_a_placed_node() {
+        let bounds = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+        let node = |children: &[Child]| {
+            let mut node = Node::EMPTY;
+            children.iter().enumerate().for_each(|(slot, child)| node.set(slot, &bounds, *child));
+            node
+        };
+        let mut block = TriangleBlock::EMPTY;
+        (0..6).for_each(|place| block.set(place, [[0.0; 3]; 3], place as u32));
+        let block_of = |index| Child::new(ChildKind::Triangles, index);
+        let placed = Root { child: Child::new(ChildKind::Node, 1), bounds };
+        let bvh = Bvh {
+            nodes: vec![node(&[block_of(0), Child::new(ChildKind::Instance, 0)]), node(&[block_of(0)])],
+            triangles: vec![block],
+            instances: vec![Instance::new(&DAffine3::IDENTITY, placed)],
+            root: Some(Root { child: Child::new(ChildKind::Node, 0), bounds }),
+            ..Bvh::default()
+        };
+        let expected = TreeShape { filled_nodes: 3.0 / 32.0, filled_blocks: 6.0 / 8.0, depth: 2 };
+        assert_eq!(bvh.shape(), expected);
+        let empty = TreeShape { filled_nodes: 0.0, filled_blocks: 0.0, depth: 0 };
+        assert_eq!(Bvh::default().shape(), empty);
+    }
+}

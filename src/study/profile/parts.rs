@@ -195,6 +195,17 @@ mod tests {
             assert_eq!((sum.rays, sum.shadow), (all(|b| b.rays()), all(|b| b.shadow)), "{transport:?}");
             assert_eq!(wavefront.parts.by_entity().len(), 3, "ball, floor and nothing");
             assert!(wavefront.parts.0[&None].shadow == 0 && sum.shadow > 100, "{transport:?}");
+            // The times of stages are divided among bounces; those of stages without items may be, too.
+            let seconds = Stage::ALL.map(|stage| 1.0 + stage as usize as f64);
+            let divided = wavefront.seconds_by_bounce(&StageTimes { seconds, are_cpu: true });
+            for (stage, flow) in Stage::ALL.into_iter().zip(&wavefront.stages) {
+                let sum: f64 = divided.iter().map(|row| row[stage as usize]).sum();
+                let is_whole = (sum - seconds[stage as usize]).abs() < 1e-9;
+                assert!(is_whole || flow.entering == 0, "{transport:?} {stage:?}: {sum}");
+            }
+            let (turns, intersect) = (&wavefront.turns, &wavefront.stages[Stage::Intersect as usize]);
+            let rays: u64 = turns.iter().map(|turn| u64::from(turn[Stage::Intersect as usize])).sum();
+            assert_eq!((rays, turns.len() as u64), (intersect.entering, intersect.calls), "{transport:?}");
         }
     }
 }

@@ -10,7 +10,6 @@ use super::{ProfilePlan, StageTimes, Timed};
 use crate::integrator::setup::NoPhotons;
 use crate::integrator::{RenderSetup, Schedule, Stage};
 use crate::simd::Isa;
-use crate::world::Transport;
 
 /// The measurements.
 pub struct ProfileReport<'a> {
@@ -61,14 +60,9 @@ impl ProfileReport<'_> {
         )
     }
 
-    /// Returns the stages that run. The path transport's shading creates the rays to lights by itself.
-    pub fn stages_that_run(&self) -> impl Iterator<Item = Stage> {
-        let (lights, photons) = (self.setup.transport == Transport::Whitted, self.photons.is_ok());
-        Stage::ALL.into_iter().filter(move |stage| match stage {
-            Stage::Light => lights,
-            Stage::Photons => photons,
-            _ => true,
-        })
+    /// Returns the stages that items have entered.
+    pub fn stages_in_use(&self) -> impl Iterator<Item = Stage> {
+        Stage::ALL.into_iter().filter(|stage| self.flows.stages[*stage as usize].entering > 0)
     }
 
     /// Returns the costs of entities, the highest first.
@@ -86,6 +80,11 @@ impl ProfileReport<'_> {
         let name = |index: u32| names[index as usize].clone();
         costs.map(|(index, cost)| (index.map_or_else(nothing, name), cost)).collect()
     }
+}
+
+/// Formats a part of 1 in percent.
+pub fn percent(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
 }
 
 /// The name for rays that hit nothing.

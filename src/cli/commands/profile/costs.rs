@@ -2,11 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::report::{percent, visits_json};
+use super::report::visits_json;
 use crate::cli::job::rounded_count;
 use crate::error::in_one_line;
 use crate::study::profile::parts::PartCost;
-use crate::study::profile::report::ProfileReport;
+use crate::study::profile::report::{ProfileReport, percent};
 
 /// The number of rows in a table; the JSON has all.
 const SHOWN: usize = 10;

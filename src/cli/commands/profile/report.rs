@@ -14,7 +14,7 @@ use crate::render::photons::PhotonBytes;
 use crate::simd::Isa;
 use crate::study::profile::counters::{Counted, Counts};
 use crate::study::profile::flow::{Bounce, StageFlow};
-use crate::study::profile::report::ProfileReport;
+use crate::study::profile::report::{ProfileReport, percent};
 use crate::study::profile::{Spread, Timed, wave_bytes};
 use crate::world::Transport;
 
@@ -27,10 +27,6 @@ type TableColumn = (&'static str, fn(&Bounce) -> u64);
 fn milliseconds(spread: &Spread) -> String {
     let [median, least, most] = [spread.median, spread.least, spread.most].map(|s| s * 1e3);
     format!("{median:.1} ms ({least:.1} to {most:.1})")
-}
-
-pub(super) fn percent(part: f64) -> String {
-    format!("{:.1} %", 100.0 * part)
 }
 
 /// Formats a percentage, if there is one.
@@ -179,7 +175,7 @@ impl ProfileReport<'_> {
             ),
         ];
         let total: f64 = self.stages.seconds.iter().sum();
-        for stage in self.stages_that_run() {
+        for stage in self.stages_in_use() {
             let (seconds, flow) = (self.stages.seconds[stage as usize], &self.flows.stages[stage as usize]);
             lines.push(format!(
                 "{:10}{:>12}{:>9}{:>8}{:>12}{:>12}{:>10}{:>12}{:>10.1}",
@@ -255,7 +251,7 @@ impl ProfileReport<'_> {
             ),
         ];
         let with_lanes = [Stage::Retire, Stage::Shade, Stage::Light, Stage::Shadow];
-        for stage in self.stages_that_run().filter(|stage| with_lanes.contains(stage)) {
+        for stage in self.stages_in_use().filter(|stage| with_lanes.contains(stage)) {
             let flow = &self.flows.stages[stage as usize];
             lines.push(format!(
                 "{:10}{:>10}{:>10}   {}",
@@ -281,7 +277,7 @@ impl ProfileReport<'_> {
             ),
         ];
         let of = |stage: Stage| (stage.name(), &counted.stages[stage as usize]);
-        let stages = self.stages_that_run().map(of);
+        let stages = self.stages_in_use().map(of);
         for (name, counts) in stages.chain([("recursive", &counted.recursive)]) {
             lines.push(format!(
                 "{name:10}{:>14}{:>16}{:>8.2}{:>16}{:>16}",

@@ -23,7 +23,7 @@ pub struct ShadowQueue {
     rays: Columns<10, 1>,
     /// The emitters at their ends, if some can be hit or there are light groups.
     emitters: Option<Columns<0, 1>>,
-    /// The groups of shadow catchers that count their light, if there are any.
+    /// The groups that count their light, if paths choose them.
     path_groups: Option<Columns<0, 1>>,
     /// The bodies in which they begin, if these affect what arrives.
     pub(super) bodies: Option<Columns<0, 1>>,

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{milliseconds, percent};
+use super::milliseconds;
 use crate::integrator::Stage;
-use crate::study::profile::report::ProfileReport;
+use crate::study::profile::report::{ProfileReport, percent};
 
 /// The size of a box, the gap between two, and the place of the first row, in pixels.
 const BOX: [u32; 2] = [118, 64];
@@ -13,8 +13,12 @@ const TOP: u32 = 60;
 
 /// Draws the diagram: the darker a box, the more of the time its stage takes.
 pub(super) fn svg(report: &ProfileReport) -> String {
-    let runs: Vec<Stage> = super::stages_in_use(report).collect();
-    let is_in_row = |stage: &Stage| runs.contains(stage) && !matches!(stage, Stage::Advance | Stage::Photons);
+    let runs: Vec<Stage> = report.stages_in_use().collect();
+    let is_in_row = |stage: &Stage| match stage {
+        Stage::Generate | Stage::Intersect | Stage::Retire | Stage::Shade => true,
+        Stage::Advance | Stage::Photons => false,
+        Stage::Light | Stage::Shadow | Stage::Connect => runs.contains(stage),
+    };
     let row: Vec<Stage> = Stage::ALL.into_iter().filter(is_in_row).collect();
     let left = |place: usize| 10 + place as u32 * (BOX[0] + GAP);
     let width = left(row.len()) - GAP + 10;

@@ -4,7 +4,7 @@ mod diagram;
 
 use super::flow::{Bounce, StageFlow};
 use super::parts::{PartCost, tests};
-use super::report::ProfileReport;
+use super::report::{ProfileReport, percent};
 use super::roofline::{Ceilings, StageWork, work};
 use super::wave_bytes;
 use crate::integrator::{Schedule, Stage};
@@ -39,10 +39,6 @@ fn milliseconds(seconds: f64) -> String {
     format!("{:.1} ms", seconds * 1e3)
 }
 
-fn percent(part: f64) -> String {
-    format!("{:.1} %", 100.0 * part)
-}
-
 fn megabytes(bytes: u64) -> String {
     format!("{:.1} MB", bytes as f64 / 1e6)
 }
@@ -58,11 +54,6 @@ fn paragraph(text: &str) -> String {
 
 fn section(title: &str, text: &str) -> String {
     format!("<h2>{}</h2>\n{}", escaped(title), paragraph(text))
-}
-
-/// Returns the stages that had something to do.
-fn stages_in_use(report: &ProfileReport) -> impl Iterator<Item = Stage> {
-    report.stages_that_run().filter(|stage| report.flows.stages[*stage as usize].entering > 0)
 }
 
 fn heading(report: &ProfileReport) -> String {
@@ -111,7 +102,7 @@ the more {whose} it takes on one thread, the least of {} runs. Numbers at arrows
     ) + &format!("<figure>{}</figure>\n", diagram::svg(report))
         + &table(
             &["stage", whose, "of all", "calls", "in", "out", "full", "bytes of queues", "ns an item"],
-            stages_in_use(report).map(row),
+            report.stages_in_use().map(row),
         )
 }
 
@@ -163,7 +154,7 @@ fn shaded_cell(text: &str, part: f64) -> String {
 /// Time by stage and bounce, and the rays of each bounce.
 fn bounces(report: &ProfileReport) -> String {
     let times = report.flows.seconds_by_bounce(report.stages);
-    let stages: Vec<Stage> = stages_in_use(report).filter(|stage| *stage != Stage::Photons).collect();
+    let stages: Vec<Stage> = report.stages_in_use().filter(|stage| *stage != Stage::Photons).collect();
     let most = times.iter().flatten().fold(1e-12, |a: f64, b| a.max(*b));
     let heads: String = stages.iter().map(|stage| format!("<th>{}</th>", stage.name())).collect();
     let row = |title: String, row: [f64; Stage::ALL.len()]| {
@@ -230,7 +221,7 @@ fn lanes(report: &ProfileReport) -> String {
             histogram(flow)
         )
     };
-    let rows: String = stages_in_use(report).filter(with_lanes).map(row).collect();
+    let rows: String = report.stages_in_use().filter(with_lanes).map(row).collect();
     section(
         "Lanes",
         "Items are processed in groups, an item a lane. The bars show how many groups went on with none of their lanes (left) \
