@@ -35,6 +35,19 @@ impl FrameOptions {
         let around = |count| Frames { ranges: vec![[1, count, 1]], of_them: OfThem::All };
         self.frames.clone().or(self.turntable.map(around))
     }
+
+    /// Checks that a turntable has these frames.
+    pub fn check(&self, frames: &Frames) -> Result<(), Failure> {
+        let Some(count) = self.turntable else { return Ok(()) };
+        let ends = frames.ranges.iter().flat_map(|[first, last, _]| [*first, *last]);
+        let mut outside = ends.filter(|frame| !(1..=count).contains(frame));
+        match outside.next() {
+            Some(frame) => Err(Failure::command_line(format!(
+                "--frames: a turntable of {count} has no frame {frame}: its frames are 1 to {count}"
+            ))),
+            None => Ok(()),
+        }
+    }
 }
 
 /// A list of frames.

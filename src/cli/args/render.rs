@@ -107,7 +107,9 @@ impl Render {
             let reason = "the frames say which moments are rendered: leave it out, or add --turntable";
             return Err(Failure::command_line(format!("--time: {reason}")));
         }
-        self.frames.given().map(|frames| frames.until(self.frames.fps, end)).transpose()
+        let frames = self.frames.given().map(|frames| frames.until(self.frames.fps, end)).transpose()?;
+        frames.iter().try_for_each(|frames| self.frames.check(frames))?;
+        Ok(frames)
     }
 
     /// Returns the view of the scene that is rendered, alone or as a frame.
