@@ -113,7 +113,7 @@ fn turntables_go_once_around() {
     let film: serde_json::Value = serde_json::from_str(&film).expect("JSON");
     assert_eq!(film["film_hash"], hash(&folder, "--orbit 190,5"));
     folder.fails(2, "balls.ron --frames 1-2 --time 0.5", &["--time", "--turntable"]);
-    for (frames, wrong) in [("4-6", "no frame 6"), ("0-2", "no frame 0")] {
+    for (frames, wrong) in [("4-6", "no frame 5"), ("0-2", "no frame 0")] {
         let words = format!("balls.ron --turntable 4 --frames {frames} -o t.#.png");
         folder.fails(2, &words, &[wrong, "its frames are 1 to 4"]);
     }

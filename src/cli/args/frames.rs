@@ -32,21 +32,8 @@ pub struct FrameOptions {
 impl FrameOptions {
     /// The frames that the options name, if they name any.
     pub fn given(&self) -> Option<Frames> {
-        let around = |count| Frames { ranges: vec![[1, count, 1]], of_them: OfThem::All };
-        self.frames.clone().or(self.turntable.map(around))
-    }
-
-    /// Checks that a turntable has these frames.
-    pub fn check(&self, frames: &Frames) -> Result<(), Failure> {
-        let Some(count) = self.turntable else { return Ok(()) };
-        let ends = frames.ranges.iter().flat_map(|[first, last, _]| [*first, *last]);
-        let mut outside = ends.filter(|frame| !(1..=count).contains(frame));
-        match outside.next() {
-            Some(frame) => Err(Failure::command_line(format!(
-                "--frames: a turntable of {count} has no frame {frame}: its frames are 1 to {count}"
-            ))),
-            None => Ok(()),
-        }
+        let all = || Frames { ranges: Vec::new(), of_them: OfThem::All };
+        self.frames.clone().or(self.turntable.map(|_| all()))
     }
 }
 
@@ -91,9 +78,28 @@ impl Frames {
             let reason = format!("there are {last} frames: at most {MOST} can be rendered (--fps)");
             return Err(Failure::command_line(format!("--frames all: {reason}")));
         }
-        let frames = Frames { ranges: vec![[0, last as u32, 1]], of_them: self.of_them };
+        self.all_from(0, last as u32)
+    }
+
+    /// Returns the list with its frames if it is `all`, for a turntable of `count` frames, which must have them.
+    pub fn around(self, count: u32) -> Result<Frames, Failure> {
+        if self.ranges.is_empty() {
+            return self.all_from(1, count);
+        }
+        let outside = self.numbers().find(|frame| !(1..=count).contains(frame));
+        match outside {
+            Some(frame) => Err(Failure::command_line(format!(
+                "--frames: a turntable of {count} has no frame {frame}: its frames are 1 to {count}"
+            ))),
+            None => Ok(self),
+        }
+    }
+
+    /// Returns the list `all` with its frames.
+    fn all_from(self, first: u32, last: u32) -> Result<Frames, Failure> {
+        let frames = Frames { ranges: vec![[first, last, 1]], of_them: self.of_them };
         match frames.of_them {
-            OfThem::One(frame) if frame > last as u32 => {
+            OfThem::One(frame) if !(first..=last).contains(&frame) => {
                 Err(Failure::command_line(format!("--frames: frame {frame} is none of {frames}")))
             }
             _ => Ok(frames),
@@ -197,6 +203,20 @@ mod tests {
         let one = parse("3/1-5x2").ok().and_then(|frames| Some((frames.to_string(), frames.resolve().ok()?)));
         let one = one.map(|(list, frames)| (list, frames.numbers().collect::<Vec<_>>()));
         assert_eq!(one, Some(("1-5x2".into(), vec![3])));
+    }
+
+    #[test]
+    fn turntables_have_the_frames_from_1_to_their_number() {
+        let around = |text: &str| {
+            let frames = parse(text).expect(text).around(5);
+            frames.ok().map(|frames| frames.to_string())
+        };
+        for (text, printed) in [("all", "1-5"), ("2/all", "1-5"), ("1-6x4", "1-6x4"), ("5,1", "5,1")] {
+            assert_eq!(around(text), Some(printed.to_owned()), "{text}");
+        }
+        for wrong in ["0-5", "6", "1,7", "1-9x4", "0/all", "6/all"] {
+            assert_eq!(around(wrong), None, "{wrong}");
+        }
     }
 
     #[test]

@@ -107,9 +107,11 @@ impl Render {
             let reason = "the frames say which moments are rendered: leave it out, or add --turntable";
             return Err(Failure::command_line(format!("--time: {reason}")));
         }
-        let frames = self.frames.given().map(|frames| frames.until(self.frames.fps, end)).transpose()?;
-        frames.iter().try_for_each(|frames| self.frames.check(frames))?;
-        Ok(frames)
+        let of_scene = |frames: Frames| match self.frames.turntable {
+            Some(count) => frames.around(count),
+            None => frames.until(self.frames.fps, end),
+        };
+        self.frames.given().map(of_scene).transpose()
     }
 
     /// Returns the view of the scene that is rendered, alone or as a frame.
