@@ -107,7 +107,10 @@ impl ViewRequest {
         let mut rig = scene.rig();
         match self {
             ViewRequest::Orbit(way) => rig.orbit(finite(way)?),
-            ViewRequest::Pan(way) => rig.pan(finite(way)?),
+            ViewRequest::Pan(way) => {
+                let [width, height] = scene.settings().size.map(f64::from);
+                rig.pan(finite(way)?, width / height);
+            }
             ViewRequest::Zoom(factor) if factor <= 0.0 => return refuse("zoom must be above 0".into()),
             ViewRequest::Zoom(factor) => rig.zoom(finite([factor])?[0]),
             ViewRequest::FovDeg(degrees) if !(0.0..180.0).contains(&degrees) || degrees == 0.0 => {

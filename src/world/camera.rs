@@ -125,15 +125,16 @@ impl Camera {
         ))
     }
 
-    /// The tangent of half the vertical angle of view, if the camera has one; if it depends on the image's shape, that of
-    /// its longer side.
-    pub(crate) fn slope(&self) -> Option<f64> {
+    /// The tangent of half the vertical angle of view, if the camera has one, in an image of an aspect ratio (width over
+    /// height).
+    pub(crate) fn slope(&self, aspect: f64) -> Option<f64> {
         match *self {
             Camera::Pinhole { vertical_fov } | Camera::ThinLens { vertical_fov, .. } => {
                 Some(libm::tan(0.5 * f64::from(vertical_fov)))
             }
             Camera::Photographic { focal_length_mm, sensor_width_mm, .. } => {
-                Some(0.5 * f64::from(sensor_width_mm) / f64::from(focal_length_mm))
+                // The sensor's side lies along the longer side of the image.
+                Some(0.5 * f64::from(sensor_width_mm) / f64::from(focal_length_mm) / aspect.max(1.0))
             }
             Camera::Intrinsics { fy, size: [_, height], .. } => Some(0.5 * f64::from(height) / f64::from(fy)),
             Camera::Orthographic { .. } | Camera::Panorama { .. } | Camera::Fisheye { .. } => None,

@@ -50,9 +50,9 @@ impl OrbitCamera {
         (self.pivot - self.place).dot(self.forward()).max(1e-6)
     }
 
-    /// The height of the image at the pivot's depth, in metres.
-    fn height(&self) -> f64 {
-        match (self.camera, self.camera.slope()) {
+    /// The height of an image of an aspect ratio at the pivot's depth, in metres.
+    fn height(&self, aspect: f64) -> f64 {
+        match (self.camera, self.camera.slope(aspect)) {
             (Camera::Orthographic { height_m }, _) => f64::from(height_m),
             (_, slope) => 2.0 * slope.unwrap_or(1.0) * self.depth(),
         }
@@ -74,9 +74,10 @@ impl OrbitCamera {
         self.axes = DMat3::from_cols(x, y, z);
     }
 
-    /// Moves parallel to the image plane: points at the pivot's depth follow the pointer.
-    pub fn pan(&mut self, [dx, dy]: [f64; 2]) {
-        let shift = (self.axes.y_axis * dy - self.axes.x_axis * dx) * self.height();
+    /// Moves parallel to the image plane: points at the pivot's depth follow the pointer, whose way is in heights of an
+    /// image of the aspect ratio `aspect` (width over height).
+    pub fn pan(&mut self, [dx, dy]: [f64; 2], aspect: f64) {
+        let shift = (self.axes.y_axis * dy - self.axes.x_axis * dx) * self.height(aspect);
         (self.place, self.pivot) = (self.place + shift, self.pivot + shift);
     }
 
@@ -100,7 +101,7 @@ impl OrbitCamera {
         let room = 1e-3 * (nearest - farthest).max(1e-3);
         // The object's extent to either side, larger for nearer points: planes through the image's borders touch it.
         let span = |axis: DVec3, slope: f64| [along(axis + slope * back), along(slope * back - axis)];
-        let half = self.camera.slope().unwrap_or(1.0);
+        let half = self.camera.slope(aspect).unwrap_or(1.0);
         let (place, depth) = match &mut self.camera {
             Camera::Orthographic { height_m } => {
                 let [[a, b], [c, d]] = [span(right, 0.0), span(up, 0.0)];
@@ -232,9 +233,9 @@ mod tests {
     fn pan_moves_points_at_the_pivots_depth_with_the_pointer() {
         let mut rig = rig();
         // The image is ten metres high at the pivot.
-        rig.pan([0.1, 0.0]);
+        rig.pan([0.1, 0.0], 1.5);
         assert_eq!(rig.pose().from, DVec3::new(-1.0, 0.0, 10.0));
-        rig.pan([0.0, 0.2]);
+        rig.pan([0.0, 0.2], 1.5);
         assert_eq!(rig.pose().to, DVec3::new(-1.0, 2.0, 0.0));
     }
 
@@ -251,11 +252,26 @@ mod tests {
     /// All corners of a box seen at an angle are within the image, and one touches the margin.
     #[test]
     fn fit_fills_the_image_up_to_the_margin() {
-        for (aspect, parallel) in [(1.5, false), (0.5, false), (4.0, false), (1.5, true)] {
+        let photographic = Camera::Photographic {
+            focal_length_mm: 50.0,
+            sensor_width_mm: 36.0,
+            f_stop: None,
+            focus_distance_m: 1.0,
+            shift: Default::default(),
+            tilt_degrees: Default::default(),
+            aperture: None,
+            pattern: Pattern::default(),
+        };
+        for (aspect, camera) in [
+            (1.5, rig().camera),
+            (0.5, rig().camera),
+            (4.0, rig().camera),
+            (1.5, Camera::Orthographic { height_m: 1.0 }),
+            (1.5, photographic),
+            (0.5, photographic),
+        ] {
             let mut rig = rig();
-            if parallel {
-                rig.camera = Camera::Orthographic { height_m: 1.0 };
-            }
+            rig.camera = camera;
             rig.orbit([0.2, 0.1]);
             let corners: Vec<DVec3> = (0..8)
                 .map(|i| {
@@ -270,6 +286,8 @@ mod tests {
                 assert!(seen.z < 0.0, "{seen}");
                 let half = match rig.camera {
                     Camera::Orthographic { height_m } => 0.5 * f64::from(height_m),
+                    // Half of the longer side of the image is seen at 18 mm in a distance of 50 mm.
+                    Camera::Photographic { .. } => -seen.z * 18.0 / 50.0 / f64::max(aspect, 1.0),
                     _ => -0.5 * seen.z,
                 };
                 (seen.x / (aspect * half)).abs().max((seen.y / half).abs())

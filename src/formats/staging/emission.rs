@@ -257,7 +257,7 @@ impl<'w> LitModel<'w> {
                 }
                 // Models have no panoramas.
                 _ => {
-                    let half = camera.slope().unwrap_or(1.0);
+                    let half = camera.slope(aspect).unwrap_or(1.0);
                     (to_world.translation, forward + (right * x + up * y) * half)
                 }
             };

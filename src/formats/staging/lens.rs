@@ -202,10 +202,7 @@ mod tests {
 
     /// Half the height of the image one metre away.
     fn half(camera: &Camera) -> f64 {
-        match *camera {
-            Camera::Photographic { .. } => camera.slope().unwrap_or_default() / 1.5,
-            _ => camera.slope().unwrap_or_default(),
-        }
+        camera.slope(1.5).unwrap_or_default()
     }
 
     #[test]
