@@ -229,7 +229,9 @@ impl Statement<'_> {
     /// Changes the settings, which count as one change.
     fn change_settings(&self, world: &mut World, files: &mut dyn AssetFiles) -> Result<usize, QueryError> {
         let whole = |reason: String| self.error(self.path.first().unwrap_or(&self.value), reason);
-        let new = self.edited(&settings_text(world).map_err(whole)?)?;
+        // A depth that no file sets stays one.
+        let names_depth = self.path.first() == Some(&"max_depth");
+        let new = self.edited(&settings_text(world, names_depth).map_err(whole)?)?;
         reread_settings(world, &new, files).map_err(|error| self.explained(&error))?;
         Ok(1)
     }

@@ -138,6 +138,21 @@ fn settings_are_changed_by_statements() {
     assert!(changed("settings.samples = 0").is_err());
 }
 
+/// A depth that no file sets is that of glass, also if the scene's own edits change other settings.
+#[test]
+fn statements_about_settings_leave_the_depth_to_the_materials() {
+    let glass = SCENE.replace("transmission: 1,", "transmission: 1, ior: 1.5, volume: (),");
+    let depth = |settings: &str, edits: &str| {
+        let text = glass.replacen('(', &format!("(settings: ({settings}), "), 1);
+        let text = text.trim_end().trim_end_matches(')').to_owned() + &format!("edits: [{edits}])");
+        read(&text).unwrap().settings.max_depth
+    };
+    assert_eq!(depth("", ""), 64);
+    assert_eq!(depth("", "\"settings.samples = 4\""), 64);
+    assert_eq!(depth("", "\"settings.samples = 4\", \"settings.max_depth = 5\""), 5);
+    assert_eq!(depth("max_depth: 9", "\"settings.samples = 4\""), 9);
+}
+
 #[test]
 fn mistakes_in_queries_are_marked_with_carets() {
     let error = |text: &str| changed(text).err().map(|error| error.to_string()).unwrap_or_default();

@@ -96,9 +96,13 @@ impl<'a> ValueWriter<'a> {
     }
 }
 
-/// The settings as in a scene file.
-pub(super) fn settings_text(world: &World) -> Result<String, String> {
-    settings::settings(&world.settings, world.fitting_transport(), world.fitting_depth())
+/// The settings as in a scene file, with the depth of paths, or without one that no file sets.
+pub(super) fn settings_text(world: &World, names_depth: bool) -> Result<String, String> {
+    let depth = match world.usual_depth {
+        Some(_) if !names_depth => world.settings.max_depth,
+        _ => world.fitting_depth(),
+    };
+    settings::settings(&world.settings, world.fitting_transport(), depth)
 }
 
 /// The parts of a scene file in human-readable form, for listing and comparison.
@@ -161,7 +165,7 @@ pub fn portrait(world: &World, scene_path: &Path) -> Portrait {
         (world.name_of(entity), keys)
     });
     Portrait {
-        settings: settings_text(world).unwrap_or_default(),
+        settings: settings_text(world, true).unwrap_or_default(),
         materials: materials.collect(),
         entities: entities.collect(),
     }
@@ -202,7 +206,7 @@ fn text(world: &World, scene_path: &Path) -> Written {
     let paths = AssetPaths::new(&world.assets, scene_path);
     let materials = material_names(world, &order);
     let mut text = String::from("(\n");
-    let settings = settings_text(world)?;
+    let settings = settings_text(world, true)?;
     if settings != "()" {
         text.push_str(&format!("    settings: {settings},\n"));
     }
