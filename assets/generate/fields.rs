@@ -96,7 +96,7 @@ fn rendered(world: &World) -> Result<Film, Box<dyn Error>> {
 
 /// The image of a film whose pixels are enlarged.
 fn shown(film: &Film, settings: &Settings, zoom: u32) -> RgbImage {
-    let pixels = formats::rgba8(film, settings, &formats::ImageOptions::default());
+    let pixels = formats::rgba8(film, settings, &formats::ImageOptions::default()).expect("no file is read");
     RgbImage::from_fn(SIDE, SIDE, |x, y| {
         let [r, g, b, _] = pixels[(y / zoom * (SIDE / zoom) + x / zoom) as usize];
         Rgb([r, g, b])

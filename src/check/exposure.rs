@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::finding;
 use crate::error::Diagnostic;
-use crate::film::Region;
-use crate::film::exposure::{automatic_ev, exposure_ev};
+use crate::film::exposure::{LightMeter, exposure_ev};
 use crate::film::tonemap::DisplayTransform;
+use crate::film::{Film, Region};
 use crate::integrator::RenderSetup;
 use crate::math::Rgb;
 use crate::render::{Options, Session};
@@ -24,10 +24,8 @@ const LOOKED_AT: u32 = 128;
 
 /// A finished image.
 pub struct FinishedImage<'a> {
-    /// The region that its pixels cover.
-    pub region: Region,
-    /// The radiance of its pixels, row by row.
-    pub radiance: &'a [Rgb],
+    /// Its samples.
+    pub film: &'a Film,
     /// The tone mapping.
     pub tonemap: Tonemap,
     /// The exposure, in stops.
@@ -36,20 +34,20 @@ pub struct FinishedImage<'a> {
 
 impl<'a> FinishedImage<'a> {
     /// Creates an image with the exposure of the settings.
-    pub fn new(settings: &Settings, region: Region, radiance: &'a [Rgb]) -> Self {
-        let exposure_ev = exposure_ev(settings, radiance);
-        Self { region, radiance, tonemap: settings.tonemap, exposure_ev }
+    pub fn new(settings: &Settings, film: &'a Film) -> Self {
+        Self { film, tonemap: settings.tonemap, exposure_ev: exposure_ev(settings, film) }
     }
 }
 
 /// Checks a finished image. `told` is true if findings about the scene have already been reported.
 pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Option<Diagnostic> {
-    let seen = seen(setup, image);
+    let FinishedImage { film, tonemap, exposure_ev } = *image;
+    let radiance = film.own_radiance();
+    let seen = seen(setup, film, &radiance);
     if seen.is_empty() {
         return None;
     }
-    let FinishedImage { radiance, exposure_ev, .. } = *image;
-    let curve = DisplayTransform::new(image.tonemap, exposure_ev, radiance);
+    let curve = DisplayTransform::new(tonemap, exposure_ev, &radiance);
     let shown: Vec<[u8; 3]> = seen.iter().map(|light| curve.apply_8_bit(*light)).collect();
     let part = |is: fn(&u8) -> bool| {
         shown.iter().filter(|pixel| pixel.iter().all(is)).count() as f64 / shown.len() as f64
@@ -58,7 +56,7 @@ pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Optio
     if white.max(black) <= TOO_MUCH {
         return None;
     }
-    let better = automatic_ev(radiance);
+    let better = LightMeter::of_film(film).automatic_ev();
     let stops = better - exposure_ev;
     if white > TOO_MUCH && stops < -WORTH {
         let white = percent(white);
@@ -100,9 +98,9 @@ fn percent(part: f64) -> f64 {
     if part < 1.0 { (100.0 * part).round().min(99.0) } else { 100.0 }
 }
 
-/// Returns the radiance of a sparse grid of pixels that show a surface on which light falls.
-fn seen(setup: &RenderSetup, &FinishedImage { region, radiance, .. }: &FinishedImage) -> Vec<Rgb> {
-    let [width, height] = setup.size;
+/// Returns the radiance of a sparse grid of pixels that show a surface on which light falls, and not only its shadows.
+fn seen(setup: &RenderSetup, film: &Film, radiance: &[Rgb]) -> Vec<Rgb> {
+    let (region, [width, height]) = (film.region(), setup.size);
     let by = width.max(height).div_ceil(LOOKED_AT).max(1);
     let small = setup.small(LOOKED_AT);
     let size = small.size;
@@ -115,8 +113,14 @@ fn seen(setup: &RenderSetup, &FinishedImage { region, radiance, .. }: &FinishedI
         let material = features.material.checked_sub(1).and_then(|id| scene.materials.get(id as usize));
         // The author chose the colours of unlit surfaces, white among them.
         let is_lit = material.is_none_or(|material| !material.unlit);
+        let is_thing = || film.coverage_of(region.index(x, y)) > 0.5;
         // Black surfaces stay black under any light.
-        if is_inside && is_lit && features.coverage > 0.5 && features.albedo.max_component() > DARKEST {
+        if is_inside
+            && is_lit
+            && is_thing()
+            && features.coverage > 0.5
+            && features.albedo.max_component() > DARKEST
+        {
             seen.extend(radiance.get(region.index(x, y)));
         }
     }

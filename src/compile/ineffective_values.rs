@@ -11,10 +11,20 @@ pub(super) fn values(world: &World) -> Vec<Diagnostic> {
     if world.settings.background != Background::default() {
         told.extend(world.hidden_background());
     }
-    if world.settings.transparent && world.settings.backdrop.is_some() {
-        let text = "backdrop does nothing in a transparent image, where nothing is seen behind things";
-        told.push(Diagnostic::warning("value-without-effect", text));
-    }
+    let Settings { transparent, backdrop, backplate, .. } = &world.settings;
+    let hidden = match (transparent, backdrop, backplate) {
+        (true, Some(_), _) => {
+            Some("backdrop does nothing in a transparent image, which shows nothing behind things")
+        }
+        (true, _, Some(_)) => {
+            Some("backplate does nothing in a transparent image, which shows nothing behind things")
+        }
+        (false, Some(_), Some(_)) => {
+            Some("backdrop does nothing beside a backplate, which is shown in its place")
+        }
+        _ => None,
+    };
+    told.extend(hidden.map(|text| Diagnostic::warning("value-without-effect", text)));
     let catchers = names(world, |material| material.shadow_catcher);
     let Settings { light_groups, light_by_bounce, transport, .. } = world.settings;
     if (light_groups || light_by_bounce) && transport == Transport::Path && !catchers.is_empty() {
@@ -131,6 +141,7 @@ fn names(world: &World, says: IsIneffective) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::math::Rgb;
+    use crate::world::Backplate;
     use crate::world::{Light, ScalarInput, Volume};
 
     type Change = Box<dyn Fn(&mut Principled)>;
@@ -216,6 +227,13 @@ mod tests {
         world.settings.backdrop = Some(Background::Constant(Rgb::WHITE));
         assert_eq!(values(&world), []);
         world.settings.transparent = true;
-        assert!(values(&world)[0].text.contains("backdrop does nothing"));
+        assert!(values(&world)[0].text.contains("backdrop does nothing in a transparent image"));
+        world.settings.backdrop = None;
+        world.settings.backplate = Some(Backplate::Constant(Rgb::WHITE));
+        assert!(values(&world)[0].text.contains("backplate does nothing"));
+        world.settings.transparent = false;
+        assert_eq!(values(&world), []);
+        world.settings.backdrop = Some(Background::Constant(Rgb::WHITE));
+        assert!(values(&world)[0].text.contains("backdrop does nothing beside a backplate"));
     }
 }

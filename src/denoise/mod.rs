@@ -88,6 +88,9 @@ pub struct Noisy<'a> {
 pub struct Denoised {
     /// The radiance of each pixel, in W m⁻² sr⁻¹, row by row from the top of the film's region.
     pub radiance: Vec<Rgb>,
+    /// The part of what is behind the scene that each pixel shows, of each colour, where shadow catchers make it as noisy
+    /// as light: in films that count opacity and have catchers. Otherwise that of the film has no noise worth removing.
+    pub let_through: Option<Vec<Rgb>>,
     /// The root mean square of the remaining noise in a component, in W m⁻² sr⁻¹, estimated from the difference of both
     /// halves. Detail that was smoothed away does not count.
     pub noise: f64,
@@ -97,7 +100,8 @@ impl Denoised {
     /// A 128-bit hash (XXH3) of all bits.
     pub fn hash(&self) -> u128 {
         let mut hasher = xxhash_rust::xxh3::Xxh3::new();
-        for component in self.radiance.iter().flat_map(|rgb| rgb.to_array()) {
+        let colors = self.radiance.iter().chain(self.let_through.iter().flatten());
+        for component in colors.flat_map(|rgb| rgb.to_array()) {
             hasher.update(&component.to_le_bytes());
         }
         hasher.digest128()
@@ -108,29 +112,50 @@ impl Denoised {
 pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     let region = noisy.film.region();
     let size = [region.width() as usize, region.height() as usize];
-    let (even, odd): (Vec<Rgb>, Vec<Rgb>) = noisy.film.halves()?.map(|[even, odd]| (even, odd)).unzip();
-    let halves = [even, odd];
-    let scale = brightness(&halves);
+    let features = guides::features(isa, size, noisy.features);
+    let halves = apart(noisy.film.halves()?);
     let texture = texture::factors(size, noisy.features);
+    let (radiance, noise) = cleaned(isa, size, &halves, Some(&texture), &features)?;
+    let shadows = noisy.film.halves_of_shadows();
+    let let_through = shadows.and_then(|halves| Some(cleaned(isa, size, &apart(halves), None, &features)?.0));
+    Some(Denoised { radiance, let_through, noise })
+}
+
+/// The even and the odd halves of pixels.
+fn apart(halves: impl Iterator<Item = [Rgb; 2]>) -> [Vec<Rgb>; 2] {
+    let (even, odd) = halves.map(|[even, odd]| (even, odd)).unzip();
+    [even, odd]
+}
+
+/// Two halves of an image of a size without their noise, and the root mean square of what remains. Texture that is
+/// given is divided out before.
+fn cleaned(
+    isa: Isa,
+    size: [usize; 2],
+    halves: &[Vec<Rgb>; 2],
+    texture: Option<&[[ImagePlane; 3]; 2]>,
+    features: &[ImagePlane],
+) -> Option<(Vec<Rgb>, f64)> {
+    let factor = |half: usize, c: usize, x, y| texture.map_or(1.0, |texture| texture[half][c].at(x, y));
+    let scale = brightness(halves);
     let width = size[0];
     let color = [0, 1].map(|half: usize| {
         [0, 1, 2].map(|c: usize| {
             let light = |x: usize, y: usize| halves[half][y * width + x].to_array()[c] / scale;
-            ImagePlane::of(size, |x, y| light(x, y) / texture[half][c].at(x, y))
+            ImagePlane::of(size, |x, y| light(x, y) / factor(half, c, x, y))
         })
     });
-    let features = guides::features(isa, size, noisy.features);
-    let Split { base, spread } = outliers::split(isa, &color, &features);
-    let first = select::complete(&filtered(isa, &base, &features, &CANDIDATES, &FIRST), WIDE);
+    let Split { base, spread } = outliers::split(isa, &color, features);
+    let first = select::complete(&filtered(isa, &base, features, &CANDIDATES, &FIRST), WIDE);
     let chosen = select::best(&base, first);
-    let last = filtered(isa, &chosen, &features, &CANDIDATES[..1], &LAST).into_iter().next()?;
+    let last = filtered(isa, &chosen, features, &CANDIDATES[..1], &LAST).into_iter().next()?;
 
     let mut radiance = Vec::with_capacity(size[0] * size[1]);
     let mut squares = 0.0f64;
     for y in 0..size[1] {
         for x in 0..size[0] {
             let mean = [0, 1, 2].map(|c: usize| {
-                let factor = 0.5 * (texture[0][c].at(x, y) + texture[1][c].at(x, y));
+                let factor = 0.5 * (factor(0, c, x, y) + factor(1, c, x, y));
                 let of = |half: usize| (last[half][c].at(x, y) + spread[half][c].at(x, y)) * factor;
                 let (a, b) = (of(0), of(1));
                 squares += f64::from((a - b) * scale).powi(2) / 4.0;
@@ -140,7 +165,7 @@ pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
         }
     }
     let noise = (squares / (3 * radiance.len()).max(1) as f64).sqrt();
-    Some(Denoised { radiance, noise })
+    Some((radiance, noise))
 }
 
 /// The mean luminance of an image, by which everything is divided, so that thresholds are relative to it.

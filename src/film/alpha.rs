@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::light_groups::GroupSum;
 use super::sums::{Film, PixelSum, QUANTUM};
 use crate::math::Rgb;
 
@@ -14,18 +15,55 @@ impl Film {
             .then(|| (0..self.pixels.len()).map(|index| self.alpha_of(index)).collect())
     }
 
+    /// True if the film counts opacity.
+    pub(crate) fn counts_opacity(&self) -> bool {
+        self.kinds.has_transparency
+    }
+
     /// The opacity of a pixel by its index; 1 if the film does not count it.
     pub(crate) fn alpha_of(&self, index: usize) -> f32 {
         if !self.kinds.has_transparency {
             return 1.0;
         }
+        opacity(self.let_through(index))
+    }
+
+    /// The part of what is behind the scene that a pixel shows, by its index: of each colour. Black if the film does not
+    /// count it.
+    pub(crate) fn let_through(&self, index: usize) -> Rgb {
+        match self.kinds.has_transparency {
+            true => self.visible_behind(index, self.caught_light(index)).mean(QUANTUM),
+            false => Rgb::BLACK,
+        }
+    }
+
+    /// The part of a pixel, by its index, that things cover: its opacity, except that shadow catchers and their shadows
+    /// cover nothing. 1 if the film does not count opacity.
+    pub(crate) fn coverage_of(&self, index: usize) -> f32 {
+        if !self.kinds.has_transparency {
+            return 1.0;
+        }
+        opacity(self.visible_behind(index, self.behind_catcher(index)).mean(QUANTUM))
+    }
+
+    /// The part that samples let through, and that catchers do, as a pixel's sums.
+    fn visible_behind(&self, index: usize, caught: GroupSum) -> PixelSum {
         let mut sum = self.groups[index * self.kinds.count() + self.kinds.transparency() as usize];
-        let caught = self.let_through(index);
         for (sum, more) in sum.as_flattened_mut().iter_mut().zip(caught.as_flattened()) {
             *sum = sum.saturating_add(*more);
         }
-        let Rgb { r, g, b } = PixelSum { sum, ..self.pixels[index] }.mean(QUANTUM);
-        (1.0 - (r + g + b) / 3.0).clamp(0.0, 1.0)
+        PixelSum { sum, ..self.pixels[index] }
+    }
+
+    /// The part of what is behind the scene that each pixel's even and odd samples show, if its shadows make it noisy:
+    /// in transparent films with shadow catchers. `None` for others, and until every pixel has some of both.
+    pub(crate) fn halves_of_shadows(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
+        let is_noisy = self.kinds.has_transparency && self.kinds.has_catcher;
+        let is_whole = self.pixels.iter().all(|pixel| !pixel.count.contains(&0));
+        (is_noisy && is_whole).then(|| {
+            (0..self.pixels.len())
+                .map(|index| self.visible_behind(index, self.caught_light(index)).halves(QUANTUM))
+        })
     }
 
     /// The radiance of what pixels show by themselves: [`unassociated`].
@@ -36,6 +74,12 @@ impl Film {
             None => radiance,
         }
     }
+}
+
+/// The opacity of a pixel that lets through these parts of the colours behind it.
+pub fn opacity(let_through: Rgb) -> f32 {
+    let Rgb { r, g, b } = let_through;
+    (1.0 - (r + g + b) / 3.0).clamp(0.0, 1.0)
 }
 
 /// The colours of pixels by themselves (unassociated alpha): radiance divided by opacity, both row by row; black where

@@ -29,39 +29,49 @@ impl Film {
 
     #[cold]
     fn developed(&self, index: usize) -> PixelSum {
-        let [behind, arriving, _] = self.caught(index);
+        let [_, arriving, _] = self.caught(index);
+        let darkened = if self.kinds.has_transparency { GroupSum::default() } else { self.darkened(index) };
         let mut pixel = self.pixels[index];
-        for channel in 0..3 {
-            let parts = [0, 1].map(|parity| self.ratio(index, &[parity], channel));
-            let ratio = self.ratio(index, &[0, 1], channel);
-            let fewer = f64::from(pixel.count[0].min(pixel.count[1]));
-            let all = f64::from(pixel.count[0]) + f64::from(pixel.count[1]);
-            let [even, odd] =
-                behind.map(|sum| if self.kinds.has_transparency { 0.0 } else { sum[channel] as f64 });
-            // Halves differ as their own ratios do, but add up to what both together show.
-            let apart = 0.5 * fewer * (even + odd) / all.max(1.0) * (parts[0] - parts[1]);
-            let apart = apart.clamp(-even * ratio, odd * ratio);
-            for (parity, shown) in [even * ratio + apart, odd * ratio - apart].into_iter().enumerate() {
-                let sum = &mut pixel.sum[parity][channel];
+        for (parity, sums) in pixel.sum.iter_mut().enumerate() {
+            for (channel, sum) in sums.iter_mut().enumerate() {
                 // Light that is counted in parts was rounded for itself.
-                *sum = (*sum - arriving[parity][channel]).max(0).saturating_add(shown.round() as i64);
+                *sum = (*sum - arriving[parity][channel]).max(0).saturating_add(darkened[parity][channel]);
             }
         }
         pixel
     }
 
+    /// The light behind a pixel's catcher, as dark as the catcher makes it. The film must have one.
+    fn darkened(&self, index: usize) -> GroupSum {
+        let [behind, ..] = self.caught(index);
+        let count = self.pixels[index].count.map(f64::from);
+        let mut darkened = GroupSum::default();
+        for channel in 0..3 {
+            let parts = [0, 1].map(|parity| self.ratio(index, &[parity], channel));
+            let ratio = self.ratio(index, &[0, 1], channel);
+            let [even, odd] = behind.map(|sum| sum[channel] as f64);
+            // Halves differ as their own ratios do, but add up to what both together show.
+            let fewer = count[0].min(count[1]);
+            let apart = 0.5 * fewer * (even + odd) / (count[0] + count[1]).max(1.0) * (parts[0] - parts[1]);
+            let apart = apart.clamp(-even * ratio, odd * ratio);
+            darkened[0][channel] = (even * ratio + apart).round() as i64;
+            darkened[1][channel] = (odd * ratio - apart).round() as i64;
+        }
+        darkened
+    }
+
     /// The part of what is behind a pixel's catcher that it shows, in a transparent film: a sum as that of what it shows
     /// of the things behind the scene. 0 without a catcher.
-    pub(super) fn let_through(&self, index: usize) -> GroupSum {
-        if !self.kinds.has_catcher {
-            return GroupSum::default();
+    pub(super) fn caught_light(&self, index: usize) -> GroupSum {
+        if self.kinds.has_catcher { self.darkened(index) } else { GroupSum::default() }
+    }
+
+    /// The part behind a pixel's catcher, in a transparent film: a sum as that of [`Film::caught_light`]. 0 without one.
+    pub(super) fn behind_catcher(&self, index: usize) -> GroupSum {
+        match self.kinds.has_catcher {
+            true => self.caught(index)[Caught::Behind as usize],
+            false => GroupSum::default(),
         }
-        let mut sums = self.caught(index)[Caught::Behind as usize];
-        for channel in 0..3 {
-            let ratio = self.ratio(index, &[0, 1], channel);
-            sums.iter_mut().for_each(|sum| sum[channel] = (sum[channel] as f64 * ratio).round() as i64);
-        }
-        sums
     }
 
     /// The light that arrives at a pixel's catcher, relative to that without other things; 1 if they only add light.

@@ -51,15 +51,33 @@ impl DisplayTransform {
         Rgb::from(shown.map(|component| component.clamp(0.0, 1.0) as f32))
     }
 
+    /// [`DisplayTransform::apply`] for a pixel of an opacity from 0 to 1 that shows this of what is behind it, as a linear
+    /// display value (Porter and Duff 1984, "over").
+    pub fn apply_over(&self, radiance: Rgb, opacity: f32, behind: Rgb) -> Rgb {
+        let sum = self.apply(radiance) * opacity + behind;
+        // Rounding, and glass that reflects one colour and lets another through.
+        Rgb::from(sum.to_array().map(|component| component.min(1.0)))
+    }
+
     /// [`DisplayTransform::apply`], encoded for an 8-bit sRGB file.
     pub fn apply_8_bit(&self, radiance: Rgb) -> [u8; 3] {
-        self.apply(radiance).to_array().map(|component| STEPS.step(component))
+        encode_8_bit(self.apply(radiance))
     }
 
     /// [`DisplayTransform::apply`], encoded for a 16-bit sRGB file.
     pub fn apply_16_bit(&self, radiance: Rgb) -> [u16; 3] {
-        self.apply(radiance).to_array().map(|component| quantise_16_bit(srgb_encode(component)))
+        encode_16_bit(self.apply(radiance))
     }
+}
+
+/// Encodes linear display values from 0 to 1 for an 8-bit sRGB file.
+pub fn encode_8_bit(shown: Rgb) -> [u8; 3] {
+    shown.to_array().map(|component| STEPS.step(component))
+}
+
+/// Encodes linear display values from 0 to 1 for a 16-bit sRGB file.
+pub fn encode_16_bit(shown: Rgb) -> [u16; 3] {
+    shown.to_array().map(|component| quantise_16_bit(srgb_encode(component)))
 }
 
 fn exposed(component: f32, gain: f64) -> f64 {

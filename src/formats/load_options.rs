@@ -182,9 +182,9 @@ pub struct Edits {
     /// The name of the entity that is in focus, or the pixel of the image, `X,Y` from its top left.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub focus: Option<String>,
-    /// The radiance that rays see if they hit nothing: a colour or a gradient as in scene files, such as `0.2`, of
-    /// which the quotes of `#c03020` and the parentheses of `0.1, 0.2, 0.3` may be missing. If there is an
-    /// environment or a sky, only the camera sees it, and they still give light.
+    /// The picture behind things: a colour or a gradient as in scene files, such as `0.2`, of
+    /// which the quotes of `#c03020` and the parentheses of `0.1, 0.2, 0.3` may be missing, or the path of a picture:
+    /// [`crate::world::Settings::backplate`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<String>,
     /// The angle in degrees by which environments and skies are turned, clockwise seen from above.

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use super::picture::{self, CropWindow, ImageEncoding, Output, PngBits};
+use super::picture::{self, CropWindow, ImageEncoding, ImagePixels, Opacity, Output, PngBits};
 use super::{film_file, ron};
 use crate::denoise::Denoised;
 use crate::error::{LoadError, SaveError};
-use crate::film::alpha::unassociated;
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, FilmChannel};
@@ -47,14 +46,15 @@ pub fn save_image_with(
     settings: &Settings,
     options: &ImageOptions,
 ) -> Result<(), SaveError> {
-    with_output(film, settings, options, |output| picture::save(path.as_ref(), output))
+    let path = path.as_ref();
+    with_output(path, (film, settings, options), |output| picture::save(path, output))
 }
 
 /// The bytes of a PNG file, as [`save_image_with`] would write it: to show an image, or to send it somewhere.
 ///
 /// Errors: a film without pixels; a number of denoised pixels that differs from the film's.
 pub fn png_bytes(film: &Film, settings: &Settings, options: &ImageOptions) -> Result<Vec<u8>, SaveError> {
-    with_output(film, settings, options, picture::png_bytes)
+    with_output(Path::new("PNG"), (film, settings, options), picture::png_bytes)
 }
 
 /// The bytes of an OpenEXR file, as [`save_image_with`] would write it.
@@ -65,38 +65,40 @@ pub(crate) fn exr_bytes(
     settings: &Settings,
     options: &ImageOptions,
 ) -> Result<Vec<u8>, SaveError> {
-    with_output(film, settings, options, |output| {
+    let path = Path::new("OpenEXR");
+    with_output(path, (film, settings, options), |output| {
         let mut bytes = Vec::new();
         let done = picture::encode(&mut bytes, ImageEncoding::OpenExr, output);
-        done.map(|()| bytes).map_err(|error| SaveError::new(Path::new("OpenEXR"), error))
+        done.map(|()| bytes).map_err(|error| SaveError::new(path, error))
     })
 }
 
-/// The pixels for a screen: sRGB red, green and blue, and an alpha, which is 255 unless the film counts opacity
-/// ([`Film::alpha`]), one for each pixel of the film's region, row by row from the top. The colours are those of an
-/// 8-bit PNG; layers and bits have no effect. Missing denoised pixels
-/// are black.
-pub fn rgba8(film: &Film, settings: &Settings, options: &ImageOptions) -> Vec<[u8; 4]> {
-    with_output(film, settings, options, |output| {
+/// The pixels for a screen: sRGB red, green and blue, and an alpha, which is 255 unless the image is
+/// [`Settings::transparent`], one for each pixel of the film's region, row by row from the top. The colours are those of
+/// an 8-bit PNG; layers and bits have no effect. Missing denoised pixels are black.
+///
+/// Errors: a [`Settings::backplate`] that cannot be read.
+pub fn rgba8(film: &Film, settings: &Settings, options: &ImageOptions) -> Result<Vec<[u8; 4]>, SaveError> {
+    with_output(Path::new("pixels"), (film, settings, options), |output| {
         let shown = output.shown_8_bit();
-        let mut pixels: Vec<[u8; 4]> = match output.alpha {
-            Some(_) => shown.as_chunks().0.to_vec(),
-            None => shown.as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
+        let mut pixels: Vec<[u8; 4]> = match output.opacity() {
+            Opacity::Stored => shown.as_chunks().0.to_vec(),
+            _ => shown.as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
         };
         pixels.resize(film.region().area(), [0, 0, 0, 255]);
-        pixels
+        Ok(pixels)
     })
 }
 
+/// Calls `write` with the pixels of an image, which messages call `path`.
 fn with_output<T>(
-    film: &Film,
-    settings: &Settings,
-    &ImageOptions { layers, bits, denoised }: &ImageOptions,
-    write: impl FnOnce(&Output) -> T,
-) -> T {
-    let (noisy, alpha) = (film.radiance(), film.alpha());
-    let alpha = alpha.as_deref();
-    let radiance = denoised.map_or(&noisy, |denoised| &denoised.radiance);
+    path: &Path,
+    (film, settings, options): (&Film, &Settings, &ImageOptions),
+    write: impl FnOnce(&Output) -> Result<T, SaveError>,
+) -> Result<T, SaveError> {
+    let &ImageOptions { layers, bits, denoised } = options;
+    let plate = picture::backplate(settings, film.region()).map_err(|error| SaveError::new(path, error))?;
+    let pixels = ImagePixels::new(film, plate.as_deref(), denoised);
     let region = film.region();
     let mut metadata = vec![
         ("Software".to_string(), film_file::PROGRAM.to_string()),
@@ -107,13 +109,10 @@ fn with_output<T>(
         width: region.width(),
         height: region.height(),
         window: CropWindow::of(region, settings.size),
-        radiance,
-        alpha,
-        display: DisplayTransform::new(
-            settings.tonemap,
-            exposure_ev(settings, &film.own_radiance()),
-            &unassociated(radiance, alpha),
-        ),
+        radiance: &pixels.radiance,
+        alpha: pixels.alpha.as_deref(),
+        behind: pixels.behind.as_deref(),
+        display: DisplayTransform::new(settings.tonemap, exposure_ev(settings, film), &pixels.own_colors()),
         bits,
         metadata: &metadata,
         channels: layers,

@@ -182,7 +182,7 @@ impl PyRendering {
     /// The exposure of images in stops, given or automatic.
     #[getter]
     fn exposure(&self) -> f32 {
-        exposure_ev(&self.settings, &self.film.own_radiance())
+        exposure_ev(&self.settings, &self.film)
     }
 
     /// The remaining noise, relative to the image's brightness; none after one sample.
@@ -195,7 +195,7 @@ impl PyRendering {
     #[pyo3(signature = (denoised = false))]
     fn srgb<'py>(&self, py: Python<'py>, denoised: bool) -> PyResult<Bound<'py, PyAny>> {
         let options = self.options(8, denoised)?;
-        let pixels = py.detach(|| rgba8(&self.film, &self.settings, &options));
+        let pixels = py.detach(|| rgba8(&self.film, &self.settings, &options)).map_err(of_output)?;
         let [height, width] = self.shape();
         let values: Vec<u8> = pixels.into_iter().flat_map(|[r, g, b, _]| [r, g, b]).collect();
         Ok(values.into_pyarray(py).reshape([height, width, 3])?.into_any())

@@ -323,8 +323,7 @@ impl PyWorld {
                     !reached
                 });
                 let film = session.film();
-                let radiance = film.own_radiance();
-                let shown = check::FinishedImage::new(&settings, film.region(), &radiance);
+                let shown = check::FinishedImage::new(&settings, film);
                 let told = !findings.is_empty();
                 warnings.extend(check::of_image(&setup, &shown, told));
                 let reached = session.film().relative_noise();

@@ -12,11 +12,12 @@ use serde_json::{Value, json};
 
 use super::viewer::Snapshot;
 use crate::denoise::Denoised;
-use crate::film::alpha::unassociated;
-use crate::film::exposure::automatic_ev;
+use crate::film::alpha::opacity;
+use crate::film::exposure::LightMeter;
 use crate::film::metrics::colormap;
-use crate::film::tonemap::{DisplayTransform, quantise_8_bit, srgb_encode};
+use crate::film::tonemap::{DisplayTransform, encode_8_bit, quantise_8_bit, srgb_encode};
 use crate::film::{Features, Film, PixelSum, Region, SampleRanges};
+use crate::formats::picture::{ImagePixels, backplate};
 use crate::formats::{ImageOptions, exr_bytes};
 use crate::integrator::RenderSetup;
 use crate::math::Rgb;
@@ -129,15 +130,11 @@ pub fn picture(shown: &Snapshot, layer: Layer, display: Display, factors: &[Rgb]
         is_denoised: false,
     };
     match layer {
-        Layer::Light => {
-            let (radiance, alpha) = radiance(shown);
-            light([&radiance; 2], alpha.as_deref(), shown.size, display)
-        }
+        Layer::Light => light(&pixels(shown, None), &meter(shown), shown.size, display),
         Layer::Denoised => {
             let denoised = denoised(shown);
-            let (is_denoised, (noisy, alpha)) = (denoised.is_some(), radiance(shown));
-            let radiance = denoised.as_ref().map_or(&noisy, |denoised| &denoised.radiance);
-            PageImage { is_denoised, ..light([radiance, &noisy], alpha.as_deref(), shown.size, display) }
+            let image = light(&pixels(shown, denoised.as_ref()), &meter(shown), shown.size, display);
+            PageImage { is_denoised: denoised.is_some(), ..image }
         }
         Layer::Noise => {
             let bar = ColorBar::new("%", [0.0, 50.0], |part| heat(part.into()));
@@ -179,17 +176,50 @@ fn mixed<'a>(shown: &'a Snapshot, factors: &[Rgb]) -> Cow<'a, Snapshot> {
     Cow::Owned(Snapshot { gathered: Arc::new(gathered), small, ..shown.clone() })
 }
 
-/// The radiance of all pixels, and their opacity if the film counts it; a pixel without samples takes that of the small
-/// image.
-fn radiance(shown: &Snapshot) -> (Vec<Rgb>, Option<Vec<f32>>) {
+/// The pixels of the displayed image, or denoised ones; one without samples takes those of the small image.
+fn pixels<'a>(shown: &Snapshot, denoised: Option<&'a Denoised>) -> ImagePixels<'a> {
+    if shown.small.is_none() {
+        return ImagePixels::new(&shown.gathered.film, plate(shown).as_deref(), denoised);
+    }
     let [width, height] = shown.size;
     let places = || (0..width * height).into_par_iter().with_min_len(4096).map(|at| [at % width, at / width]);
-    let opacity = |place: [u32; 2]| {
+    let let_through = |place: [u32; 2]| {
         let (film, index) = source_of(shown, place);
-        film.alpha_of(index)
+        film.let_through(index)
     };
-    let radiance = places().map(|place| radiance_at(shown, place)).collect();
-    (radiance, shown.setup.transparent.then(|| places().map(opacity).collect()))
+    let alpha = || places().map(|place| opacity(let_through(place))).collect();
+    let behind = |plate: Cow<[Rgb]>| {
+        let seen = |place: [u32; 2]| plate[(place[1] * width + place[0]) as usize] * let_through(place);
+        places().map(seen).collect()
+    };
+    ImagePixels {
+        radiance: places().map(|place| radiance_at(shown, place)).collect::<Vec<_>>().into(),
+        alpha: shown.setup.transparent.then(alpha),
+        behind: plate(shown).map(behind),
+    }
+}
+
+/// The backplate of the displayed image, which may be smaller than the whole one.
+fn plate(shown: &Snapshot) -> Option<Cow<'_, [Rgb]>> {
+    // A file that can no longer be read was told of when the scene was.
+    let read = || {
+        let settings = Settings { size: shown.size, ..shown.recipe.settings.clone() };
+        backplate(&settings, Region::whole(shown.size)).ok().flatten()
+    };
+    match shown.size == shown.setup.size {
+        true => shown.aside.plate.get_or_init(read).as_deref().map(Cow::Borrowed),
+        false => read().map(Cow::Owned),
+    }
+}
+
+/// A light meter of the displayed image: of the one with noise, as in files.
+fn meter(shown: &Snapshot) -> LightMeter {
+    let width = shown.size[0];
+    LightMeter::new(shown.size, |at| {
+        let place = [at as u32 % width, at as u32 / width];
+        let (film, index) = source_of(shown, place);
+        (radiance_at(shown, place), film.coverage_of(index))
+    })
 }
 
 /// The radiance of a pixel of the displayed image, which must contain it.
@@ -215,24 +245,25 @@ fn source_of(shown: &Snapshot, [x, y]: [u32; 2]) -> (&Film, usize) {
     }
 }
 
-/// Displays radiance. An automatic exposure is that of `metered`: for an image without noise, the one with it, as in
-/// files. Colours are not associated with the opacity.
-pub fn light(
-    [radiance, metered]: [&[Rgb]; 2],
-    alpha: Option<&[f32]>,
-    size: [u32; 2],
-    display: Display,
-) -> PageImage {
-    let exposure_ev = display.exposure_ev.unwrap_or_else(|| automatic_ev(&unassociated(metered, alpha)));
-    let colors = unassociated(radiance, alpha);
+/// Displays pixels, with the exposure that a meter chooses if it is automatic. Colours are not associated with an opacity
+/// that the image has.
+pub fn light(image: &ImagePixels, meter: &LightMeter, size: [u32; 2], display: Display) -> PageImage {
+    let exposure_ev = display.exposure_ev.unwrap_or_else(|| meter.automatic_ev());
+    let colors = image.own_colors();
     let curve = DisplayTransform::new(display.tonemap, exposure_ev, &colors);
-    let mut pixels = vec![255; 4 * radiance.len()];
-    pixels.par_chunks_mut(4).zip(&colors[..]).with_min_len(4096).for_each(|(pixel, color)| {
-        pixel[..3].copy_from_slice(&curve.apply_8_bit(*color));
+    let mut pixels = vec![255; 4 * colors.len()];
+    pixels.par_chunks_mut(4).enumerate().with_min_len(4096).for_each(|(at, pixel)| {
+        let (color, opacity) = (colors[at], image.alpha.as_ref().map(|alpha| alpha[at]));
+        let shown = match (opacity, &image.behind) {
+            (Some(opacity), Some(behind)) => curve.apply_over(color, opacity, behind[at]),
+            (Some(opacity), None) => {
+                pixel[3] = quantise_8_bit(opacity);
+                curve.apply(color)
+            }
+            (None, _) => curve.apply(color),
+        };
+        pixel[..3].copy_from_slice(&encode_8_bit(shown));
     });
-    for (pixel, alpha) in pixels.chunks_mut(4).zip(alpha.into_iter().flatten()) {
-        pixel[3] = quantise_8_bit(*alpha);
-    }
     PageImage { size, pixels, exposure_ev, bar: None, is_denoised: false }
 }
 
@@ -304,7 +335,9 @@ fn any_color(number: u32) -> [u8; 3] {
 fn all_features(shown: &Snapshot) -> Cow<'_, [Features]> {
     let region = Region::whole(shown.size);
     if shown.size == shown.setup.size {
-        return Cow::Borrowed(shown.features.get_or_init(|| features(&shown.setup, shown.options, region)));
+        return Cow::Borrowed(
+            shown.aside.features.get_or_init(|| features(&shown.setup, shown.options, region)),
+        );
     }
     let setup = RenderSetup { size: shown.size, sharing: None, ..(*shown.setup).clone() };
     Cow::Owned(features(&Arc::new(setup), shown.options, region))

@@ -34,6 +34,7 @@ use super::photons::photons_of;
 use super::picture::{Display, Layer, PageImage, exr, light, outline, picture, pixel, values};
 use super::request::ViewRequest;
 use super::viewer::Viewer;
+use crate::film::exposure::LightMeter;
 use crate::formats::picture as files;
 use crate::math::Rgb;
 use crate::simd::give_back_freed;
@@ -345,7 +346,8 @@ async fn reference(State(site): State<Arc<Site>>, Query(wanted): Query<WantedIma
     if radiance.is_empty() {
         return StatusCode::NO_CONTENT.into_response();
     }
-    in_response(light([radiance, radiance], None, *size, display))
+    let image = files::ImagePixels { radiance: radiance.into(), alpha: None, behind: None };
+    in_response(light(&image, &LightMeter::of_pixels(*size, radiance), *size, display))
 }
 
 /// Returns an OpenEXR file.

@@ -1,14 +1,13 @@
 //! An image drawn with the characters of a terminal.
 
 use crate::film::tonemap::{quantise_8_bit, srgb_decode, srgb_encode};
-use crate::math::Rgb;
 
 /// The number of pixels, across and down, that are sampled per half character.
 const LOOKED_AT: u32 = 4;
 
 /// Returns evenly spaced columns and rows of an image: enough pixels to draw it in `room` columns and rows, so that a
 /// large image need not be tone mapped in full. Also returns their width and height.
-pub fn thinned(pixels: &[Rgb], [width, height]: [u32; 2], room: [u32; 2]) -> (Vec<Rgb>, [u32; 2]) {
+pub fn thinned<T: Copy>(pixels: &[T], [width, height]: [u32; 2], room: [u32; 2]) -> (Vec<T>, [u32; 2]) {
     let [columns, rows] = drawn_size([width, height], room);
     let step = (width / (LOOKED_AT * columns)).min(height / (LOOKED_AT * rows)).max(1);
     let row = |y: u32| pixels.iter().skip((y * width) as usize).take(width as usize).step_by(step as usize);
@@ -76,6 +75,7 @@ fn box_mean(pixels: &[[u8; 3]], size: [u32; 2], drawn: [u32; 2], place: [u32; 2]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Rgb;
 
     /// The number of characters of each line, without their colours.
     fn shape(text: &str) -> Vec<usize> {

@@ -15,6 +15,7 @@ use super::tev::Tev;
 use super::watched::{POLL_INTERVAL, Watched};
 use crate::film::{Features, Film, Region};
 use crate::integrator::{RenderSetup, Schedule, Stop};
+use crate::math::Rgb;
 use crate::render::prepare::Prepared;
 use crate::render::{DEFAULT_WAVE, Options, Progress, RenderState, Session};
 use crate::study::explain::{GivenNames, Recipe};
@@ -54,8 +55,8 @@ pub struct Snapshot {
     pub names: Arc<GivenNames>,
     /// The names of entities by their numbers.
     pub entities: Arc<HashMap<u32, String>>,
-    /// The features of the first hits of all pixels, computed on first use.
-    pub features: Arc<OnceLock<Vec<Features>>>,
+    /// Values that the page shows besides, computed on first use.
+    pub aside: Arc<Aside>,
     /// The recipe that reproduces the image on the command line.
     pub recipe: Arc<Recipe>,
     /// The data prepared for its samples, once known.
@@ -64,13 +65,22 @@ pub struct Snapshot {
     pub generation: u64,
 }
 
+/// Values of all pixels of an image that do not change with its samples, computed on first use.
+#[derive(Debug, Default)]
+pub struct Aside {
+    /// The features of the first hits.
+    pub features: OnceLock<Vec<Features>>,
+    /// The backplate, as linear display values; none without one.
+    pub plate: OnceLock<Option<Vec<Rgb>>>,
+}
+
 impl Snapshot {
     fn new(
         scene: &LiveScene,
         setup: Arc<RenderSetup>,
         gathered: RenderState,
         options: Options,
-        features: Arc<OnceLock<Vec<Features>>>,
+        aside: Arc<Aside>,
     ) -> Snapshot {
         let ((names, entities), wanted) = (scene.names(), scene.settings().samples);
         let region = gathered.film.region();
@@ -85,7 +95,7 @@ impl Snapshot {
             options,
             names,
             entities,
-            features,
+            aside,
             recipe,
             prepared: None,
             generation: 0,
@@ -246,7 +256,7 @@ impl Viewer {
             spent: Duration::ZERO,
             paused: false,
             looked: None,
-            features: Arc::default(),
+            aside: Arc::default(),
             moved: None,
             first_pixels: FIRST_PIXELS,
         };
@@ -358,8 +368,8 @@ struct Rendering {
     paused: bool,
     /// The time of the last queue measurement.
     looked: Option<Instant>,
-    /// See [`Snapshot::features`].
-    features: Arc<OnceLock<Vec<Features>>>,
+    /// See [`Snapshot::aside`].
+    aside: Arc<Aside>,
     /// The time of the last movement; none once the first image for its end is due.
     moved: Option<Instant>,
     /// The number of pixels of the first images during a movement, as many as their duration allows.
@@ -369,7 +379,7 @@ struct Rendering {
 impl Rendering {
     fn begin_anew(&mut self) {
         (self.session, self.small, self.spent) = (None, None, Duration::ZERO);
-        (self.paused, self.looked, self.features) = (false, None, Arc::default());
+        (self.paused, self.looked, self.aside) = (false, None, Arc::default());
         self.moved = None;
     }
 
@@ -399,14 +409,14 @@ impl Rendering {
         }
         let count = next_count(session, self.spent);
         let prepared = Some(session.prepared());
-        let features = self.features.clone();
+        let aside = self.aside.clone();
         let setup = session.setup().clone();
         // Some tiles of a pass are ready long before others.
         let small = (session.samples_done().0 == 0).then_some(small);
         let shown = Snapshot {
             small,
             prepared,
-            ..Snapshot::new(scene, setup, session.state().clone(), options, features)
+            ..Snapshot::new(scene, setup, session.state().clone(), options, aside)
         };
         let (begun, spent, last) = (Instant::now(), self.spent, Mutex::new(Instant::now()));
         let elapsed = || spent + begun.elapsed();
@@ -466,7 +476,7 @@ impl Rendering {
         }
         let possible = pixels(by) as f64 * MOVING.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
         self.first_pixels = (possible as u64).clamp(FEWEST_PIXELS, FIRST_PIXELS);
-        let shown = Snapshot::new(scene, whole, session.state().clone(), options, self.features.clone());
+        let shown = Snapshot::new(scene, whole, session.state().clone(), options, self.aside.clone());
         self.small = Some(Arc::new(session.into_film()));
         let described = Described::new(scene, &self.work);
         viewer.show(shown, Duration::ZERO, Some(described));

@@ -3,7 +3,7 @@
 
 use super::fields::{Field, Fields, Forms, Range, Slot, visit_all};
 use super::material::ColorInput;
-use super::settings::{Background, Caustics, Settings, Sharing};
+use super::settings::{Background, Backplate, Caustics, Settings, Sharing};
 use crate::math::Rgb;
 
 /// Checks that a number or an angle is within a range, up to rounding.
@@ -120,6 +120,11 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
             check_color(name, *bottom)?;
             check_color(name, *top)?;
         }
+        Slot::Backplate(Some(Backplate::Constant(color))) => on_screen(name, *color)?,
+        Slot::Backplate(Some(Backplate::Gradient { bottom, top })) => {
+            on_screen(name, *bottom)?;
+            on_screen(name, *top)?;
+        }
         Slot::Triangle(corners) => finite("its corners", corners.iter().all(|corner| corner.is_finite()))?,
         Slot::Quadrilateral(corners) => {
             finite("its corners", corners.iter().all(|corner| corner.is_finite()))?;
@@ -139,6 +144,11 @@ fn check_field(Field { name, slot, .. }: Field) -> Result<(), String> {
         _ => {}
     }
     Ok(())
+}
+
+/// Checks a colour of a screen.
+fn on_screen(name: &str, color: Rgb) -> Result<(), String> {
+    color.to_array().into_iter().try_for_each(|part| within(name, part, 0.0, 1.0))
 }
 
 fn finite(what: &str, is_finite: bool) -> Result<(), String> {

@@ -8,7 +8,7 @@ use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use super::assets::{FontId, ImageId, MeshId, StrandsId, TextureId};
 use super::material::{BumpMap, Channel, ColorInput, NormalMap, ScalarInput};
 pub(crate) use super::quantity::Quantity;
-use super::settings::{Aov, Background, Caustics, Sharing, Transport};
+use super::settings::{Aov, Background, Backplate, Caustics, Sharing, Transport};
 
 /// The range of a field's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,6 +142,8 @@ pub(crate) enum Slot<'a> {
     Background(&'a mut Background),
     /// A colour or a gradient, or `None`.
     OptionalBackground(&'a mut Option<Background>),
+    /// A colour, a gradient, or the picture in a file; or `None`.
+    Backplate(&'a mut Option<Backplate>),
     /// `Auto` or `Fixed`.
     Exposure(&'a mut bool),
     /// `All`, or a list of output variables.

@@ -193,7 +193,7 @@ impl World {
         let text = format!("background does nothing: \"{name}\" is all around");
         Some(
             Diagnostic::warning("hidden-background", text)
-                .fixed_by("write backdrop instead, or `--env none`"),
+                .fixed_by("write backplate or backdrop instead, or `--env none`"),
         )
     }
 

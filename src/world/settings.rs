@@ -1,5 +1,7 @@
 //! Render settings: the `settings` of a scene file, which command line flags override.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
 use crate::bvh::BuildQuality;
@@ -62,6 +64,10 @@ fields! {
         /// lights nothing and no mirror shows it; `None`: the environment, the sky or the `background`, which give light
         /// all the same
         backdrop: Option<Background> = None, OptionalBackground;
+        /// what images show behind things, where nothing is hit, and through smooth glass: the colours of a screen, 0 to
+        /// 1, which neither the exposure nor the tone curve changes, or a picture, scaled so that it covers the image; it
+        /// lights nothing, and no mirror shows it
+        backplate: Option<Backplate> = None, Backplate;
         /// whether the image has an opacity (alpha), and nothing is seen where nothing is hit, nor through smooth glass and
         /// other surfaces that let light through; the environment, the sky or the `background` still give light, and mirrors
         /// show them
@@ -102,6 +108,11 @@ impl Settings {
     pub const MOST_DEPTH: u32 = 65_535;
     /// The largest [`Settings::copied_triangles`], so that the copies of no scene file take more than a few gigabytes.
     pub const MOST_COPIED_TRIANGLES: u32 = 1 << 24;
+
+    /// True if films count what pixels show of the things behind the scene.
+    pub(crate) fn counts_opacity(&self) -> bool {
+        self.transparent || self.backplate.is_some()
+    }
 
     /// Checks all settings; the error describes the first one that is out of its range.
     pub(crate) fn check(&self) -> Result<(), String> {
@@ -390,6 +401,22 @@ impl Default for Background {
     fn default() -> Self {
         Self::Constant(Rgb::BLACK)
     }
+}
+
+/// The picture behind the things of a scene, in images for screens. Colours are linear display values from 0 to 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Backplate {
+    /// One colour.
+    Constant(Rgb),
+    /// A gradient from the bottom row to the top row, in steps that are even to the eye.
+    Gradient {
+        /// The colour of the bottom.
+        bottom: Rgb,
+        /// The colour of the top.
+        top: Rgb,
+    },
+    /// The picture in this file, scaled so that it covers the image.
+    Image(PathBuf),
 }
 
 forms! {

@@ -31,9 +31,7 @@ fn told(world: &World) -> Vec<Diagnostic> {
 
 /// Returns the finding about its image.
 fn told_of_image(session: &Session, settings: &Settings) -> Option<Diagnostic> {
-    let radiance = session.film().radiance();
-    let shown = FinishedImage::new(settings, session.film().region(), &radiance);
-    of_image(session.setup(), &shown, false)
+    of_image(session.setup(), &FinishedImage::new(settings, session.film()), false)
 }
 
 fn error_of(error: &rayfront::error::CompileError) -> Diagnostic {

@@ -236,12 +236,7 @@ fn white_of_unlit_surfaces_is_no_finding() {
         let setup = rayfront::internals::render::setup(compile(&world, None).unwrap(), &world.settings);
         let mut session = Session::of(Arc::new(setup), 4, Options::default());
         session.advance(4);
-        let radiance = session.film().radiance();
-        let image = rayfront::internals::check::FinishedImage::new(
-            &world.settings,
-            session.film().region(),
-            &radiance,
-        );
+        let image = rayfront::internals::check::FinishedImage::new(&world.settings, session.film());
         rayfront::internals::check::of_image(session.setup(), &image, false).map(|found| found.code)
     };
     assert_eq!(found("paper.gltf", r#""extensions": {"KHR_materials_unlit": {}}"#), None);

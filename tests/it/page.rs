@@ -60,6 +60,7 @@ fn copied_command_renders_the_image_of_the_page() {
         (&["--exposure", "auto"], &[], other),
         (&["--f-stop", "0.5", "--focus", "48,30"], &[], look),
         (&["--f-stop", "0.5", "--focus", "48,30"], &[json!({"orbit": [0.2, 0.0]})], look),
+        (&["--background", "#ff8000"], &[], "layer=denoised&exposure=auto&tonemap=Agx"),
         (&["--transparent"], &[], "layer=light&exposure=auto&tonemap=Aces"),
         (&["--zoom", "1.5"], &[set.clone(), settings.clone(), orbit.clone(), fov.clone()], other),
         (&[], &[orbit, set, settings, fov], "layer=denoised&exposure=auto&tonemap=PbrNeutral"),

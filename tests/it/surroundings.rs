@@ -298,38 +298,92 @@ fn backdrops_are_seen_and_environments_light() {
     }
 }
 
+/// Whatever the exposure, the tone curve, the noise and the environment.
 #[test]
-fn backgrounds_on_the_command_line_are_seen_behind_environments() {
+fn backgrounds_are_shown_as_they_are_typed() {
+    for (transport, look) in [("Path", "tonemap: Aces, exposure_ev: 3"), ("Whitted", "exposure: Auto")] {
+        let folder = folder(&staged(transport, look));
+        halves(&folder);
+        let corner = |name: &str| {
+            let image = image::open(folder.join(name)).expect("an image").into_rgb8();
+            image.get_pixel(image.width() - 1, image.height() - 1).0
+        };
+        folder.write("key.ron", staged(transport, &format!("{look}, backplate: \"#ff8040\"")));
+        let by_key = folder.hash("key.ron -q -o key.png");
+        assert_eq!(folder.hash("scene.ron -q --background '#ff8040' -o a.png"), by_key);
+        for name in ["a.png", "key.png"] {
+            assert_eq!(corner(name), [255, 128, 64], "{transport}");
+        }
+        // Samples are those of a transparent image, which floats still are; no lamp comes from behind.
+        assert_eq!(folder.hash("scene.ron -q --transparent -o t.exr"), by_key);
+        folder.out("scene.ron -q --background white -o w.exr");
+        assert_eq!(folder.pixels("w.exr"), folder.pixels("t.exr"));
+        // The ball is opaque, and shows the environment as before.
+        folder.out("scene.ron -q -o plain.png --exposure 3");
+        folder.out("scene.ron -q --background white -o w.png --exposure 3");
+        let ball =
+            |name: &str| image::open(folder.join(name)).expect("an image").into_rgb8().get_pixel(12, 4).0;
+        assert_eq!(ball("w.png"), ball("plain.png"));
+        for (words, shown) in [("white", [255; 3]), ("0", [0; 3]), ("1,0,0", [255, 0, 0])] {
+            folder.out(&format!("scene.ron -q --background {words} --denoise -o w.png"));
+            assert_eq!([corner("w.png"), corner("w.denoised.png")], [shown; 2], "{words}");
+        }
+        folder.out("reproduce w.png -q");
+    }
+}
+
+#[test]
+fn backgrounds_may_be_pictures() {
     let folder = folder(&staged("Path", ""));
     halves(&folder);
-    let corner = |name: &str| folder.pixels(name)[23];
-    let green = Rgb::new(0.0, 0.7, 0.0);
-    folder.write("key.ron", staged("Path", "backdrop: (0, 0.7, 0)"));
-    let by_key = folder.hash("key.ron -q -o b.exr");
-    assert_eq!(folder.hash("scene.ron -q --background 0,0.7,0 -o a.exr --aov all"), by_key);
-    assert!(corner("a.exr") == green);
-    folder.out("reproduce a.exr -q");
-    // Denoising keeps it, and coverage is 0 there.
-    folder.out("scene.ron -q --background 0,0.7,0 --denoise -o c.exr");
-    assert!(far(&[corner("c.denoised.exr")], &[green]) < 1e-4);
-    let dark = folder.hash("scene.ron -q --background 0 -o a.exr");
-    assert!(corner("a.exr") == Rgb::BLACK && dark != folder.hash("scene.ron -q -o a.exr"));
-    // Bare models get a studio; what hides it is named.
-    wedge(&folder, "wedge", |corner| corner);
-    folder.out("wedge.gltf -q --background 0,0.7,0 --size 8x8 --spp 1 -o a.exr");
-    assert!(folder.pixels("a.exr")[0] == green);
-    let message = folder.messages("wedge.gltf --background 0,0.7,0 --size 8x8 --spp 1 -o a.exr");
-    assert!(!message.contains("background"), "{message}");
-    // Without an environment the background is what it was: light, too.
-    let bare = |settings: &str| {
-        format!("(settings: (transport: Path, size: (8, 8), samples: 4, {settings}), entities: [
-            (camera: Orthographic(height_m: 3), transform: (translate: (0, 0, 5))), (shape: Sphere(radius_m: 1))])")
-    };
-    folder.write("bare.ron", bare(""));
-    folder.write("lit.ron", bare("background: 0.4"));
-    assert_eq!(folder.hash("bare.ron -q --background 0.4 -o a.png"), folder.hash("lit.ron -q -o a.png"));
-    // A background in the scene is still hidden, and the warning names the key that is not.
-    folder.write("hidden.ron", staged("Path", "background: 0.4"));
-    let message = folder.messages("hidden.ron -o a.png");
-    assert!(message.contains("write backdrop instead, or --env none"), "{message}");
+    // As wide as high: the top and the bottom are cut off.
+    let file = image::RgbImage::from_fn(24, 24, |x, y| image::Rgb([x as u8 * 10, y as u8 * 10, 77]));
+    file.save(folder.join("street.png")).expect("room");
+    folder.out("scene.ron -q --background street.png -o a.png");
+    let seen = image::open(folder.join("a.png")).expect("an image").into_rgb8();
+    for [x, y] in [[6, 0], [23, 0], [20, 7]] {
+        assert_eq!(seen.get_pixel(x, y), file.get_pixel(x, y + 8), "{x}, {y}");
+    }
+    // In a scene it is relative to its folder; a region shows its part.
+    folder.write("key.ron", staged("Path", "backplate: Image(\"street.png\")"));
+    folder.out("key.ron -q -o b.png --crop 20,2,24,8");
+    let part = image::open(folder.join("b.png")).expect("an image").into_rgb8();
+    assert_eq!(part.get_pixel(3, 0), file.get_pixel(23, 10));
+    for (code, words, reason) in [
+        (1, "--background none.png -o a.png", "none.png"),
+        (2, "--background 255,255,255 -o a.png", "from 0 to 1"),
+        (2, "--background whiter -o a.png", "whiter"),
+        (3, "--background white -o a.hdr", "holds light"),
+    ] {
+        folder.run(&format!("scene.ron {words}")).ends(code, &[reason]);
+    }
+}
+
+/// Three parts of the light, not one opacity.
+#[test]
+fn coloured_glass_tints_the_background() {
+    let folder = folder(
+        "(settings: (size: (8, 8), samples: 4, tonemap: Aces), entities: [
+            (camera: Orthographic(height_m: 2), transform: (translate: (0, 0, 5))),
+            (shape: Plane(corners: ((-2, 2, 0), (-2, -2, 0), (2, -2, 0), (2, 2, 0))),
+             material: BlinnPhong(diffuse: 0, specular: 0, kt: (1, 0.5, 0), ior: 1))])",
+    );
+    folder.out("scene.ron -q --background white -o a.png");
+    let seen = image::open(folder.join("a.png")).expect("an image").into_rgb8();
+    assert!(seen.pixels().all(|pixel| pixel.0 == [255, 188, 0]), "{:?}", seen.get_pixel(4, 4));
+}
+
+/// Surroundings hide the background of a scene, and the warning names the keys that they do not.
+#[test]
+fn hidden_backgrounds_are_reported_with_what_to_write() {
+    let folder = folder(&staged("Path", "background: 0.4"));
+    halves(&folder);
+    let message = folder.messages("scene.ron -o a.png");
+    assert!(message.contains("write backplate or backdrop instead, or --env none"), "{message}");
+    // What that does is written like the option.
+    folder.write("seen.ron", staged("Path", "backdrop: 0.4"));
+    folder.write("shown.ron", staged("Path", "backplate: 0.4"));
+    for name in ["seen.ron", "shown.ron"] {
+        assert!(!folder.messages(&format!("{name} -o a.png")).contains("background"), "{name}");
+    }
 }

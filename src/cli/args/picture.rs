@@ -278,9 +278,10 @@ pub struct EditOptions {
     /// Put a floor under everything: a grey one, or one of which only the shadows are seen
     #[arg(long, value_name = "grey|shadow", num_args = 0..=1, require_equals = true, default_missing_value = "grey", hide_possible_values = true, value_parser = one_of(GROUNDS))]
     pub ground: Option<Floor>,
-    /// Background, seen by rays that hit nothing: a colour as in scene files, such as 0.2, red, '#ff8000' or 0.1,0.2,0.4; if
-    /// there is an environment, it still gives light and is seen in mirrors
-    #[arg(long, aliases = ["background-color", "bg-color", "bg"], value_name = "COLOUR")]
+    /// Shown behind things, unchanged by exposure and tone curve: a colour as in scene files, such as white, '#ff8000' or
+    /// 0.1,0.2,0.4, or a picture, which is scaled so that it covers the image. It lights nothing; OpenEXR files get the
+    /// opacity of pixels in its place
+    #[arg(long, aliases = ["background-color", "background-image", "backplate", "bg-color", "bg"], value_name = "COLOUR|FILE")]
     pub background: Option<String>,
 }
 

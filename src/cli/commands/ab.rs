@@ -12,7 +12,7 @@ use crate::cli::job::default_image;
 use crate::cli::{failure::Failure, output};
 use crate::error::in_one_line;
 use crate::files::are_same;
-use crate::film::exposure::automatic_ev;
+use crate::film::exposure::exposure_ev;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, Region};
@@ -99,9 +99,9 @@ pub fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     }
     let radiances = [&a, &b].map(|side| side.film.radiance());
     // Both get A's exposure, so that only real differences show.
-    let own_ev = if a.settings.auto_exposure { automatic_ev(&radiances[0]) } else { 0.0 };
+    let exposure_ev = exposure_ev(&a.settings, &a.film);
     for (end, radiance) in ["a", "b"].iter().zip(&radiances) {
-        let display = DisplayTransform::new(a.settings.tonemap, own_ev + a.settings.exposure_ev, radiance);
+        let display = DisplayTransform::new(a.settings.tonemap, exposure_ev, radiance);
         save_plain(&path(end), a.settings.size, radiance, display)?;
     }
     let shown = difference.picture();

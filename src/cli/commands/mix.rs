@@ -103,7 +103,7 @@ fn write(
     saved: &mut Saved,
 ) -> Result<(), Failure> {
     let FilmFile { header, .. } = file;
-    let picture = OutputImage::new(header, film, arguments.output.bits);
+    let picture = OutputImage::new(header, film, arguments.output.bits)?;
     let channels = aov::light_layers(film, header, outputs);
     let mut denoised = None;
     if arguments.output.denoise {

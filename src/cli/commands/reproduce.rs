@@ -60,7 +60,7 @@ fn reproduce(arguments: &Reproduce) -> Result<ExitCode, Failure> {
     // An image may have been changed since, and still have the same metadata.
     let shows_it = !is_same_film
         || film.is_some()
-        || OutputImage::new(&header, &shown.film, 8).is_in(path, cleaned.as_ref())?;
+        || OutputImage::new(&header, &shown.film, 8)?.is_in(path, cleaned.as_ref())?;
     let identical = is_same_film && clean == denoised && shows_it;
     let places = film.as_ref().map(|film| differing(film, session.film()));
     if arguments.work.json {

@@ -18,7 +18,7 @@ use crate::cli::interrupt::{self, Interrupt};
 use crate::cli::{command_line, failure::Failure, output, process_times};
 use crate::error::Diagnostic;
 use crate::formats::film_file::{self, FilmFile, FilmHeader};
-use crate::formats::picture::{ImageEncoding, fits, supported};
+use crate::formats::picture::{ImageEncoding, Opacity, fits, supported};
 use crate::integrator::Stop;
 use crate::render::{MemoryEstimate, Options, Progress, Session};
 use crate::study::explain::Recipe;
@@ -143,12 +143,12 @@ pub fn execute(mut job: Job, wanted: &RunRequest, found: Option<FilmFile>) -> Re
 /// Checks that the outputs can be written, and replace neither each other nor the scene's files.
 fn check_outputs(wanted: &RunRequest, images: &[PathBuf], header: &FilmHeader) -> Result<(), Failure> {
     let RunRequest { outputs, denoises, .. } = wanted;
-    let (size, has_alpha) = ([header.region.width(), header.region.height()], header.settings.transparent);
-    images.iter().try_for_each(|path| supported(path).and_then(|()| fits(path, size, has_alpha)))?;
+    let (size, opacity) = ([header.region.width(), header.region.height()], Opacity::of(&header.settings));
+    images.iter().try_for_each(|path| supported(path).and_then(|()| fits(path, size, opacity)))?;
     if let Some(encoding) = outputs.stdout_image {
-        encoding.fits(size, has_alpha).map_err(Failure::command_line)?;
+        encoding.fits(size, opacity).map_err(Failure::command_line)?;
     }
-    if outputs.video.is_some() && has_alpha {
+    if outputs.video.is_some() && opacity == Opacity::Stored {
         let reason = "a video holds no transparent pixels: name images, such as -o frame.####.png";
         return Err(Failure::command_line(reason));
     }
@@ -181,7 +181,7 @@ fn finish(
         output::note("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
     }
     let start = Instant::now();
-    let picture = OutputImage::new(&header, session.film(), wanted.bits);
+    let picture = OutputImage::new(&header, session.film(), wanted.bits)?;
     let has_layers = !images.is_empty() || wanted.outputs.stdout_image == Some(ImageEncoding::OpenExr);
     let mut channels = if has_layers { session.channels(&header.settings.aov) } else { Vec::new() };
     let layered = Outputs { images: images.to_vec(), ..wanted.outputs.clone() };
@@ -232,8 +232,7 @@ fn faults(
     told: bool,
 ) -> Vec<Diagnostic> {
     let (tonemap, exposure_ev) = (header.settings.tonemap, picture.exposure_ev);
-    let radiance = &session.film().own_radiance();
-    let shown = check::FinishedImage { region: header.region, radiance, tonemap, exposure_ev };
+    let shown = check::FinishedImage { film: session.film(), tonemap, exposure_ev };
     let outliers = check::outliers(session).into_iter().map(|outlier| {
         let (moment, _) = header.view.moment_of(outlier.sample, header.settings.samples);
         let recipe = Recipe {

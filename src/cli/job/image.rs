@@ -9,14 +9,14 @@ use super::outputs::{Video, denoised_name};
 use super::saving::Saved;
 use crate::cli::{command_line::CommandLine, failure::Failure};
 use crate::denoise::Denoised;
-use crate::film::alpha::unassociated;
 use crate::film::exposure::exposure_ev;
 use crate::film::tonemap::DisplayTransform;
 use crate::film::{Film, FilmChannel};
 use crate::formats::DENOISED;
 use crate::formats::film_file::{FilmHeader, Note};
 use crate::formats::picture::{
-    CropWindow, ImageEncoding, Output, PngBits, encode, is_saved, load_text, save, video,
+    CropWindow, ImageEncoding, ImagePixels, Output, PngBits, backplate, encode, is_saved, load_text, save,
+    video,
 };
 use crate::math::Rgb;
 
@@ -27,20 +27,20 @@ const RECORD: &str = "rayfront";
 pub struct OutputImage<'a> {
     header: &'a FilmHeader,
     film: &'a Film,
-    radiance: Vec<Rgb>,
-    alpha: Option<Vec<f32>>,
+    /// The backplate's pixels.
+    plate: Option<Vec<Rgb>>,
     bits: PngBits,
     /// The exposure in stops, from the settings or chosen from the image.
     pub exposure_ev: f32,
 }
 
 impl<'a> OutputImage<'a> {
-    /// Creates the image with the header's settings.
-    pub fn new(header: &'a FilmHeader, film: &'a Film, bits: u8) -> OutputImage<'a> {
-        let (radiance, alpha) = (film.radiance(), film.alpha());
-        let exposure_ev = exposure_ev(&header.settings, &film.own_radiance());
+    /// Creates the image with the header's settings. Errors: a backplate that cannot be read.
+    pub fn new(header: &'a FilmHeader, film: &'a Film, bits: u8) -> Result<OutputImage<'a>, Failure> {
+        let plate = backplate(&header.settings, film.region())?;
+        let exposure_ev = exposure_ev(&header.settings, film);
         let bits = if bits == 16 { PngBits::Sixteen } else { PngBits::Eight };
-        OutputImage { header, film, radiance, alpha, bits, exposure_ev }
+        Ok(OutputImage { header, film, plate, bits, exposure_ev })
     }
 
     /// Saves images, each independently. Files that can hold them also get the channels, and the names of ids.
@@ -54,7 +54,8 @@ impl<'a> OutputImage<'a> {
         let metadata = self.metadata();
         let manifest = manifest.map(|ids| ("manifest".to_string(), ids));
         let with_manifest: Vec<_> = metadata.iter().cloned().chain(manifest).collect();
-        let output = self.output(&self.radiance, &metadata);
+        let pixels = self.pixels(None);
+        let output = self.output(&pixels, &metadata);
         let whole = Output { metadata: &with_manifest, channels, ..output };
         for path in paths {
             saved.image(path, save(path, if aov::holds(path) { &whole } else { &output }));
@@ -63,8 +64,7 @@ impl<'a> OutputImage<'a> {
 
     /// True if a file holds this image or, if given, its denoised version.
     pub fn is_in(&self, path: &Path, denoised: Option<&Denoised>) -> Result<bool, Failure> {
-        let radiance = denoised.map_or(&self.radiance, |denoised| &denoised.radiance);
-        Ok(is_saved(path, &self.output(radiance, &[]))?)
+        Ok(is_saved(path, &self.output(&self.pixels(denoised), &[]))?)
     }
 
     /// Writes the image to standard output, or its denoised version if there is one.
@@ -78,8 +78,8 @@ impl<'a> OutputImage<'a> {
         let mut metadata = self.metadata();
         metadata.extend(manifest.map(|ids| ("manifest".to_string(), ids)));
         metadata.extend(denoised.map(|denoised| (DENOISED.to_string(), format!("{:032x}", denoised.hash()))));
-        let radiance = denoised.map_or(&self.radiance, |denoised| &denoised.radiance);
-        let output = Output { channels, ..self.output(radiance, &metadata) };
+        let pixels = self.pixels(denoised);
+        let output = Output { channels, ..self.output(&pixels, &metadata) };
         let mut out = BufWriter::new(std::io::stdout().lock());
         let written = encode(&mut out, encoding, &output).and_then(|()| out.flush());
         written.map_err(Failure::stdout("the image"))
@@ -87,7 +87,8 @@ impl<'a> OutputImage<'a> {
 
     /// Writes the image to standard output as a frame of a video.
     pub fn write_to_video(&self, video: Video, denoised: Option<&Denoised>) -> Result<(), Failure> {
-        let output = self.output(denoised.map_or(&self.radiance, |denoised| &denoised.radiance), &[]);
+        let pixels = self.pixels(denoised);
+        let output = self.output(&pixels, &[]);
         let mut out = std::io::stdout().lock();
         let mut write = || {
             if video.begins {
@@ -103,7 +104,8 @@ impl<'a> OutputImage<'a> {
     pub fn write_denoised(&self, images: &[PathBuf], denoised: &Denoised, saved: &mut Saved) -> Vec<PathBuf> {
         let mut metadata = self.metadata();
         metadata.push((DENOISED.to_string(), format!("{:032x}", denoised.hash())));
-        let output = self.output(&denoised.radiance, &metadata);
+        let pixels = self.pixels(Some(denoised));
+        let output = self.output(&pixels, &metadata);
         let mut paths: Vec<PathBuf> = images.iter().map(|path| denoised_name(path)).collect();
         paths.retain(|path| {
             let outcome = save(path, &output);
@@ -114,18 +116,23 @@ impl<'a> OutputImage<'a> {
         paths
     }
 
+    /// The pixels of the film, or denoised ones.
+    fn pixels<'b>(&self, denoised: Option<&'b Denoised>) -> ImagePixels<'b> {
+        ImagePixels::new(self.film, self.plate.as_deref(), denoised)
+    }
+
     /// Returns the pixels in the form in which they are written.
-    fn output<'b>(&'b self, radiance: &'b [Rgb], metadata: &'b [(String, String)]) -> Output<'b> {
+    fn output<'b>(&'b self, pixels: &'b ImagePixels, metadata: &'b [(String, String)]) -> Output<'b> {
         let region = self.film.region();
         let settings = &self.header.settings;
-        let own = unassociated(radiance, self.alpha.as_deref());
         Output {
             width: region.width(),
             height: region.height(),
             window: CropWindow::of(region, settings.size),
-            radiance,
-            alpha: self.alpha.as_deref(),
-            display: DisplayTransform::new(settings.tonemap, self.exposure_ev, &own),
+            radiance: &pixels.radiance,
+            alpha: pixels.alpha.as_deref(),
+            behind: pixels.behind.as_deref(),
+            display: DisplayTransform::new(settings.tonemap, self.exposure_ev, &pixels.own_colors()),
             bits: self.bits,
             metadata,
             channels: &[],

@@ -12,7 +12,9 @@ use crate::cli::progress::{Manner, Meter, ProgressForm};
 use crate::cli::{failure::Failure, output};
 use crate::film::Film;
 use crate::film::exposure::exposure_ev;
-use crate::film::tonemap::DisplayTransform;
+use crate::film::tonemap::{DisplayTransform, encode_8_bit};
+use crate::formats::picture::{ImagePixels, backplate};
+use crate::math::Rgb;
 use crate::render::{Look, Progress, Session};
 use crate::view::terminal::{half_blocks, thinned};
 use crate::view::tev::Tev;
@@ -77,7 +79,11 @@ impl LiveViews {
         let meter = Meter::new(session, manner, &terminal);
         let picture = self.preview.then(|| picture_bar(&terminal));
         let next = Mutex::new(Instant::now() + EVERY);
-        AttachedViews { tev: self.tev.as_ref(), terminal, meter, picture, settings: settings.clone(), next }
+        // A file that can no longer be read ends the render when the image is saved.
+        let region = session.film().region();
+        let plate = if self.preview { backplate(settings, region).ok().flatten() } else { None };
+        let (tev, settings) = (self.tev.as_ref(), settings.clone());
+        AttachedViews { tev, terminal, meter, picture, settings, plate, next }
     }
 }
 
@@ -89,6 +95,8 @@ pub struct AttachedViews<'a> {
     /// The bar that shows the image, if --preview is given.
     picture: Option<ProgressBar>,
     settings: Settings,
+    /// The backplate's pixels, if the image is shown.
+    plate: Option<Vec<Rgb>>,
     /// The earliest time of the next update.
     next: Mutex<Instant>,
 }
@@ -147,7 +155,7 @@ impl AttachedViews<'_> {
     /// Shows the film itself: a copy of it would take as much memory again.
     fn look(&self, film: &Film) {
         if let Some(picture) = &self.picture {
-            picture.set_message(picture_of(film, &self.settings));
+            picture.set_message(picture_of(film, &self.settings, self.plate.as_deref()));
         }
         if let Some(tev) = self.tev {
             tev.show(film);
@@ -168,14 +176,23 @@ impl AttachedViews<'_> {
 }
 
 /// Returns the image as text that fits the terminal's columns and half of its rows.
-fn picture_of(film: &Film, settings: &Settings) -> String {
+fn picture_of(film: &Film, settings: &Settings, plate: Option<&[Rgb]>) -> String {
     let (rows, columns) = Term::stderr().size();
     let room = [u32::from(columns).max(1), u32::from(rows / 2).max(1)];
-    let (region, radiance) = (film.region(), film.own_radiance());
-    let (few, size) = thinned(&radiance, [region.width(), region.height()], room);
-    let exposure_ev = exposure_ev(settings, &few);
-    let display = DisplayTransform::new(settings.tonemap, exposure_ev, &radiance);
-    let pixels: Vec<_> = few.iter().map(|pixel| display.apply_8_bit(*pixel)).collect();
+    let (region, image) = (film.region(), ImagePixels::new(film, plate, None));
+    let (whole, colors) = ([region.width(), region.height()], image.own_colors());
+    let display = DisplayTransform::new(settings.tonemap, exposure_ev(settings, film), &colors);
+    let (few, size) = thinned(&colors, whole, room);
+    let pixels: Vec<_> = match (image.alpha, image.behind) {
+        (Some(alpha), Some(behind)) => {
+            let (alpha, behind) = (thinned(&alpha, whole, room).0, thinned(&behind, whole, room).0);
+            let over = |((light, alpha), behind): ((&Rgb, &f32), &Rgb)| {
+                encode_8_bit(display.apply_over(*light, *alpha, *behind))
+            };
+            few.iter().zip(&alpha).zip(&behind).map(over).collect()
+        }
+        _ => few.iter().map(|pixel| display.apply_8_bit(*pixel)).collect(),
+    };
     half_blocks(&pixels, size, room)
 }
 

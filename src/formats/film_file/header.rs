@@ -269,7 +269,7 @@ impl FilmHeader {
     pub fn groups(&self) -> GroupKinds {
         GroupKinds {
             lights: self.light_groups.len(),
-            has_transparency: self.settings.transparent,
+            has_transparency: self.settings.counts_opacity(),
             has_catcher: self.catches,
         }
     }

@@ -7,10 +7,10 @@ use super::{decode_data, encode_eight_bit, encode_openexr, encode_png, encode_ra
 use crate::error::{LoadError, SaveError};
 use crate::files::atomic_write::{writable, write_whole};
 use crate::film::alpha::unassociated;
-use crate::film::tonemap::{DisplayTransform, quantise_8_bit, quantise_16_bit};
+use crate::film::tonemap::{DisplayTransform, encode_8_bit, encode_16_bit, quantise_8_bit, quantise_16_bit};
 use crate::film::{FilmChannel, Region};
 use crate::math::Rgb;
-use crate::world::Image;
+use crate::world::{Image, Settings};
 
 /// Bits per channel of a PNG file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,6 +35,9 @@ pub struct Output<'a> {
     pub radiance: &'a [Rgb],
     /// The opacity of each pixel, with which the radiance is associated. None: all is opaque.
     pub alpha: Option<&'a [f32]>,
+    /// The part of a backplate that each pixel shows, as a linear display value. Images for screens then have no opacity
+    /// of their own; OpenEXR files hold it, and not the backplate.
+    pub behind: Option<&'a [Rgb]>,
     /// Exposure and tone curve. OpenEXR and Radiance HDR store the radiance unchanged.
     pub display: DisplayTransform,
     /// Bits per channel. Only for PNG.
@@ -48,26 +51,71 @@ pub struct Output<'a> {
 impl<'a> Output<'a> {
     /// An opaque 8-bit image without metadata.
     pub fn plain([width, height]: [u32; 2], radiance: &'a [Rgb], display: DisplayTransform) -> Output<'a> {
-        let (window, alpha, bits) = (None, None, PngBits::Eight);
-        Output { width, height, window, radiance, alpha, display, bits, metadata: &[], channels: &[] }
+        let (window, alpha, behind, bits) = (None, None, None, PngBits::Eight);
+        Output { width, height, window, radiance, alpha, behind, display, bits, metadata: &[], channels: &[] }
     }
 
-    /// The pixels as a screen shows them, with 8 bits a channel: red, green and blue, and the opacity if the image has
-    /// any, which the colours are not associated with.
+    /// The way in which images treat the opacity of pixels.
+    pub fn opacity(&self) -> Opacity {
+        match (self.alpha, self.behind) {
+            (None, _) => Opacity::Whole,
+            (Some(_), None) => Opacity::Stored,
+            (Some(_), Some(_)) => Opacity::BeforePlate,
+        }
+    }
+
+    /// The pixels as a screen shows them, with 8 bits a channel: red, green and blue, and the opacity if the image keeps
+    /// it, which the colours are not associated with.
     pub fn shown_8_bit(&self) -> Vec<u8> {
-        self.shown(|color| self.display.apply_8_bit(color), quantise_8_bit)
+        self.shown(encode_8_bit, quantise_8_bit)
     }
 
     /// [`Output::shown_8_bit`] with 16 bits a channel.
     pub fn shown_16_bit(&self) -> Vec<u16> {
-        self.shown(|color| self.display.apply_16_bit(color), quantise_16_bit)
+        self.shown(encode_16_bit, quantise_16_bit)
     }
 
     fn shown<T: Copy>(&self, color: impl Fn(Rgb) -> [T; 3], opacity: impl Fn(f32) -> T) -> Vec<T> {
         let colors = unassociated(self.radiance, self.alpha);
-        let pixels = colors.iter().map(|light| color(*light));
-        let Some(alpha) = self.alpha else { return pixels.flatten().collect() };
-        pixels.zip(alpha).flat_map(|([r, g, b], alpha)| [r, g, b, opacity(*alpha)]).collect()
+        let apply = |light: &Rgb| self.display.apply(*light);
+        match (self.alpha, self.behind) {
+            (None, _) => colors.iter().flat_map(|light| color(apply(light))).collect(),
+            (Some(alpha), None) => {
+                let pixel = |(light, alpha): (&Rgb, &f32)| {
+                    let [r, g, b] = color(apply(light));
+                    [r, g, b, opacity(*alpha)]
+                };
+                colors.iter().zip(alpha).flat_map(pixel).collect()
+            }
+            (Some(alpha), Some(behind)) => {
+                let over = |((light, alpha), behind): ((&Rgb, &f32), &Rgb)| {
+                    color(self.display.apply_over(*light, *alpha, *behind))
+                };
+                colors.iter().zip(alpha).zip(behind).flat_map(over).collect()
+            }
+        }
+    }
+}
+
+/// The way in which images treat the opacity of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Opacity {
+    /// All is opaque.
+    Whole,
+    /// Images for screens show a backplate behind things, others store the opacity.
+    BeforePlate,
+    /// All images store it.
+    Stored,
+}
+
+impl Opacity {
+    /// The opacity in images of a scene with these settings.
+    pub fn of(settings: &Settings) -> Opacity {
+        match (settings.transparent, &settings.backplate) {
+            (true, _) => Opacity::Stored,
+            (false, Some(_)) => Opacity::BeforePlate,
+            (false, None) => Opacity::Whole,
+        }
     }
 }
 
@@ -116,35 +164,38 @@ impl ImageEncoding {
         })
     }
 
-    /// The name of the format, the most pixels along a side, and true if it holds the opacity of pixels.
-    fn limits(self) -> (&'static str, u32, bool) {
+    /// The name of the format, and the most pixels along a side.
+    fn limits(self) -> (&'static str, u32) {
         match self {
-            Self::Jpeg => ("JPEG", 65_535, false),
-            Self::WebP => ("WebP", 16_384, true),
-            Self::Png => ("PNG", u32::MAX, true),
-            Self::OpenExr => ("OpenEXR", u32::MAX, true),
-            Self::Radiance => ("Radiance HDR", u32::MAX, false),
+            Self::Jpeg => ("JPEG", 65_535),
+            Self::WebP => ("WebP", 16_384),
+            Self::Png => ("PNG", u32::MAX),
+            Self::OpenExr => ("OpenEXR", u32::MAX),
+            Self::Radiance => ("Radiance HDR", u32::MAX),
         }
     }
 
-    /// Checks that the format can hold images of this size, with the opacity of pixels or without; the error is the
-    /// reason.
-    pub fn fits(self, size: [u32; 2], has_alpha: bool) -> Result<(), String> {
-        let (name, most, holds_alpha) = self.limits();
+    /// Checks that the format can hold images of this size and opacity; the error is the reason.
+    pub fn fits(self, size: [u32; 2], opacity: Opacity) -> Result<(), String> {
+        let (name, most) = self.limits();
         if size.into_iter().any(|side| side > most) {
             return Err(format!("{name} holds at most {most} pixels along a side: name a .png or .exr file"));
         }
-        match has_alpha && !holds_alpha {
-            true => Err(format!("{name} holds no transparent pixels: name a .png, .webp or .exr file")),
-            false => Ok(()),
+        match (self, opacity) {
+            (Self::Jpeg | Self::Radiance, Opacity::Stored) => {
+                Err(format!("{name} holds no transparent pixels: name a .png, .webp or .exr file"))
+            }
+            (Self::Radiance, Opacity::BeforePlate) => Err(format!(
+                "{name} holds light, which a background is not: name a .png, .jpg, .webp or .exr file"
+            )),
+            _ => Ok(()),
         }
     }
 }
 
-/// Checks that the format of `path` can hold images of this size, with the opacity of pixels or without. Called before a
-/// long rendering.
-pub fn fits(path: &Path, size: [u32; 2], has_alpha: bool) -> Result<(), SaveError> {
-    kind(path)?.fits(size, has_alpha).map_err(|reason| SaveError::new(path, reason))
+/// Checks that the format of `path` can hold images of this size and opacity. Called before a long rendering.
+pub fn fits(path: &Path, size: [u32; 2], opacity: Opacity) -> Result<(), SaveError> {
+    kind(path)?.fits(size, opacity).map_err(|reason| SaveError::new(path, reason))
 }
 
 /// Writes the image in the format given by the extension of `path`: `.png`, `.jpg` or `.webp` (tone mapped, sRGB),
@@ -152,7 +203,7 @@ pub fn fits(path: &Path, size: [u32; 2], has_alpha: bool) -> Result<(), SaveErro
 /// name stays as it was.
 pub fn save(path: &Path, output: &Output<'_>) -> Result<(), SaveError> {
     let kind = kind(path)?;
-    fits(path, [output.width, output.height], output.alpha.is_some())?;
+    fits(path, [output.width, output.height], output.opacity())?;
     let pixels = pixels_of(path, output)?;
     if let Some(channel) = output.channels.iter().find(|channel| channel.values.len() != pixels) {
         let (name, given) = (&channel.name, channel.values.len());

@@ -6,7 +6,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::codecs::webp::WebPEncoder;
 use image::{ExtendedColorType, ImageEncoder, ImageError, ImageResult};
 
-use super::encode::Output;
+use super::encode::{Opacity, Output};
 use super::exif;
 
 /// The quality of JPEG files, from 1 to 100: steps between colours are not visible, nor are blocks.
@@ -26,6 +26,7 @@ fn encode(mut encoder: impl ImageEncoder, output: &Output<'_>) -> ImageResult<()
     if !output.metadata.is_empty() {
         encoder.set_exif_metadata(exif::of(output.metadata)).map_err(ImageError::Unsupported)?;
     }
-    let color = if output.alpha.is_some() { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
+    let keeps_opacity = output.opacity() == Opacity::Stored;
+    let color = if keeps_opacity { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
     encoder.write_image(&output.shown_8_bit(), output.width, output.height, color)
 }

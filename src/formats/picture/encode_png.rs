@@ -4,11 +4,11 @@ use std::io::Write;
 
 use png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
 
-use super::encode::{Output, PngBits};
+use super::encode::{Opacity, Output, PngBits};
 
 pub(super) fn encode(writer: impl Write, output: &Output<'_>) -> Result<(), png::EncodingError> {
     let mut encoder = Encoder::new(writer, output.width, output.height);
-    encoder.set_color(if output.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
+    encoder.set_color(if output.opacity() == Opacity::Stored { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(match output.bits {
         PngBits::Eight => BitDepth::Eight,
         PngBits::Sixteen => BitDepth::Sixteen,

@@ -11,6 +11,7 @@
 //! The format is determined by a file's content; by its extension only if the content does not identify it (TGA).
 //! Memory is limited before any pixel is allocated: see [`limits`].
 
+mod backplate;
 mod decode;
 mod encode;
 mod encode_eight_bit;
@@ -28,8 +29,9 @@ use std::path::Path;
 
 use self::openexr::{ExrWindow, PlacedImage};
 
+pub use backplate::{ImagePixels, backplate};
 pub use encode::{
-    CropWindow, ImageEncoding, Output, PngBits, encode, fits, is_saved, png_bytes, save, supported,
+    CropWindow, ImageEncoding, Opacity, Output, PngBits, encode, fits, is_saved, png_bytes, save, supported,
 };
 pub use texts::load_text;
 

@@ -14,11 +14,10 @@ pub fn write_header(
     writeln!(out, "YUV4MPEG2 W{width} H{height} F{frames}:{seconds} Ip A1:1 C444 XCOLORRANGE=LIMITED")
 }
 
-/// Writes a frame with the values of an 8-bit PNG.
+/// Writes a frame with the values of an 8-bit PNG. The image must keep no opacity.
 pub fn write_frame(out: &mut dyn Write, image: &Output<'_>) -> io::Result<()> {
     out.write_all(b"FRAME\n")?;
-    let pixels: Vec<[u8; 3]> =
-        image.radiance.iter().map(|radiance| y_cb_cr(image.display.apply_8_bit(*radiance))).collect();
+    let pixels: Vec<[u8; 3]> = image.shown_8_bit().as_chunks().0.iter().copied().map(y_cb_cr).collect();
     for component in 0..3 {
         let plane: Vec<u8> = pixels.iter().map(|pixel| pixel[component]).collect();
         out.write_all(&plane)?;

@@ -1,14 +1,15 @@
 //! Changes to a scene beyond its files: other values, and parts left out.
 
 use std::collections::{HashMap, HashSet};
+use std::path::Path;
 
 use super::surroundings;
 use crate::error::Diagnostic;
 use crate::error::{LoadError, in_one_line};
-use crate::formats::Files;
 use crate::formats::load_options::Edits;
 use crate::formats::ron::query::{EditRunner, Query, no_match};
-use crate::world::{Background, Light, Parent, Shape, World};
+use crate::formats::{AssetFiles, Files};
+use crate::world::{Background, Backplate, Light, Parent, Settings, Shape, World};
 
 impl Edits {
     /// Applies the edits that do not depend on positions. Fails for texts that are no query, or that select nothing.
@@ -55,11 +56,10 @@ impl Edits {
             }
         }
         if let Some(background) = &self.background {
-            // The light of an environment stays; only the camera sees the colour.
-            let field = if world.surroundings().next().is_some() { "backdrop" } else { "background" };
-            let done =
-                changes.carry_out(world, &format!("settings.{field} = {}", as_in_files(background)), files);
-            done.map_err(|error| LoadError::option("background", error))?;
+            let backplate = Some(backplate(background, world, files)?);
+            let before = std::mem::take(&mut world.settings);
+            // What the scene itself shows there, it takes the place of.
+            world.settings = Settings { backplate, backdrop: None, transparent: false, ..before };
         }
         // A background other than black is reported when the scene is compiled.
         if world.settings.background == Background::default()
@@ -70,6 +70,26 @@ impl Edits {
         }
         Ok(())
     }
+}
+
+/// The backplate that `--background` names: a colour, or a picture relative to the current folder.
+fn backplate(text: &str, world: &mut World, files: &mut Files) -> Result<Backplate, LoadError> {
+    let path = Path::new(text);
+    if path.extension().is_some_and(|end| !end.is_empty() && end.as_encoded_bytes()[0].is_ascii_alphabetic())
+    {
+        files.sources.allow(path);
+        files.image(path)?;
+        world.assets.files.extend(&files.sources);
+        return Ok(Backplate::Image(path.to_owned()));
+    }
+    let mut changed = World::default();
+    let statement = format!("settings.backplate = {}", as_in_files(text));
+    let done = EditRunner::new(&changed).carry_out(&mut changed, &statement, files);
+    done.map_err(|error| LoadError::option("background", error))?;
+    changed
+        .settings
+        .backplate
+        .ok_or_else(|| LoadError::option("background", "it must be a colour or a picture"))
 }
 
 /// Returns a colour in the syntax of scene files. The quotes and parentheses, which are hard to type on a command line,

@@ -145,7 +145,7 @@ impl RenderSetup {
             photons,
             follows_light: false,
             splitting: SPLITTING,
-            transparent: settings.transparent,
+            transparent: settings.counts_opacity(),
             catches,
             bounce_groups: if settings.light_by_bounce { bounce_groups(settings) } else { Vec::new() },
             lobes,

@@ -65,7 +65,7 @@ pub fn exposure_ev(job: &Job, max_time: Option<Duration>) -> Result<Option<f32>,
     let interrupt = Interrupt::watch();
     let stop = Stop::at(interrupt.flag()).with_deadline(deadline(Instant::now(), max_time));
     match session.finish_while(&stop, |_| (), |_| true) {
-        true => Ok(Some(film::exposure::exposure_ev(settings, &session.film().own_radiance()))),
+        true => Ok(Some(film::exposure::exposure_ev(settings, session.film()))),
         false if interrupt.is_set() => Ok(None),
         false => Err(Failure::command_line(
             "--max-time: the small image that chooses the exposure of all frames takes longer: choose it: --exposure 0, or raise --max-time",

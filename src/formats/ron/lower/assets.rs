@@ -192,6 +192,13 @@ impl<'s, 'a> LoweredAssets<'s, 'a> {
         Ok(id)
     }
 
+    /// The path of the picture that `raw` names, which is no asset of the scene. Errors: one that cannot be read.
+    pub(super) fn picture(&mut self, source: &SceneText<'a>, raw: Raw<'a>) -> Result<PathBuf, LoadError> {
+        let path = source.folder(raw).join(path_of(source, raw, "the path of an image")?);
+        self.files.image(&path).map_err(|error| source.nested(raw, error))?;
+        Ok(path)
+    }
+
     /// Reads all images requested with [`LoweredAssets::image`].
     pub(super) fn read_images(self, source: &SceneText<'a>, world: &mut World) -> Result<(), LoadError> {
         let read = self.files.images(&self.paths);

@@ -125,6 +125,7 @@ impl<'a> Lowering<'_, 'a> {
             Slot::Caustics(to) => *to = self.caustics(raw)?,
             Slot::Background(to) => *to = self.background(raw)?,
             Slot::OptionalBackground(to) => *to = Some(self.background(raw)?),
+            Slot::Backplate(to) => *to = Some(self.backplate(raw)?),
             Slot::Exposure(to) => *to = source.exposure(raw)?,
             Slot::Aovs(to) => *to = source.aovs(raw)?,
             Slot::Triangle(to) => *to = source.triangle(raw)?,

@@ -3,10 +3,10 @@
 use super::Lowering;
 use crate::error::LoadError;
 use crate::formats::ron::color::is_color_form;
-use crate::formats::ron::source::{Raw, SceneText};
+use crate::formats::ron::source::{Raw, SceneText, VariantText};
 use crate::math::Rgb;
 use crate::world::fields::{Field, Forms, Quantity, Range, Slot};
-use crate::world::{Aov, Background, Caustics, Settings, Sharing, Transport};
+use crate::world::{Aov, Background, Backplate, Caustics, Settings, Sharing, Transport};
 
 const TRANSPORTS: &[(&str, Option<Transport>)] =
     &[("Whitted", Some(Transport::Whitted)), ("Path", Some(Transport::Path)), ("Auto", None)];
@@ -77,6 +77,38 @@ impl<'a> Lowering<'_, 'a> {
             each(Field::plain("top", true, Slot::Color(&mut top, Range::Light(Quantity::Radiance))));
         })?;
         Ok(Background::Gradient { bottom, top })
+    }
+
+    /// The backplate: a colour, a gradient or an image.
+    pub(super) fn backplate(&mut self, raw: Raw<'a>) -> Result<Backplate, LoadError> {
+        let source = self.source;
+        match source.variant(raw) {
+            Some(VariantText { name: "Image", body: Some(body) }) => {
+                let [file] = source.tuple(Raw(body), "Image(\"street.jpg\")")?;
+                Ok(Backplate::Image(self.assets.picture(source, file)?))
+            }
+            Some(VariantText { name: name @ "Gradient", body }) => {
+                let members = source.members(body.unwrap_or("()"), name)?;
+                let [mut bottom, mut top] = [Rgb::BLACK; 2];
+                self.fill(&members, (name, name), None, &mut |each| {
+                    each(Field::plain("bottom", true, Slot::Color(&mut bottom, Range::UNIT)));
+                    each(Field::plain("top", true, Slot::Color(&mut top, Range::UNIT)));
+                })?;
+                Ok(Backplate::Gradient { bottom, top })
+            }
+            Some(variant) if !is_color_form(variant.name) => {
+                Err(source.unknown(variant.name, "backplate", &["Gradient", "Image", "Srgb", "Kelvin"]))
+            }
+            _ if raw.0.starts_with('"') && raw.0.contains('.') => {
+                Err(source.error(raw.0, format!("a picture is written Image({})", raw.0)))
+            }
+            _ => {
+                let color = source.color(raw, "a colour", None)?;
+                let is_shown = color.to_array().iter().all(|part| Range::UNIT.contains(*part));
+                let error = || source.out_of_range(raw, "backplate", &Range::UNIT.to_string());
+                is_shown.then_some(Backplate::Constant(color)).ok_or_else(error)
+            }
+        }
     }
 }
 

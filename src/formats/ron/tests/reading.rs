@@ -26,6 +26,7 @@ fn settings_are_read_and_have_defaults() {
             pixel_pattern: Pattern::Regular,
             background: Background::Gradient { bottom: grey(0.25), top: Rgb::new(0.1, 0.2, 1.0) },
             backdrop: Some(Background::Constant(grey(0.75))),
+            backplate: Some(Backplate::Gradient { bottom: grey(1.0), top: Rgb::new(0.0, 0.5, 1.0) }),
             transparent: true,
             ambient: grey(0.01),
             roulette_depth: None,
@@ -58,6 +59,8 @@ fn settings_are_read_and_have_defaults() {
     assert_eq!(settings("sharing: Auto").sharing, Sharing::Auto);
     assert_eq!(settings("caustics: Off").caustics, Caustics::Off);
     assert_eq!(settings("caustics: (radius: 2)").caustics, Caustics::Photons { photons: 1.0, radius: 2.0 });
+    assert_eq!(settings("backplate: \"white\"").backplate, Some(Backplate::Constant(Rgb::WHITE)));
+    assert_eq!(settings("backplate: None").backplate, None);
     assert_eq!(settings("sampler: Jittered").sampler, Sampler::Jittered);
     assert_eq!(settings("seed: 18446744073709551615").seed, u64::MAX);
     assert_eq!(settings("background: (1, 2, 3)").background, Background::Constant(Rgb::new(1.0, 2.0, 3.0)));

@@ -87,7 +87,7 @@ fn written_text_is_compact_and_omits_defaults() {
          min_throughput: 0.01, roulette_depth: None, \
          clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
-         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, transparent: true, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
+         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, backplate: Gradient(bottom: 1, top: (0, 0.5, 1)), transparent: true, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
          exposure: Auto, build_quality: High, copied_triangles: 1000, light_groups: true, light_by_bounce: true, aov: [Normal, Depth]),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
@@ -361,6 +361,11 @@ fn settings() -> impl Strategy<Value = Settings> {
         color().prop_map(Background::Constant),
         (color(), color()).prop_map(|(bottom, top)| Background::Gradient { bottom, top }),
     ];
+    let shown = || prop_oneof![Just(Rgb::WHITE), [0.0..=1.0_f32, 0.0..=1.0, 0.0..=1.0].prop_map(Rgb::from)];
+    let backplate = prop_oneof![
+        shown().prop_map(Backplate::Constant),
+        (shown(), shown()).prop_map(|(bottom, top)| Backplate::Gradient { bottom, top }),
+    ];
     let tonemap = prop::sample::select(vec![
         Tonemap::Clamp,
         Tonemap::ScaleByMaximum,
@@ -383,52 +388,57 @@ fn settings() -> impl Strategy<Value = Settings> {
     let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()), depths);
     let exposure = (-64.0..=64.0_f32, any::<bool>());
     let copied = 0..=Settings::MOST_COPIED_TRIANGLES;
-    (numbers, limits, filter, pattern(), background, color(), choices, (exposure, copied)).prop_map(
-        |(
-            numbers,
-            limits,
-            filter,
-            pixel_pattern,
-            background,
-            ambient,
-            choices,
-            ((exposure_ev, auto_exposure), copied_triangles),
-        )| {
-            let (tonemap, build_quality, sampler, sharing, transport, aov) = choices;
-            let (size, samples, max_depth, seed) = numbers;
-            let (min_throughput, roulette_depth, clamp, (diffuse, glossy, transmission)) = limits;
-            Settings {
-                size,
-                samples,
-                max_depth,
-                depth_limits: DepthLimits { diffuse, glossy, transmission },
-                min_throughput,
-                transport,
-                seed,
+    (numbers, limits, filter, pattern(), background, (color(), backplate), choices, (exposure, copied))
+        .prop_map(
+            |(
+                numbers,
+                limits,
                 filter,
                 pixel_pattern,
                 background,
-                backdrop: auto_exposure.then_some(background),
-                transparent: auto_exposure,
-                ambient,
-                tonemap,
-                exposure_ev,
-                auto_exposure,
-                build_quality,
-                copied_triangles,
-                light_groups: auto_exposure,
-                light_by_bounce: !auto_exposure,
-                roulette_depth,
-                clamp,
-                sampler,
-                sharing,
-                caustics: [Caustics::Auto, Caustics::Off, Caustics::Photons { photons: 0.25, radius: 2.5 }]
-                    [(seed / 3) as usize % 3],
-                adaptive: [Adaptive::Off, Adaptive::On, Adaptive::Unbiased][seed as usize % 3],
-                aov,
-            }
-        },
-    )
+                (ambient, backplate),
+                choices,
+                ((exposure_ev, auto_exposure), copied_triangles),
+            )| {
+                let (tonemap, build_quality, sampler, sharing, transport, aov) = choices;
+                let (size, samples, max_depth, seed) = numbers;
+                let (min_throughput, roulette_depth, clamp, (diffuse, glossy, transmission)) = limits;
+                Settings {
+                    size,
+                    samples,
+                    max_depth,
+                    depth_limits: DepthLimits { diffuse, glossy, transmission },
+                    min_throughput,
+                    transport,
+                    seed,
+                    filter,
+                    pixel_pattern,
+                    background,
+                    backdrop: auto_exposure.then_some(background),
+                    backplate: auto_exposure.then_some(backplate),
+                    transparent: auto_exposure,
+                    ambient,
+                    tonemap,
+                    exposure_ev,
+                    auto_exposure,
+                    build_quality,
+                    copied_triangles,
+                    light_groups: auto_exposure,
+                    light_by_bounce: !auto_exposure,
+                    roulette_depth,
+                    clamp,
+                    sampler,
+                    sharing,
+                    caustics: [
+                        Caustics::Auto,
+                        Caustics::Off,
+                        Caustics::Photons { photons: 0.25, radius: 2.5 },
+                    ][(seed / 3) as usize % 3],
+                    adaptive: [Adaptive::Off, Adaptive::On, Adaptive::Unbiased][seed as usize % 3],
+                    aov,
+                }
+            },
+        )
 }
 
 type Parts = (Transform, Option<Shape>, Option<(Option<bool>, BlinnPhong)>, Option<Light>, Option<Camera>);

@@ -76,6 +76,11 @@ impl<'a> AssetPaths<'a> {
         self.file("image", id.0, source)
     }
 
+    /// The path in quotes of a picture that is no asset.
+    pub(super) fn picture(&self, file: &Path) -> Written {
+        self.relative(file, None)
+    }
+
     /// The file or number of strands in quotes.
     pub(super) fn strands(&self, id: StrandsId) -> Written {
         let source = self.assets.strands.get(id.0 as usize).map(|strands| strands.source.as_deref());

@@ -3,9 +3,11 @@
 use super::number::{Keys, color, degrees, list, number, pairs, same, tuple, uniform_or_tuple, vectors};
 use super::texture::WrittenTextures;
 use super::{Written, quote};
-use crate::math::Vec2;
+use crate::math::{Rgb, Vec2};
 use crate::world::fields::{Field, Fields, Forms, Slot, all_fields};
-use crate::world::{Aov, Background, BumpMap, Caustics, ColorInput, NormalMap, ScalarInput, Sharing};
+use crate::world::{
+    Aov, Background, Backplate, BumpMap, Caustics, ColorInput, NormalMap, ScalarInput, Sharing,
+};
 
 impl WrittenTextures<'_> {
     /// The keys of a structure that are not at their defaults.
@@ -59,6 +61,7 @@ impl WrittenTextures<'_> {
             (Slot::Caustics(a), Slot::Caustics(b)) => a == b,
             (Slot::Background(a), Slot::Background(b)) => a == b,
             (Slot::OptionalBackground(a), Slot::OptionalBackground(b)) => a == b,
+            (Slot::Backplate(a), Slot::Backplate(b)) => a == b,
             (Slot::Exposure(a), Slot::Exposure(b)) => a == b,
             (Slot::Aovs(a), Slot::Aovs(b)) => a == b,
             _ => false,
@@ -122,18 +125,19 @@ impl WrittenTextures<'_> {
             Slot::Seed(seed) => seed.to_string(),
             Slot::Size([width, height]) => format!("({width}, {height})"),
             Slot::Transport(transport) => format!("{transport:?}"),
-            Slot::Sharing(Sharing::Groups(pixels)) => pixels.to_string(),
-            Slot::Sharing(sharing) => format!("{sharing:?}"),
+            Slot::Sharing(sharing) => match sharing {
+                Sharing::Groups(pixels) => pixels.to_string(),
+                _ => format!("{sharing:?}"),
+            },
             Slot::Caustics(Caustics::Photons { photons, radius }) => {
                 format!("(photons: {}, radius: {})", number(*photons)?, number(*radius)?)
             }
             Slot::Caustics(caustics) => format!("{caustics:?}"),
-            Slot::Background(Background::Constant(radiance))
-            | Slot::OptionalBackground(Some(Background::Constant(radiance))) => color(*radiance)?,
-            Slot::Background(Background::Gradient { bottom, top })
-            | Slot::OptionalBackground(Some(Background::Gradient { bottom, top })) => {
-                format!("Gradient(bottom: {}, top: {})", color(*bottom)?, color(*top)?)
-            }
+            Slot::Background(background) | Slot::OptionalBackground(Some(background)) => match background {
+                Background::Constant(radiance) => color(*radiance)?,
+                Background::Gradient { bottom, top } => gradient(*bottom, *top)?,
+            },
+            Slot::Backplate(Some(plate)) => self.backplate(plate)?,
             Slot::Exposure(is_chosen) => if *is_chosen { "Auto" } else { "Fixed" }.to_owned(),
             Slot::Aovs(aovs) if aovs[..] == *Aov::IMAGE => "All".to_owned(),
             Slot::Aovs(aovs) => format!("{aovs:?}"),
@@ -148,6 +152,7 @@ impl WrittenTextures<'_> {
             Slot::Mesh(mesh) => self.paths.mesh(*mesh)?,
             Slot::Inline(_)
             | Slot::OptionalBackground(None)
+            | Slot::Backplate(None)
             | Slot::OptionalNumber(None, _)
             | Slot::ChannelMap(None, _)
             | Slot::DataMap(None)
@@ -158,6 +163,14 @@ impl WrittenTextures<'_> {
             | Slot::Bumps(None) => return Ok(None),
         };
         Ok(Some(text))
+    }
+
+    fn backplate(&self, plate: &Backplate) -> Written {
+        match plate {
+            Backplate::Constant(shown) => color(*shown),
+            Backplate::Gradient { bottom, top } => gradient(*bottom, *top),
+            Backplate::Image(file) => Ok(format!("Image({})", self.paths.picture(file)?)),
+        }
     }
 
     /// Returns `Name`, or `Name(key: value, …)` with all numbers (which `--set` may multiply) and all other fields that
@@ -184,6 +197,11 @@ impl WrittenTextures<'_> {
         }
         Ok(if has_fields { keys.finish(name) } else { name.to_owned() })
     }
+}
+
+/// A gradient from the bottom to the top.
+fn gradient(bottom: Rgb, top: Rgb) -> Written {
+    Ok(format!("Gradient(bottom: {}, top: {})", color(bottom)?, color(top)?))
 }
 
 /// The lists of numbers and points of a shape.

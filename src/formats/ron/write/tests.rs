@@ -65,6 +65,9 @@ fn kind(slot: &mut Slot) -> String {
         Slot::Caustics(_) => "`Auto`, `Off` or `(photons: number, radius: pixels)`".into(),
         Slot::Background(_) => "colour or `Gradient(bottom: colour, top: colour)`".into(),
         Slot::OptionalBackground(_) => "colour, `Gradient(bottom: colour, top: colour)` or `None`".into(),
+        Slot::Backplate(_) => {
+            "colour, `Gradient(bottom: colour, top: colour)`, `Image(path)` or `None`".into()
+        }
         Slot::Exposure(_) => "`Fixed` or `Auto`".into(),
         Slot::Aovs(_) => {
             let names: Vec<String> = Aov::ALL.iter().map(|aov| format!("`{aov:?}`")).collect();
