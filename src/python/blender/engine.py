@@ -109,8 +109,11 @@ class RayfrontEngine(bpy.types.RenderEngine):
             at = frame + subframe + part * moment - before
             self.frame_set(int(at // 1), at % 1)
 
+        def go_back() -> None:
+            self.frame_set(frame, subframe)
+
         # One frame of the program is one second: the shutter's part of it is at most that.
-        return Moments(min(part, 1.0), MOMENTS, go_to)
+        return Moments(min(part, 1.0), MOMENTS, go_to, go_back)
 
     def _stops(self) -> bool:
         return self.test_break()

@@ -24,11 +24,15 @@ SCENE = "scene.ron"
 
 
 class Moments(NamedTuple):
-    """The time for which a shutter is open: `part` of a frame, in which places are read at each of `times`."""
+    """The time for which a shutter is open: `part` of a frame, in which places are read at each of `times`.
+
+    `go_back` returns to the frame that is rendered: Blender names files by it, and starts the next picture from it.
+    """
 
     part: float
     times: list[float]
     go_to: Callable[[float], None]
+    go_back: Callable[[], None]
 
 
 class Exported(NamedTuple):
@@ -154,14 +158,16 @@ class Export:
         seen: dict[tuple, list[Matrix]] = {key: [] for key in nodes}
         eye = self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world
         shift, cameras = eye.inverted() @ place, []
-        for time in moments.times:
-            moments.go_to(time)
-            cameras.append(self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world.copy())
-            for instance in self.depsgraph.object_instances:
-                key = identity(instance)
-                if key in seen:
-                    seen[key].append(instance.matrix_world.copy())
-        moments.go_to(0.0)
+        try:
+            for time in moments.times:
+                moments.go_to(time)
+                cameras.append(self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world.copy())
+                for instance in self.depsgraph.object_instances:
+                    key = identity(instance)
+                    if key in seen:
+                        seen[key].append(instance.matrix_world.copy())
+        finally:
+            moments.go_back()
         moving = {
             key: places
             for key, places in seen.items()
