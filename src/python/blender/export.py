@@ -17,7 +17,7 @@ from .images import Images
 from .lights import light
 from .materials import Material
 from .meshes import Model
-from .ron import Ron, differ, form, moved, placed, text
+from .ron import Ron, differ, form, moved, placed, text, unscaled, visible
 from .world import surroundings
 
 SCENE = "scene.ron"
@@ -157,7 +157,7 @@ class Export:
         """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves."""
         seen: dict[tuple, list[Matrix]] = {key: [] for key in nodes}
         eye = self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world
-        shift, cameras = eye.inverted() @ place, []
+        shift, cameras = unscaled(eye).inverted() @ place, []
         try:
             for time in moments.times:
                 moments.go_to(time)
@@ -179,7 +179,7 @@ class Export:
             model, node = nodes[key]
             model.move(node, times, places)
         if any(differ(cameras[0], other) for other in cameras[1:]):
-            self.entities[0]["transform"] = moved(times, [m @ shift for m in cameras])
+            self.entities[0]["transform"] = moved(times, [unscaled(m) @ shift for m in cameras])
         elif not moving:
             return None
         return moments.part

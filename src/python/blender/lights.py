@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from .nodes import surface
-from .ron import Ron, form, placed, unscaled
+from .ron import Ron, form, placed, unscaled, upright
 
 
 def light(ob: Any, place: Matrix, name: str, folder: str, warn: Callable[[str], None]) -> dict[str, Any] | None:
@@ -28,7 +28,7 @@ def light(ob: Any, place: Matrix, name: str, folder: str, warn: Callable[[str], 
     if not data.use_shadow or not getattr(getattr(data, "cycles", None), "cast_shadow", True):
         warn_("it casts shadows here")
     fields = KINDS[data.type](data, tuple(power), place, name, folder, warn_)
-    fields["transform"] = placed(unscaled(place))
+    fields["transform"] = placed(upright(unscaled(place)))
     return fields
 
 

@@ -11,6 +11,7 @@ from mathutils import Matrix, Quaternion, Vector
 
 # Blender's +Z is up, rayfront's +Y. Cameras and lamps look along -Z in both.
 TO_Y_UP = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
+MIRROR = Matrix.Diagonal((-1, 1, 1, 1))
 
 
 class Ron(str):
@@ -52,9 +53,34 @@ def placed(m: Matrix) -> Ron:
 
 
 def unscaled(m: Matrix) -> Matrix:
-    """The place and the rotation of `m`: of cameras and lamps nothing else counts."""
-    place, turn, _ = m.decompose()
-    return Matrix.LocRotScale(place, turn, None)
+    """`m` with axes of length 1. Of a scale only the sign counts for cameras and lamps, as in Cycles: they look along −Z."""
+    axes = m.to_3x3()
+    if min(column.length for column in axes.col) < 1e-12:
+        return Matrix.LocRotScale(m.translation, m.to_quaternion(), None)
+    for column in range(3):
+        axes.col[column].normalize()
+    return Matrix.Translation(m.translation) @ axes.to_4x4()
+
+
+def upright(m: Matrix) -> Matrix:
+    """`m`, or its mirror image that has the same −Z: lamps are as wide to the left as to the right."""
+    return m @ MIRROR if m.determinant() < 0 else m
+
+
+def visible(m: Matrix) -> Matrix | None:
+    """`m`, a little thicker if it is flat: rayfront leaves out what has no volume. None if it has no area, either."""
+
+    def is_full(axes: np.ndarray) -> bool:
+        return abs(np.linalg.det(axes)) > 1e-7 * np.prod(np.linalg.norm(axes, axis=0))
+
+    axes = np.array(m.to_3x3(), float)
+    if is_full(axes):
+        return m
+    left, scale, right = np.linalg.svd(axes)
+    # Not mirrored, so that the normals of what was flat before keep their side.
+    scale[2] = 1e-3 * scale[1] * np.linalg.det(left) * np.linalg.det(right)
+    axes = (left * scale) @ right
+    return Matrix.Translation(m.translation) @ Matrix(axes).to_4x4() if is_full(axes) else None
 
 
 def differ(a: Matrix, b: Matrix, limit: float = 1e-6) -> bool:
@@ -73,9 +99,11 @@ def steps(places: list[Matrix]) -> list[tuple[Vector, Quaternion, Vector]]:
 
 def moved(times: list[float], places: list[Matrix]) -> dict[str, Any]:
     """The transform of a camera that moves, with keys."""
-    parts = steps(places)
+    mirrored = places[0].determinant() < 0
+    parts = steps([place @ MIRROR for place in places] if mirrored else places)
     keys = {
         "translate": [(time, part[0]) for time, part in zip(times, parts)],
         "rotate_quaternion": [(time, (q.x, q.y, q.z, q.w)) for time, (_, q, _) in zip(times, parts)],
     }
-    return {name: Ron(f"Keys({text(values)})") for name, values in keys.items()}
+    fields: dict[str, Any] = {name: Ron(f"Keys({text(values)})") for name, values in keys.items()}
+    return fields | ({"scale": (-1.0, 1.0, 1.0)} if mirrored else {})
