@@ -126,15 +126,15 @@ class Export:
         return self.models[group]
 
     def _curves(self, instance: Any) -> None:
-        ob, self.count = instance.object, self.count + 1
+        ob, place, self.count = instance.object, visible(instance.matrix_world), self.count + 1
         name = f"strands{self.count}.hair"
-        if not strands.write(ob.data, os.path.join(self.folder, name)):
+        if place is None or not strands.write(ob.data, os.path.join(self.folder, name)):
             return
         material = next((slot.material for slot in ob.material_slots if slot.material), None)
         entity = {"name": f"{ob.name} ({name})", "shape": form("Strands", file=name)}
         if material:
             entity["material"] = Material(material, MeshSpace(), self.images, self.warn).ron
-        self.entities.append(entity | {"transform": placed(instance.matrix_world)})
+        self.entities.append(entity | {"transform": placed(place)})
 
     def _particles(self, ob: Any) -> None:
         for system in ob.particle_systems:

@@ -19,6 +19,10 @@ def light(ob: Any, place: Matrix, name: str, folder: str, warn: Callable[[str], 
     """The entity of a lamp at a place in Blender's world; `name` is one for its files. None if it gives no light."""
     data, warn_ = ob.data, lambda what: warn(f"lamp {ob.name!r}: {what}")
     power = _tint(data, warn_) * data.energy * 2 ** getattr(data, "exposure", 0.0)
+    # In Cycles, too, these are dark: what has no direction, and areas without one.
+    needed = {"POINT": [], "AREA": [0, 1, 2]}.get(data.type, [2])
+    if not all(place.col[axis].xyz.length > 0 for axis in needed):
+        return None
     if not getattr(data, "normalize", True):
         power *= data.area(matrix_world=place)
     if max(power) <= 0:

@@ -14,7 +14,7 @@ from mathutils import Matrix
 from .coordinates import MeshSpace
 from .images import Images
 from .materials import Material
-from .ron import TO_Y_UP, Ron, differ, form, steps
+from .ron import TO_Y_UP, Ron, differ, form, steps, visible
 
 NO_MATERIAL = form("Principled", base_color=0.8, metallic=0.0, specular=0.0, double_sided=True)
 FLOAT, UNSIGNED = 5126, 5125
@@ -61,8 +61,10 @@ class Model:
         self.materials: dict[tuple, Material] = {}
 
     def add(self, instance: Any) -> int | None:
-        """Places the mesh of an instance of the dependency graph. Returns the number of its node, if it has a mesh."""
-        ob = instance.object
+        """Places the mesh of an instance of the dependency graph. Returns the number of its node, if any of it is seen."""
+        ob, place = instance.object, visible(instance.matrix_world)
+        if place is None:
+            return None
         slots = tuple(slot.material.name_full if slot.material else "" for slot in ob.material_slots)
         # Copies share the data; but the mesh that modifiers make of it is the object's own.
         key = (ob.data.as_pointer() if ob.data else 0, ob.name_full if ob.modifiers else "", slots)
@@ -73,13 +75,17 @@ class Model:
         number = self.numbers[key]
         if number is None:
             return None
-        place = TO_Y_UP @ instance.matrix_world
+        place = TO_Y_UP @ place
         node = {"mesh": number, "name": ob.name, "matrix": [place[r][c] for c in range(4) for r in range(4)]}
         self.nodes.append(node)
         return len(self.nodes) - 1
 
     def move(self, node: int, times: list[float], places: list[Matrix]) -> None:
         """Moves a node along with time."""
+        shown = [visible(place) for place in places]
+        turned = next((place.to_quaternion() for place in shown if place), None)
+        # Where nothing of it is seen it is small.
+        places = [s or Matrix.LocRotScale(p.translation, turned, (1e-6,) * 3) for s, p in zip(shown, places)]
         parts = steps(places)
         if any(differ(Matrix.LocRotScale(*part), TO_Y_UP @ place, 1e-3) for part, place in zip(parts, places)):
             self.warn(f"object {self.nodes[node]['name']!r}: its motion, for it is sheared")
