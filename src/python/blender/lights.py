@@ -13,16 +13,17 @@ from mathutils import Matrix, Vector
 
 from .nodes import surface
 from .ron import Ron, form, placed, unscaled, upright
+from .textures import black_body
 
 
 def light(ob: Any, place: Matrix, name: str, folder: str, warn: Callable[[str], None]) -> dict[str, Any] | None:
     """The entity of a lamp at a place in Blender's world; `name` is one for its files. None if it gives no light."""
     data, warn_ = ob.data, lambda what: warn(f"lamp {ob.name!r}: {what}")
-    power = _tint(data, warn_) * data.energy * 2 ** getattr(data, "exposure", 0.0)
     # In Cycles, too, these are dark: what has no direction, and areas without one.
     needed = {"POINT": [], "AREA": [0, 1, 2]}.get(data.type, [2])
     if not all(place.col[axis].xyz.length > 0 for axis in needed):
         return None
+    power = _tint(data, warn_) * data.energy * 2 ** getattr(data, "exposure", 0.0)
     if not getattr(data, "normalize", True):
         power *= data.area(matrix_world=place)
     if max(power) <= 0:
@@ -48,10 +49,13 @@ def _tint(data: Any, warn: Callable[[str], None]) -> Vector:
             warn(f"the node {source.node.bl_label}")
         return tint if source else Vector((0, 0, 0))
     color, strength = source.input("Color"), source.input("Strength")
-    for value in (color, strength):
-        if value.source():
+    behind, shade = color.source(), Vector(color.value)
+    if behind and behind.type == "BLACKBODY" and not behind.input(0).source():
+        behind, shade = None, Vector(black_body(behind.input(0).value))
+    for value, linked in ((color, behind), (strength, strength.source())):
+        if linked:
             warn(f"what is linked to the {value.socket.name} of its Emission")
-    return tint * Vector(color.value) * (strength.value if not strength.source() else 1.0)
+    return tint * shade * (strength.value if not strength.source() else 1.0)
 
 
 def _sun(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:

@@ -25,6 +25,7 @@ DEFAULTS = {
     "transmission": 0.0, "diffuse_transmission": 0.0, "diffuse_transmission_color": WHITE, "clearcoat": 0.0,
     "clearcoat_roughness": 0.0, "sheen_color": BLACK, "sheen_roughness": 0.0, "ior": 1.5, "specular_color": WHITE,
 }  # fmt: skip
+LIMITED = {*DEFAULTS, "edge_tint"} - {"emission", "ior"}
 
 Fields = dict[str, Any]
 
@@ -38,6 +39,7 @@ class Material:
         self.warn = self.maps.warn
         fields = self._nodes() if material.use_nodes and material.node_tree else self._plain()
         fields.setdefault("metallic", 0.0)
+        self._limit(fields)
         fields["double_sided"] = True
         self.ron = form("Principled", **fields)
         # Its number in the model.
@@ -47,6 +49,17 @@ class Material:
         """Without nodes, materials have the colours of the viewport."""
         m = self.material
         return {"base_color": tuple(m.diffuse_color)[:3], "metallic": m.metallic, "roughness": m.roughness}
+
+    def _limit(self, fields: Fields) -> None:
+        """Keeps what reflects or lets light through from 0 to 1, beyond which rayfront refuses it."""
+        for key in [key for key in fields if key in LIMITED]:
+            value = fields[key]
+            if isinstance(value, tuple) and max(value) > 1:
+                self.warn(f"{key.replace('_', ' ')} above 1")
+            if isinstance(value, tuple):
+                fields[key] = tuple(min(max(c, 0.0), 1.0) for c in value)
+            elif not isinstance(value, Ron):
+                fields[key] = min(max(value, 0.0), 1.0)
 
     def _nodes(self) -> Fields:
         tree = self.material.node_tree

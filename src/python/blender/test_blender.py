@@ -316,6 +316,92 @@ def motion_blur() -> None:
         camera.keyframe_insert("location", frame=frame)
     scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.8
     compare("motion_blur", scene, 64, 128, rms=0.06)
+    scene.frame_set(2, subframe=0.25)
+    bpy.ops.render.render()
+    now = scene.frame_current, scene.frame_subframe
+    check("motion_blur_frame", now == (2, 0.25), f"at {now} after rendering at (2, 0.25)")
+
+
+@test
+def scale_zero() -> None:
+    """What has no area is not seen, with its material; what is flat is; lamps without a direction are dark."""
+    scene = scenes.lamps(SIZE, "AREA")
+    scenes.ball((0, -2, 1), scenes.material("alone")).scale = (0, 0, 0)
+    scenes.ball((-2, -2, 1), scenes.material("line")).scale = (0, 0, 1)
+    scenes.plane((2, -2, 0.01), 1, scenes.material("flat", Base_Color=(0.9, 0.1, 0.1))).scale = (1, 1, 0)
+    lamp = scenes.lamp("AREA", (0, 0, 3), energy=500)
+    lamp.scale = (1, 1, 0)
+    compare("scale_zero", scene, 32, 64, rms=0.06)
+
+
+@test
+def negative_scale() -> None:
+    """Cameras look along -Z, mirrored by an odd number of signs, and lamps shine along -Z."""
+    for scale in ((-2, 1, 1), (1, -1, 1), (1, 1, -1), (-1, -1, -1)):
+        scene = scenes.lamps(SIZE)
+        scenes.panorama(1.0, 0.5)
+        scenes.ball((-2, -2, 1), scenes.material("red", Base_Color=(0.9, 0.1, 0.1)))
+        scene.camera.scale = scale
+        compare(f"camera_scaled_{scale}", scene, 16, 32)
+    scene.camera.scale = (-1, 1, 1)
+    for frame, x in ((1, -0.5), (3, 0.5)):
+        scene.camera.location.x = x
+        scene.camera.keyframe_insert("location", frame=frame)
+    scene.frame_set(2)
+    scene.render.use_motion_blur = True
+    compare("camera_mirrored_moves", scene, 32, 64, rms=0.06)
+    for kind in ("SUN", "AREA", "SPOT"):
+        scene = scenes.lamps(SIZE, kind)
+        bpy.data.objects[kind.lower()].scale = (-1, 1, 1)
+        compare(f"{kind.lower()}_mirrored", scene, 32, 64)
+
+
+@test
+def node_values() -> None:
+    """Nodes that count for a map, and what goes through those that rayfront does not have."""
+
+    def ron(name: str, change: Callable[[Any, Any], None]) -> tuple[str, str]:
+        scene = scenes.lamps((32, 18), "POINT")
+        of = scenes.material("of")
+        scenes.ball((0, -2, 1), of)
+        change(scene, of)
+        scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
+        scene.rayfront.keep = os.path.join(FOLDER, name)
+        bpy.ops.render.render()
+        with open(os.path.join(scene.rayfront.keep, "scene.ron"), encoding="utf-8") as file:
+            return file.read(), "\n".join(engine().last["lost"])
+
+    def checks(of: Any, to: Any) -> None:
+        scenes.node(of, "ShaderNodeTexImage", to).image = scenes.picture("checks", (16, 16), scenes.checker)
+
+    def warm(scene: Any, of: Any) -> None:
+        scenes.node(of, "ShaderNodeBlackbody", scenes.shader(of).inputs["Base Color"], Temperature=3000)
+
+    def adjust(scene: Any, of: Any) -> None:
+        outer = scenes.node(of, "ShaderNodeHueSaturation", scenes.shader(of).inputs["Base Color"])
+        checks(of, scenes.node(of, "ShaderNodeGamma", outer.inputs["Color"]).inputs["Color"])
+
+    def mute(scene: Any, of: Any) -> None:
+        off = scenes.node(of, "ShaderNodeGamma", scenes.shader(of).inputs["Base Color"])
+        off.mute = True
+        checks(of, off.inputs["Color"])
+
+    def around(scene: Any, of: Any) -> None:
+        scenes.panorama()
+        tree = bpy.context.scene.world.node_tree
+        to = tree.nodes["Background"].inputs["Color"]
+        curves = tree.nodes.new("ShaderNodeRGBCurve")
+        tree.links.new(to.links[0].from_socket, curves.inputs["Color"])
+        tree.links.new(curves.outputs[0], to)
+
+    for name, change, words, told in (
+        ("black_body", warm, "base_color: (1.0, 0.849", "base color above 1"),
+        ("adjusted", adjust, "base_color: Texture(", "Gamma (for Color: its Color goes through unchanged)"),
+        ("muted", mute, "base_color: Texture(", ""),
+        ("around", around, 'Environment(image: "', "RGB Curves: its Color goes through unchanged"),
+    ):
+        text, lost = ron(name, change)
+        check(f"node_{name}", words in text and told in lost and bool(told) == bool(lost), lost or words)
 
 
 @test
