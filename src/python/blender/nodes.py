@@ -27,7 +27,11 @@ class Input(NamedTuple):
             if node.type == "REROUTE":
                 socket = node.inputs[0]
             elif node.mute:
-                return None
+                # What it passes on, as in Blender.
+                through = next((link.from_socket for link in node.internal_links if link.to_socket == output), None)
+                if through is None:
+                    return None
+                socket = through
             elif node.type == "GROUP" and node.node_tree:
                 inner = next((n for n in node.node_tree.nodes if n.type == "GROUP_OUTPUT" and n.is_active_output), None)
                 found = inner and next((i for i in inner.inputs if i.identifier == output.identifier), None)
@@ -64,6 +68,27 @@ class Output(NamedTuple):
     def inputs(self) -> list[Input]:
         """The inputs of the same node that are in use."""
         return [Input(socket, self.groups) for socket in self.node.inputs if socket.enabled]
+
+
+def leads_to(source: Output | None, kinds: set[str]) -> bool:
+    """True if colours come into an output from a node of one of these kinds."""
+    pending, seen = [source], set()
+    while pending:
+        part = pending.pop()
+        if part is None or part.node is None or part in seen:
+            continue
+        if part.type in kinds:
+            return True
+        seen.add(part)
+        pending += [i.source() for i in adjusted(part)]
+    return False
+
+
+def adjusted(source: Output) -> list[Input]:
+    """The inputs of an output's node that it changes: colours, else numbers. Factors and coordinates are none."""
+    inputs = [] if source.type.startswith("TEX_") else source.inputs()
+    colors = [i for i in inputs if i.socket.type == "RGBA"]
+    return colors or [i for i in inputs if i.socket.type == "VALUE" and not i.socket.name.startswith("Fac")]
 
 
 def surface(tree: Any, kind: str, socket: str) -> Output | None:

@@ -10,20 +10,23 @@ import numpy as np
 
 from .coordinates import Coordinates, MeshSpace, coordinates
 from .images import Images
-from .nodes import Input, Output
+from .nodes import Input, Output, adjusted, leads_to
 from .ron import Ron, form
 
 CHANNELS = {"Red": "Red", "Green": "Green", "Blue": "Blue", "R": "Red", "G": "Green", "B": "Blue"}
+SEPARATE = {"SEPARATE_COLOR", "SEPRGB"}
+# Nodes of which one channel can be had.
+CHANNELED = {"TEX_IMAGE", "VERTEX_COLOR", "ATTRIBUTE"}
 SRGB = {"sRGB", "sRGB Texture", "Filmic sRGB"}
 LINEAR = {"Non-Color", "Linear Rec.709", "Linear", "Raw", "Generic Data"}
 BLENDS = {"ADD": "Add", "SUBTRACT": "Subtract", "MULTIPLY": "Multiply", "LIGHTEN": "Max", "DARKEN": "Min"}
 OPERATIONS = {"ADD": "Add", "SUBTRACT": "Subtract", "MULTIPLY": "Multiply", "MINIMUM": "Min", "MAXIMUM": "Max"}
-
-# A map: a number, a colour, or RON.
-Map = Any
 XYZ_TO_RGB = np.array(
     ((3.2404542, -1.5371385, -0.4985314), (-0.9692660, 1.8760108, 0.0415560), (0.0556434, -0.2040259, 1.0572252))
 )
+
+# A map: a number, a colour, or RON.
+Map = Any
 
 
 class NotCarried(Exception):
@@ -66,8 +69,20 @@ class Maps:
         try:
             return convert(source)
         except NotCarried as reason:
+            behind = self._behind(source)
+            if behind:
+                self.warn(f"{reason} (for {socket.socket.name}: its {behind.socket.name} goes through unchanged)")
+                return self._value(behind, convert)
             self.warn(f"{reason} (for {socket.socket.name}, where {said(socket.value)} stands in)")
             return socket.value
+
+    def _behind(self, source: Output) -> Input | None:
+        """The input that stands in for a node without a counterpart: one with an image behind it, else its first colour."""
+        inputs = adjusted(source) if source.node else []
+        image = next((i for i in inputs if leads_to(i.source(), {"TEX_IMAGE"})), None)
+        if image and image.socket.type != source.socket.type == "RGBA" and image.source().type in SEPARATE:
+            return image.source().input(0)  # Not one channel, but all that are put together again.
+        return image or next((i for i in inputs if i.socket.type == "RGBA"), None)
 
     def _color(self, source: Output) -> Map:
         kind, node = source.type, source.node
@@ -93,7 +108,7 @@ class Maps:
             return self._ramp(source)
         if kind in PATTERNS:
             return PATTERNS[kind](self, source)
-        if kind in {"MATH", "SEPARATE_COLOR", "SEPRGB", "RGBTOBW", "CLAMP", "MAP_RANGE"}:
+        if kind in SEPARATE | {"MATH", "RGBTOBW", "CLAMP", "MAP_RANGE"}:
             found = self._number(source)
             return (found,) * 3 if isinstance(found, (int, float)) else found
         raise NotCarried(f"the node {node.bl_label}")
@@ -107,13 +122,16 @@ class Maps:
             return node.outputs[0].default_value
         if kind == "TEX_IMAGE":
             return self._picture(source, "Alpha" if source.socket.name == "Alpha" else "Red")
-        if kind in {"SEPARATE_COLOR", "SEPRGB"} and source.socket.name in CHANNELS:
+        if kind in SEPARATE and getattr(node, "mode", "RGB") == "RGB":
             inner, channel = source.input(0).source(), CHANNELS[source.socket.name]
+            while inner and inner.type not in CHANNELED and (behind := self._behind(inner)) and behind.source():
+                self.warn(f"the node {inner.node.bl_label} (its {behind.socket.name} goes through unchanged)")
+                inner = behind.source()
             if inner is None:
                 return source.input(0).value["RGB".index(channel[0])]
             if inner.type == "TEX_IMAGE":
                 return self._picture(inner, channel)
-            if inner.type in {"VERTEX_COLOR", "ATTRIBUTE"}:
+            if inner.type in CHANNELED:
                 return self._vertex(inner, channel)
             raise NotCarried(f"a channel of the node {inner.node.bl_label}")
         if kind in {"VERTEX_COLOR", "ATTRIBUTE"}:
@@ -122,6 +140,8 @@ class Maps:
             return self._math(source)
         if kind == "CLAMP":
             return self.number(source.input("Value"))
+        if kind in SEPARATE:
+            raise NotCarried(f"the node {node.bl_label} of the mode {node.mode}")
         if kind in {"RGBTOBW", "MAP_RANGE"}:
             raise NotCarried(f"the node {node.bl_label}")
         value = self._color(source)
@@ -300,14 +320,6 @@ def mixed(x: Map, y: Map, by: Map) -> Map:
     return combined("Add", combined("Multiply", x, 1 - by), combined("Multiply", y, by))
 
 
-def said(value: Any) -> str:
-    """A value for a message."""
-    return ", ".join(f"{v:.3g}" for v in value) if isinstance(value, tuple) else f"{value:.3g}"
-
-
-def one(x: Map) -> bool:
-    """Whether a map is 1 or white everywhere."""
-    return not isinstance(x, Ron) and x in (1, (1, 1, 1))
 def black_body(kelvin: float) -> tuple[float, ...]:
     """The colour of a black body, of luminance 1: a number for the places that take no map.
 
@@ -328,3 +340,11 @@ def black_body(kelvin: float) -> tuple[float, ...]:
     return tuple(max(float(c), 0.0) for c in rgb)
 
 
+def said(value: Any) -> str:
+    """A value for a message."""
+    return ", ".join(f"{v:.3g}" for v in value) if isinstance(value, tuple) else f"{value:.3g}"
+
+
+def one(x: Map) -> bool:
+    """Whether a map is 1 or white everywhere."""
+    return not isinstance(x, Ron) and x in (1, (1, 1, 1))

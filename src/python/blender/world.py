@@ -11,9 +11,12 @@ from mathutils import Matrix
 
 from .coordinates import MeshSpace
 from .images import Images
-from .nodes import Input, Output, surface
+from .nodes import Input, Output, adjusted, leads_to, surface
 from .ron import TO_Y_UP, Ron, form, matrix
 from .textures import Maps
+
+# Nodes whose light rayfront has.
+SURROUNDINGS = {"TEX_ENVIRONMENT", "TEX_SKY"}
 
 
 class Surroundings(NamedTuple):
@@ -60,6 +63,10 @@ def _background(source: Output | None, images: Images, maps: Maps) -> dict[str, 
         raise ValueError(f"{maps.user}: the node {source.node.bl_label}, which rayfront does not have in a world")
     color, strength = source.input("Color"), maps.constant(source.input("Strength"))
     behind = color.source()
+    while behind and behind.type not in SURROUNDINGS and leads_to(behind, SURROUNDINGS):
+        through = next(i for i in adjusted(behind) if leads_to(i.source(), SURROUNDINGS))
+        maps.warn(f"the node {behind.node.bl_label}: its {through.socket.name} goes through unchanged")
+        behind = through.source()
     if behind and behind.type == "TEX_ENVIRONMENT":
         return _picture(behind, strength, images, maps)
     if behind and behind.type == "TEX_SKY":
