@@ -113,9 +113,8 @@ class Export:
                     self._visibility(ob, lamp=False)
             elif ob.type == "CURVES":
                 self._curves(instance)
-            elif ob.type in {"VOLUME", "POINTCLOUD", "GREASEPENCIL", "GPENCIL"}:
-                kind = {"VOLUME": "a grid of a volume", "POINTCLOUD": "a point cloud"}.get(ob.type, "Grease Pencil")
-                self.warn(f"object {ob.name!r}: {kind}")
+            elif ob.type in {"VOLUME", "POINTCLOUD"}:  # Grease Pencil is drawn by Blender over any engine's picture.
+                self.warn(f"object {ob.name!r}: {'a grid of a volume' if ob.type == 'VOLUME' else 'a point cloud'}")
         return nodes
 
     def _model(self, ob: Any) -> Model:

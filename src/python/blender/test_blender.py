@@ -560,6 +560,7 @@ def live() -> None:
 
 def main() -> int:
     global FOLDER
+    check("loss_none", "drawing" not in lost, "none of Grease Pencil, which Blender draws")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("folder", nargs="?", default=os.path.join(HOME.name, "pictures"))
