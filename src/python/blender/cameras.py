@@ -27,6 +27,9 @@ def camera(depsgraph: Any, size: tuple[int, int], folder: str, warn: Callable[[s
         warn("stereoscopy: the left or only camera is used")
     aspect = (render.pixel_aspect_x, render.pixel_aspect_y)
     p = ob.calc_matrix_camera(depsgraph, x=size[0], y=size[1], scale_x=aspect[0], scale_y=aspect[1])
+    # Blender's own values cut hardly anything off.
+    if data.clip_start > 0.101 or data.clip_end < 99.9:
+        warn(f"camera {ob.name!r}: Clip Start and End: it also sees what is nearer or farther")
     if data.type == "PERSP":
         return _perspective(ob, data, p, size, folder, warn, depsgraph), place
     if data.dof.use_dof:

@@ -26,6 +26,8 @@ PASSES = (
     ("use_pass_position", "Position", "XYZ", "VECTOR", "position"),
     ("use_pass_diffuse_color", "DiffCol", "RGB", "COLOR", "albedo"),
 )
+# Those that are always there, that Blender draws itself, and a switch of others.
+OTHER_PASSES = {"use_pass_combined", "use_pass_grease_pencil", "use_pass_cryptomatte_accurate"}
 NOISY = "Noisy Image"
 # The depth of what is not hit, in Blender.
 FAR = 1e10
@@ -66,6 +68,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
         try:
             keep = scene.rayfront.keep
             self.folder = folder(keep) if keep else tempfile.mkdtemp(prefix="rayfront_")
+            self._missing_passes(depsgraph.view_layer_eval)
             self.exported: Exported = Export(depsgraph, self.folder, self._lose).write(self._moments(scene))
         except (ValueError, OSError) as error:
             self.fault = str(error)
@@ -95,6 +98,19 @@ class RayfrontEngine(bpy.types.RenderEngine):
     def _lose(self, what: str) -> None:
         if what not in self.lost:
             self.lost.append(what)
+
+    def _missing_passes(self, layer: Any) -> None:
+        """Tells of passes that are asked for, and are not among those of `update_render_passes`."""
+        known = {flag for flag, *_ in PASSES} | OTHER_PASSES
+        wanted = [(of, p) for of in (layer, getattr(layer, "cycles", None)) if of for p in of.bl_rna.properties]
+        names = [
+            prop.name
+            for of, prop in wanted
+            if prop.identifier.startswith("use_pass_") and prop.identifier not in known and getattr(of, prop.identifier)
+        ]
+        names += [f"{aov.name} (Shader AOV)" for aov in layer.aovs]
+        if names:
+            self._lose(f"the passes {', '.join(names)}")
 
     def _moments(self, scene: Any) -> Moments | None:
         """The shutter, if Blender wants things to be blurred that move."""

@@ -69,6 +69,7 @@ class Export:
         around = surroundings(world, self.images, self.warn)
         if around.entity:
             self.entities.append({"name": "world"} | self._group(world) | around.entity)
+        self._collections(layer.layer_collection)
         nodes = self._instances()
         shutter = self._moves(moments, nodes, place) if moments else None
         self._models()
@@ -151,6 +152,14 @@ class Export:
                 self.warn(f"object {ob.name!r}: {what}")
         if ob.light_linking.receiver_collection or ob.light_linking.blocker_collection:
             self.warn(f"object {ob.name!r}: light linking")
+
+    def _collections(self, layer: Any) -> None:
+        """Tells of what a view layer does with collections beyond hiding them."""
+        for child in layer.children:
+            for name, what in (("holdout", "a holdout"), ("indirect_only", "Indirect Only: the camera sees it")):
+                if getattr(child, name) and not child.exclude:
+                    self.warn(f"collection {child.name!r}: {what}")
+            self._collections(child)
 
     def _moves(self, moments: Moments, nodes: dict[tuple, tuple[Model, int]], place: Matrix) -> float | None:
         """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves."""

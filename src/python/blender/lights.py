@@ -26,13 +26,19 @@ def light(ob: Any, place: Matrix, name: str, folder: str, warn: Callable[[str], 
     power = _tint(data, warn_) * data.energy * 2 ** getattr(data, "exposure", 0.0)
     if not getattr(data, "normalize", True):
         power *= data.area(matrix_world=place)
+    if min(power) < 0:
+        warn_("it takes light away, where its strength is negative")
+        power = [max(p, 0.0) for p in power]
+    if data.type == "AREA" and data.cycles.is_portal:
+        warn_("a portal: it guides no light, and gives none")
+        return None
     if max(power) <= 0:
         return None
-    if min(power) < 0:
-        raise ValueError(f"lamp {ob.name!r}: it takes light away, which rayfront cannot")
     if not data.use_shadow or not getattr(getattr(data, "cycles", None), "cast_shadow", True):
         warn_("it casts shadows here")
-    fields = KINDS[data.type](data, tuple(power), place, name, folder, warn_)
+    if ob.visible_camera and data.type != "AREA" and (data.angle if data.type == "SUN" else data.shadow_soft_size) > 0:
+        warn_("the camera does not see it")
+    fields = KINDS[data.type](ob, tuple(power), place, name, folder, warn_)
     fields["transform"] = placed(upright(unscaled(place)))
     return fields
 
@@ -58,24 +64,29 @@ def _tint(data: Any, warn: Callable[[str], None]) -> Vector:
     return tint * shade * (strength.value if not strength.source() else 1.0)
 
 
-def _sun(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
-    return {"light": form("Directional", irradiance=power, angle_degrees=math.degrees(data.angle))}
+def _sun(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+    return {"light": form("Directional", irradiance=power, angle_degrees=math.degrees(ob.data.angle))}
 
 
-def _area(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+def _area(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+    data = ob.data
     if data.spread < math.pi - 1e-3:
         warn(f"a spread of {math.degrees(data.spread):.0f} degrees: it shines in all directions")
     scale, height = place.to_scale(), data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size
     size = (data.size * abs(scale.x), height * abs(scale.y))
     outline = Ron("Disc") if data.shape in {"DISK", "ELLIPSE"} else None
-    return {"light": form("Area", power_w=power, size_m=size, outline=outline)}
+    seen = True if ob.visible_camera else None
+    if seen:
+        warn("the camera sees it, and nothing behind it")
+    return {"light": form("Area", power_w=power, size_m=size, outline=outline, visible=seen)}
 
 
-def _point(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
-    return {"light": form("Point", power_w=power, radius_m=data.shadow_soft_size)}
+def _point(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+    return {"light": form("Point", power_w=power, radius_m=ob.data.shadow_soft_size)}
 
 
-def _spot(data: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+def _spot(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+    data = ob.data
     if data.shadow_soft_size > 0:
         warn("the radius of a spot: its shadows are sharp")
     if data.use_square:

@@ -194,6 +194,8 @@ def backdrop() -> None:
     tree.links.new(seen.outputs[0], mix.inputs[2])
     tree.links.new(mix.outputs[0], tree.nodes["World Output"].inputs["Surface"])
     compare("backdrop", scene, 32, 64)
+    scene.world.cycles_visibility.camera = False
+    compare("backdrop_hidden", scene, 32, 64)
 
 
 @test
@@ -523,6 +525,21 @@ def losses() -> None:
     scenes.lamp("AREA", (0, 0, 5), spread=1.0)
     scenes.link(bpy.data.objects.new("smoke", bpy.data.volumes.new("smoke")))
     bpy.data.objects["mover"].visible_glossy = False
+    scenes.lamp("AREA", (0, 0, 4)).data.cycles.is_portal = True
+    scenes.lamp("POINT", (0, 0, 4), energy=-10)
+    scenes.lamp("SUN", (0, 0, 4), energy=0.1).visible_camera = True
+    scene.camera.data.clip_start = 1
+    scene.world.cycles_visibility.glossy = False
+    tree = scene.world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sun_disc = False
+    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
+    layer = scene.view_layers[0]
+    layer.use_pass_mist = True
+    for name in ("holdout", "indirect_only"):
+        scene.collection.children.link(bpy.data.collections.new(name))
+        setattr(layer.layer_collection.children[name], name, True)
+    scenes.link(bpy.data.objects.new("drawing", bpy.data.grease_pencils_v3.new("drawing")))
     scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
     bpy.ops.render.render()
     lost = "\n".join(engine().last["lost"])
@@ -532,8 +549,18 @@ def losses() -> None:
         "'area': a spread",
         "'smoke'",
         "'mover': it is not hidden",
+        "'area.001': a portal",
+        "'point': it takes light away",
+        "'sun': the camera does not see it",
+        "'camera': Clip Start",
+        "not hidden from rays of the kind glossy",
+        "a sky without a Sun Disc",
+        "the passes Mist",
+        "'holdout': a holdout",
+        "'indirect_only': Indirect Only",
     ):
         check(f"loss_{words}", words in lost, next((line for line in lost.splitlines() if words in line), lost))
+    check("loss_none", "drawing" not in lost, "none of Grease Pencil, which Blender draws")
 
 
 @test
@@ -560,7 +587,6 @@ def live() -> None:
 
 def main() -> int:
     global FOLDER
-    check("loss_none", "drawing" not in lost, "none of Grease Pencil, which Blender draws")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("folder", nargs="?", default=os.path.join(HOME.name, "pictures"))

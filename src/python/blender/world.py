@@ -31,6 +31,15 @@ def surroundings(world: Any, images: Images, warn: Callable[[str], None]) -> Sur
     if world is None:
         return Surroundings()
     maps = Maps(images, MeshSpace(), f"world {world.name!r}", warn)
+    found = _surroundings(world, images, maps)
+    rays = getattr(world, "cycles_visibility", None)
+    hidden = [name for name in ("diffuse", "glossy", "transmission", "scatter") if rays and not getattr(rays, name)]
+    if hidden:
+        maps.warn(f"it is not hidden from rays of the kind {', '.join(hidden)}")
+    return found if not rays or rays.camera else found._replace(backdrop=(0.0, 0.0, 0.0))
+
+
+def _surroundings(world: Any, images: Images, maps: Maps) -> Surroundings:
     if not world.use_nodes or not world.node_tree:
         return Surroundings(_plain(tuple(world.color)))
     if surface(world.node_tree, "OUTPUT_WORLD", "Volume"):
@@ -116,6 +125,8 @@ def _turn(vector: Input, maps: Maps) -> Matrix:
 
 def _sky(node: Any, strength: float, maps: Maps) -> dict[str, Any]:
     maps.warn(f"the {node.sky_type.title()} sky: rayfront's own sky with the same sun stands in")
+    if node.sky_type in {"PREETHAM", "HOSEK_WILKIE"} or not node.sun_disc:
+        maps.warn("a sky without a Sun Disc: the sun shines all the same")
     elevation, azimuth = node.sun_elevation, node.sun_rotation
     if not hasattr(node, "sun_elevation") or node.sky_type in {"PREETHAM", "HOSEK_WILKIE"}:
         x, y, z = node.sun_direction
