@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
@@ -70,6 +71,8 @@ class RayfrontEngine(bpy.types.RenderEngine):
             self.folder = folder(keep) if keep else tempfile.mkdtemp(prefix="rayfront_")
             self._missing_passes(depsgraph.view_layer_eval)
             self.exported: Exported = Export(depsgraph, self.folder, self._lose).write(self._moments(scene))
+            if self.exported.shutter and scene.rayfront.adaptive:
+                self._lose("Adaptive, together with motion blur")
         except (ValueError, OSError) as error:
             self.fault = str(error)
         except Exception as error:  # Blender would only print it, and save an empty picture.
@@ -142,9 +145,9 @@ class RayfrontEngine(bpy.types.RenderEngine):
         command = [program.path(), SCENE, "-o", OUTPUT, "--json", "--progress", "json", "--checkpoint", "off"]
         command += ["--aov", ",".join(layers)]
         command += ["--denoise"] if mine.denoise else []
-        command += ["--adaptive"] if mine.adaptive else []
-        command += ["--until", f"noise={mine.noise}%"] if mine.noise > 0 else []
-        command += ["--max-time", f"{mine.max_time}s"] if mine.max_time > 0 else []
+        command += ["--adaptive"] if mine.adaptive and not self.exported.shutter else []
+        command += ["--until", f"noise={max(mine.noise, 1e-6):.6f}%"] if mine.noise > 0 else []
+        command += ["--max-time", f"{max(mine.max_time, 0.001):.3f}s"] if mine.max_time > 0 else []
         command += ["--threads", str(render.threads)] if render.threads_mode == "FIXED" else []
         command += ["--tev", viewer.address] if viewer else []
         if self.exported.shutter:
@@ -161,6 +164,8 @@ class RayfrontEngine(bpy.types.RenderEngine):
         viewer = Viewer() if depsgraph.scene.rayfront.live else None
         try:
             command, size = self._command(depsgraph, viewer)
+            with contextlib.suppress(FileNotFoundError):  # That of the last picture, where the scene is kept.
+                os.remove(os.path.join(self.folder, DENOISED))
             started = time.perf_counter()
             said = self._run(command, size, depsgraph.view_layer_eval.name, viewer)
             if said is None:
@@ -169,7 +174,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
             if viewer:
                 viewer.close()
         for warning in said.get("warnings", []):
-            self.report({"WARNING"}, f"rayfront: {warning}")
+            self.report({"WARNING"}, f"rayfront: {program.message(warning)}")
         RayfrontEngine.last |= {"program_s": time.perf_counter() - started, "warnings": said.get("warnings")}
         started = time.perf_counter()
         self._read(depsgraph, size)
@@ -207,7 +212,9 @@ class RayfrontEngine(bpy.types.RenderEngine):
         if process.returncode != 0:
             RayfrontEngine.last["log"] = lines
             fault = next((line for line in lines if line.startswith("error")), lines[-1] if lines else "")
-            raise ValueError(fault or f"the program ended with the code {process.returncode}, and said nothing")
+            raise ValueError(
+                program.message(fault) or f"the program ended with the code {process.returncode}, and said nothing"
+            )
         return json.loads(said)
 
     def _progress(self, log: Any) -> list[str]:
@@ -239,7 +246,12 @@ class RayfrontEngine(bpy.types.RenderEngine):
         width, height = size
         mine = depsgraph.scene.rayfront
         planes = exr.read(os.path.join(self.folder, OUTPUT))
-        light = exr.read(os.path.join(self.folder, DENOISED)) if mine.denoise else planes
+        denoised = os.path.join(self.folder, DENOISED)
+        light = planes
+        if mine.denoise and os.path.exists(denoised):
+            light = exr.read(denoised)
+        elif mine.denoise:
+            self.report({"WARNING"}, "rayfront: nothing is denoised: that takes two samples of each pixel")
         alpha = (
             planes["coverage.A"] if depsgraph.scene.render.film_transparent else np.ones((height, width), np.float32)
         )

@@ -115,7 +115,7 @@ class Model:
             "scenes": [{"nodes": list(range(len(self.nodes)))}],
             "nodes": self.nodes,
             "meshes": self.meshes,
-            "materials": [{"name": name} for name in self.names],
+            "materials": [{"name": name, "doubleSided": True} for name in self.names],
             "accessors": self.binary.accessors,
             "bufferViews": self.binary.views,
             "animations": self.animations,

@@ -507,6 +507,10 @@ def faults() -> None:
         both = tree.nodes.new("ShaderNodeAddShader")
         tree.links.new(both.outputs[0], tree.nodes["World Output"].inputs["Surface"])
 
+    def too_large(scene: Any) -> None:
+        scene.render.resolution_x = scene.render.resolution_y = 65536
+
+    fails("too_large", "use Render Region or a smaller Resolution", too_large)
     fails("texture_missing", "lost", lose)
     fails("texture_unset", "no picture", unset)
     fails("no_camera", "no camera", no_camera)
@@ -561,6 +565,25 @@ def losses() -> None:
     ):
         check(f"loss_{words}", words in lost, next((line for line in lost.splitlines() if words in line), lost))
     check("loss_none", "drawing" not in lost, "none of Grease Pencil, which Blender draws")
+
+
+@test
+def messages() -> None:
+    """The program's messages name no options, and settings that do not fit together are told."""
+    scene = scenes.materials((32, 18))
+    from bl_ext.user_default.rayfront.program import message
+
+    for said, here in (
+        ("error: scene.ron:8:3: too dark (`--depth 8`)", "too dark (Light Paths › Total 8)"),
+        ("there is no light (add light: Point(power_w: 100), or --env studio)", "there is no light"),
+        ("8 meshes (of 9) are black (--double-sided shows both sides)", "8 meshes (of 9) are black"),
+    ):
+        check("message", message(said) == here, message(said))
+    scene.render.engine, scene.rayfront.samples, scene.rayfront.denoise = "RAYFRONT", 1, True
+    scene.render.use_motion_blur, scene.rayfront.adaptive, scene.rayfront.max_time = True, True, 1e-5
+    told = attempt(bpy.ops.render.render)
+    lost = engine().last["lost"]
+    check("settings_apart", "FINISHED" in told and any("Adaptive" in what for what in lost), f"{told}, {lost}")
 
 
 @test
