@@ -19,6 +19,10 @@ const DARKEST: f32 = 0.02;
 /// The difference to the suggested exposure, in stops, that is worth mentioning.
 const WORTH: f32 = 1.0;
 
+/// The fraction of visible surfaces that may be nearly black, too, and the brightest byte that is: 4 stops below grey.
+const NEARLY_ALL: f64 = 0.9;
+const NEARLY_BLACK: u8 = 24;
+
 /// Pixels along the longer side of the image that are tested for visible surfaces.
 const LOOKED_AT: u32 = 128;
 
@@ -53,7 +57,8 @@ pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Optio
         shown.iter().filter(|pixel| pixel.iter().all(is)).count() as f64 / shown.len() as f64
     };
     let (white, black) = (part(|byte| *byte >= 254), part(|byte| *byte <= 1));
-    if white.max(black) <= TOO_MUCH {
+    let nearly_black = part(|byte| *byte <= NEARLY_BLACK);
+    if white.max(black) <= TOO_MUCH && nearly_black <= NEARLY_ALL {
         return None;
     }
     let better = LightMeter::of_film(film).automatic_ev();
@@ -77,18 +82,14 @@ pub fn of_image(setup: &RenderSetup, image: &FinishedImage, told: bool) -> Optio
             };
             return Some(finding("no-light-arrives", None, what, remedy));
         }
-        if stops > WORTH {
-            let black = percent(black);
-            let what = format!(
-                "{black} % of what is seen is black: there is too little light for exposure {exposure_ev:+.2}"
-            );
-            return Some(finding(
-                "underexposed",
-                None,
-                what,
-                format!("`--exposure auto` would be {better:+.2}"),
-            ));
-        }
+    }
+    if stops > WORTH && (black > TOO_MUCH || nearly_black > NEARLY_ALL) {
+        let black = match black > TOO_MUCH {
+            true => format!("{} % of what is seen is", percent(black)),
+            false => format!("{} % of what is seen is nearly", percent(nearly_black)),
+        };
+        let what = format!("{black} black: there is too little light for exposure {exposure_ev:+.2}");
+        return Some(finding("underexposed", None, what, format!("`--exposure auto` would be {better:+.2}")));
     }
     None
 }

@@ -53,25 +53,49 @@ pub(super) fn focused(
     transforms: &WorldTransforms,
     (entity, mut camera): (Entity, world::Camera),
 ) -> Result<CompiledCamera, CompileError> {
-    let place = world.entities.get::<&FocusAt>(entity).ok().map(|place| place.0);
-    let (Some(place), Some(distance)) = (place, camera.focus_distance_m()) else { return Ok(scene.camera) };
+    let at = world.entities.get::<&FocusAt>(entity).ok().map(|at| *at);
+    let (Some(at), Some(distance)) = (at, camera.focus_distance_m()) else { return Ok(scene.camera) };
     let size = world.settings.size;
-    let [x, y] = [0, 1].map(|axis: usize| place[axis] * size[axis] as f32);
+    let places = match at {
+        FocusAt::Place(place) => vec![place],
+        FocusAt::Middle => from_the_middle(),
+    };
+    let depth = places
+        .iter()
+        .find_map(|place| depth_at(scene, size, [0, 1].map(|axis: usize| place[axis] * size[axis] as f32)));
+    let Some(depth) = depth else {
+        let [x, y] = [0, 1].map(|axis: usize| (places[0][axis] * size[axis] as f32).floor());
+        let reason = format!(
+            "it cannot focus on pixel {x},{y}, where nothing is: choose another, or an entity (--focus)"
+        );
+        return Err(entity_error(world, entity, reason));
+    };
+    *distance = depth;
+    Ok(compile(world, transforms, (entity, camera))?.0)
+}
+
+/// The depth of what is seen at a place of the image, in pixels.
+fn depth_at(scene: &CompiledScene, size: [u32; 2], [x, y]: [f32; 2]) -> Option<f32> {
     let (ray, _) =
         CameraImage::new(&scene.camera, size).ray::<f32>((x, y), (x.floor(), y.floor()), (0.0, 0.0));
     let seen = SeenSurfaces { scene, ray };
     let filter = AnyHitFilter::new(&seen, 0);
     let hit = closest_ray(Isa::PORTABLE, &scene.bvh, &ray, filter, &mut Stack::new(&scene.bvh));
-    if hit.is_miss() {
-        let [x, y] = [x, y].map(f32::floor);
-        let reason = format!(
-            "it cannot focus on pixel {x},{y}, where nothing is: choose another, or an entity (--focus)"
-        );
-        return Err(entity_error(world, entity, reason));
-    }
     let [dx, dy, dz] = [ray.direction.x, ray.direction.y, ray.direction.z];
-    *distance = hit.t * Vec3::new(dx, dy, dz).dot(scene.camera.forward);
-    Ok(compile(world, transforms, (entity, camera))?.0)
+    (!hit.is_miss()).then(|| hit.t * Vec3::new(dx, dy, dz).dot(scene.camera.forward))
+}
+
+/// Places all over an image, in its widths and heights, from its middle outwards.
+fn from_the_middle() -> Vec<[f32; 2]> {
+    /// The places across and down: an odd number, so that one is in the middle.
+    const ACROSS: u16 = 33;
+    let place = |at: u16| (f32::from(at) + 0.5) / f32::from(ACROSS);
+    let mut places: Vec<_> =
+        (0..ACROSS).flat_map(|y| (0..ACROSS).map(move |x| [place(x), place(y)])).collect();
+    let far = |[x, y]: &[f32; 2]| (x - 0.5) * (x - 0.5) + (y - 0.5) * (y - 0.5);
+    // Stable, so that places of one distance keep their order.
+    places.sort_by(|a, b| far(a).total_cmp(&far(b)));
+    places
 }
 
 /// The surfaces that a camera's ray sees: at least half of what a cut-out or blended one could be.

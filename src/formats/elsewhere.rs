@@ -336,7 +336,7 @@ const OPTIONS: [(&[&str], &str); 31] = [
         "`--env-strength 2`, or `--set 'Light.power_w *= 2'`",
     ),
     (&["hdri-rotation", "rotate-env", "env-rotation"], "`--env-turn 90`"),
-    (&["no-hdri", "no-env", "background-skybox"], "`--env none`, or `--background 0.2`"),
+    (&["no-hdri", "no-env", "background-skybox"], "`--env none`"),
     (&["grid", "floor", "ground-plane"], "`--ground`"),
     (&["shadow-catcher", "shadow", "shadow-intensity", "catcher"], "`--ground shadow`"),
     (

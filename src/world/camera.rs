@@ -188,7 +188,11 @@ fields! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FocusOn(pub hecs::Entity);
 
-/// Keeps the lens of an entity's [`Camera`] focused on what is seen at a place of the image, in its widths and heights from
-/// its top left corner.
+/// Keeps the lens of an entity's [`Camera`] focused on what is seen in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FocusAt(pub [f32; 2]);
+pub(crate) enum FocusAt {
+    /// At a place, in widths and heights of the image from its top left corner.
+    Place([f32; 2]),
+    /// As near to its middle as anything is.
+    Middle,
+}

@@ -118,3 +118,17 @@ fn turntables_go_once_around() {
         folder.fails(2, &words, &[wrong, "its frames are 1 to 4"]);
     }
 }
+
+/// Without a focus, the lens finds what is nearest to the middle of the image, as cameras do.
+#[test]
+fn lenses_focus_near_the_middle_where_nothing_is_in_it() {
+    let folder = balls("Pinhole(vertical_fov_degrees: 45)");
+    folder.fails(1, "balls.ron --f-stop 2 --focus 20,12", &["nothing is"]);
+    // In focus are the limbs of the balls, not their middles.
+    let found = hash(&folder, "--f-stop 2");
+    for other in ["", "--f-stop 2 --focus near", "--f-stop 2 --focus far"] {
+        assert_ne!(hash(&folder, other), found, "{other}");
+    }
+    folder.out("balls.ron -q --hide '\"near\"' --f-stop 2 -o only.png");
+    folder.fails(1, "balls.ron -q --hide Shape --f-stop 2 -o none.png", &["nothing is"]);
+}

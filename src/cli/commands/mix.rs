@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::cli::args::{OutputOptions, PictureLook, WorkOptions};
-use crate::cli::job::{Job, OutputImage, Outputs, Saved, aov, gathered_of, mixed};
+use crate::cli::job::{Job, OutputImage, Outputs, Saved, aov, chosen_exposure, gathered_of, mixed};
 use crate::cli::{failure::Failure, output};
 use crate::film::Film;
 use crate::formats::film_file::{self, FilmFile};
@@ -66,9 +66,10 @@ fn mix(arguments: &Mix) -> Result<ExitCode, Failure> {
     file.header.note.mix.clone_from(&arguments.set);
     let film = mixed(&file.header, &file.film)?;
     let mut saved = Saved::default();
-    if makes_image {
-        write(arguments, &outputs, &file, &film, &mut saved)?;
-    }
+    let exposure_ev = match makes_image {
+        true => Some(write(arguments, &outputs, &file, &film, &mut saved)?),
+        false => None,
+    };
     let shares = shares(&film);
     let names = file.header.light_groups.iter().map(String::as_str).chain(["(rest)"]);
     let text = if work.json {
@@ -76,6 +77,7 @@ fn mix(arguments: &Mix) -> Result<ExitCode, Failure> {
             names.zip(&shares).map(|(name, share)| json!({"name": name, "share": share})).collect();
         let json = json!({
             "film": output::path_json(path), "outputs": output::paths_json(&saved.images), "light_groups": groups,
+            "exposure_ev": exposure_ev,
         });
         format!("{json}\n")
     } else if work.quiet {
@@ -83,7 +85,10 @@ fn mix(arguments: &Mix) -> Result<ExitCode, Failure> {
     } else {
         let images = saved.images.iter().map(|path| format!("image     {}\n", path.display()));
         let groups = names.zip(&shares).map(|(name, share)| format!("{:>8.2} %  {name}\n", 100.0 * share));
-        images.chain(groups).collect()
+        let chosen = exposure_ev.filter(|_| file.header.settings.auto_exposure);
+        // Else a lamp alone might look brighter than all together.
+        let exposure = chosen.map(|ev| format!("exposure  {}, to compare mixes\n", chosen_exposure(ev)));
+        images.chain(exposure).chain(groups).collect()
     };
     saved.report(output::print_text(&text, outputs.takes_stdout()));
     saved.end_of_mix()?;
@@ -94,14 +99,14 @@ fn inconsistent(path: &std::path::Path) -> Failure {
     Failure::file(format!("{}: its header is inconsistent (sample ranges and tiles)", path.display()))
 }
 
-/// Writes the images of a mixed film.
+/// Writes the images of a mixed film; returns their exposure in stops.
 fn write(
     arguments: &Mix,
     outputs: &Outputs,
     file: &FilmFile,
     film: &Film,
     saved: &mut Saved,
-) -> Result<(), Failure> {
+) -> Result<f32, Failure> {
     let FilmFile { header, .. } = file;
     let picture = OutputImage::new(header, film, arguments.output.bits)?;
     let channels = aov::light_layers(film, header, outputs);
@@ -120,7 +125,7 @@ fn write(
     if let Some(encoding) = outputs.stdout_image {
         saved.pixels(picture.write_to_stdout(encoding, denoised.as_ref(), &channels, None));
     }
-    Ok(())
+    Ok(picture.exposure_ev)
 }
 
 /// The share of each light group, and of what belongs to none, in an image's luminance.

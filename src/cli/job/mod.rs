@@ -29,7 +29,7 @@ pub use self::loading::LoadSession;
 use self::loading::{LoadedScene, Phases, check_against_full_compile};
 pub use self::mix::mixed;
 pub use self::outputs::{Outputs, Video, default_image};
-pub use self::report::{noise_line, rounded_count};
+pub use self::report::{chosen_exposure, noise_line, rounded_count};
 pub use self::saving::Saved;
 pub use self::stop::{StopLimits, deadline};
 use super::failure::Failure;

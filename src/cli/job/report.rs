@@ -116,9 +116,7 @@ impl RenderReport<'_> {
             line(&mut out, "saved", film.display().to_string());
         }
         if self.header.settings.auto_exposure {
-            // A multiple of a hundredth of a stop, unless the scene adds an exposure of its own.
-            let ev = self.exposure_ev;
-            line(&mut out, "exposure", format!("{ev} EV, chosen by the image; to keep it: --exposure {ev}"));
+            line(&mut out, "exposure", chosen_exposure(self.exposure_ev));
         }
         if !self.header.settings.aov.is_empty() {
             let files = self.outputs.iter().filter(|path| aov::holds(path));
@@ -270,4 +268,10 @@ impl RenderReport<'_> {
         object["transport"] = format!("{:?}", self.header.settings.transport).to_lowercase().into();
         object
     }
+}
+
+/// An exposure that the image has chosen, and the option that keeps it.
+pub fn chosen_exposure(ev: f32) -> String {
+    // A multiple of a hundredth of a stop, unless the scene adds an exposure of its own.
+    format!("{ev} EV, chosen by the image; to keep it: --exposure {ev}")
 }

@@ -12,8 +12,7 @@ const FULL_FRAME_MM: f64 = 36.0;
 /// A focus of lenses.
 enum Focus {
     Entity(hecs::Entity),
-    /// The place in the image, in its widths and heights from its top left corner.
-    Place([f32; 2]),
+    Seen(FocusAt),
 }
 
 /// Changes the lenses of all cameras that have one, or could have. The world must have the size of its image.
@@ -51,10 +50,10 @@ pub(super) fn change(world: &mut World, edits: &Edits) -> Result<(), LoadError> 
         return Err(LoadError::option("focus", reason));
     }
     for (entity, was_sharp, focuses) in changed {
-        // What is in the middle of the image, like the autofocus of a camera.
+        // Like the autofocus of a camera.
         let focus = match &focus {
             Some(focus) => focus,
-            None if was_sharp => &Focus::Place([0.5; 2]),
+            None if was_sharp => &Focus::Seen(FocusAt::Middle),
             None => continue,
         };
         // A camera need not have either.
@@ -64,7 +63,7 @@ pub(super) fn change(world: &mut World, edits: &Edits) -> Result<(), LoadError> 
             // The entity is known to exist.
             let _ = match *focus {
                 Focus::Entity(on) => world.entities.insert_one(entity, FocusOn(on)),
-                Focus::Place(place) => world.entities.insert_one(entity, FocusAt(place)),
+                Focus::Seen(at) => world.entities.insert_one(entity, at),
             };
         }
     }
@@ -81,7 +80,8 @@ fn focus_of(world: &World, text: &str) -> Result<Focus, LoadError> {
             return Err(LoadError::option("focus", reason));
         }
         let place = |pixel: u32, side: u32| (f64::from(pixel) + 0.5) / f64::from(side);
-        return Ok(Focus::Place([place(x, width) as f32, place(y, height) as f32]));
+        let place = [place(x, width) as f32, place(y, height) as f32];
+        return Ok(Focus::Seen(FocusAt::Place(place)));
     }
     let order = world.in_order();
     if let Some(entity) = order.iter().find(|entity| is_same_name(&world.name_of(**entity), text)) {
@@ -224,7 +224,7 @@ mod tests {
         let camera = *world.entities.get::<&Camera>(entity).unwrap();
         assert!((half(&camera) - 0.35f64.tan()).abs() < 1e-6);
         assert!(matches!(camera, Camera::Photographic { f_stop: Some(2.0), .. }));
-        assert_eq!(*world.entities.get::<&FocusAt>(entity).unwrap(), FocusAt([0.5; 2]));
+        assert_eq!(*world.entities.get::<&FocusAt>(entity).unwrap(), FocusAt::Middle);
     }
 
     #[test]
@@ -262,7 +262,7 @@ mod tests {
         assert_eq!(*world.entities.get::<&FocusOn>(entity).unwrap(), FocusOn(ball));
         focused(&mut world, "0, 199").unwrap();
         assert!(world.entities.get::<&FocusOn>(entity).is_err());
-        let FocusAt([x, y]) = *world.entities.get::<&FocusAt>(entity).unwrap();
+        let FocusAt::Place([x, y]) = *world.entities.get::<&FocusAt>(entity).unwrap() else { panic!() };
         assert!((x - 0.5 / 300.0).abs() < 1e-7 && (y - 199.5 / 200.0).abs() < 1e-7);
         assert!(focused(&mut world, "300,5").unwrap_err().contains("300 x 200"));
         assert!(focused(&mut world, "a bal").unwrap_err().contains("did you mean \"a ball\""));

@@ -78,6 +78,12 @@ impl PlottedQuantity {
         matches!(self, PlottedQuantity::Measured(measurement) if measurement.is_signed())
     }
 
+    /// True if the axis begins at 0 unless it is logarithmic: differences of a fraction of a per cent are the point of
+    /// plots of returned light.
+    fn begins_at_zero(self) -> bool {
+        self != PlottedQuantity::Albedo
+    }
+
     /// See [`Measurement::speedup`].
     pub fn speedup(self, one: f64, other: f64) -> Option<f64> {
         match self {
@@ -173,7 +179,7 @@ struct Scale {
 }
 
 impl Scale {
-    fn new(log: bool, values: impl Iterator<Item = f64>) -> Scale {
+    fn new(log: bool, begins_at_zero: bool, values: impl Iterator<Item = f64>) -> Scale {
         let drawn = values
             .filter(|v| v.is_finite() && (!log || *v > 0.0))
             .map(|v| if log { libm::log10(v) } else { v });
@@ -181,9 +187,10 @@ impl Scale {
         if from > to {
             return Scale { log, from: 0.0, to: 1.0 };
         }
-        let from = if log { from } else { from.min(0.0) };
-        let margin = 0.05 * (to - from).max(if log { 0.2 } else { to.abs().max(1e-9) * 0.1 });
-        Scale { log, from: if log { from - margin } else { from }, to: to + margin }
+        let from = if log || !begins_at_zero { from } else { from.min(0.0) };
+        let least = if begins_at_zero { 0.1 } else { 0.01 };
+        let margin = 0.05 * (to - from).max(if log { 0.2 } else { to.abs().max(1e-9) * least });
+        Scale { log, from: if log || !begins_at_zero { from - margin } else { from }, to: to + margin }
     }
 
     /// The plotted coordinate of a value; a logarithmic axis puts values of 0 or less at its lower end.
@@ -256,9 +263,9 @@ fn draw<B: DrawingBackend>(figure: &Figure, area: DrawingArea<B, Shift>) -> Resu
     area.fill(&WHITE).map_err(|error| failed(&error))?;
     let (above, below) = area.split_vertically(SIZE.1);
     let points = || figure.curves.iter().flat_map(|curve| &curve.points);
-    let x = Scale::new(figure.log[0], points().map(|(x, _)| *x));
+    let x = Scale::new(figure.log[0], true, points().map(|(x, _)| *x));
     let signed = figure.y.is_signed();
-    let y = Scale::new(figure.log[1], points().flat_map(|(_, y)| ends(y, signed)));
+    let y = Scale::new(figure.log[1], figure.y.begins_at_zero(), points().flat_map(|(_, y)| ends(y, signed)));
     let (title, size) = caption(&figure.title);
     let mut chart = ChartBuilder::on(&above)
         .caption(&title, (FONT, size))
@@ -426,12 +433,12 @@ mod tests {
 
     #[test]
     fn marks_are_at_round_numbers() {
-        let powers = Scale::new(true, [1.0, 1e6].into_iter());
+        let powers = Scale::new(true, true, [1.0, 1e6].into_iter());
         assert_eq!(
             powers.marks().iter().map(|m| powers.text(*m)).collect::<Vec<_>>()[..3],
             ["1", "10", "100"]
         );
-        let even = Scale::new(false, [0.0, 6.5].into_iter());
+        let even = Scale::new(false, true, [0.0, 6.5].into_iter());
         assert!(
             even.marks().len() > 3
                 && even.marks().iter().all(|m| m.fract() == 0.0 || (2.0 * m).fract() == 0.0)

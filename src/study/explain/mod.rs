@@ -285,7 +285,7 @@ impl Story<'_> {
                     vertex.position = *position;
                     vertex.geometric_normal = *geometric_normal;
                     vertex.normal = *normal;
-                    vertex.own = [0, 1, 2].map(|channel| radiance[channel] - before[channel]);
+                    vertex.own = rest(*radiance, before, *radiance);
                 }
             }
             EventKind::Choice { emission_mis_weight, fate } => {
@@ -294,11 +294,10 @@ impl Story<'_> {
                 }
             }
             EventKind::Gathered { light } => {
+                let sum = self.path().map_or([0.0; 3], |path| path.radiance);
                 if let Some(vertex) = self.last_vertex() {
                     vertex.gathered = *light;
-                    // The difference of two nearly equal values may be a rounding error.
-                    let all = near(vertex.own, *light);
-                    vertex.own = [0, 1, 2].map(|i| if all { 0.0 } else { vertex.own[i] - light[i] });
+                    vertex.own = rest(vertex.own, *light, sum);
                 }
             }
             EventKind::Drawn { light } => {
@@ -488,6 +487,13 @@ impl Story<'_> {
 
 fn add(a: Components, b: Components) -> Components {
     [0, 1, 2].map(|channel| a[channel] + b[channel])
+}
+
+/// All less a part; 0 if that is but the rounding of a sum.
+fn rest(all: Components, part: Components, sum: Components) -> Components {
+    let rest = [0, 1, 2].map(|channel| all[channel] - part[channel]);
+    let is_rounding = (0..3).all(|channel| rest[channel].abs() <= 2e-6 * sum[channel].abs());
+    if is_rounding { [0.0; 3] } else { rest }
 }
 
 /// True if both are equal up to rounding.

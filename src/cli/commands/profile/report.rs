@@ -99,6 +99,7 @@ impl ProfileReport<'_> {
             ],
             Transport::Path => vec![
                 row("scattered rays", &rays(|rays| rays.scatter)),
+                row("refracted rays", &rays(|rays| rays.refract)),
                 row("connecting rays", &rays(|rays| rays.connect)),
             ],
         })
@@ -199,7 +200,9 @@ impl ProfileReport<'_> {
             Transport::Whitted => {
                 vec![("camera", |b| b.camera), ("reflect", |b| b.reflect), ("refract", |b| b.refract)]
             }
-            Transport::Path => vec![("camera", |b| b.camera), ("scatter", |b| b.scatter)],
+            Transport::Path => {
+                vec![("camera", |b| b.camera), ("scatter", |b| b.scatter), ("refract", |b| b.refract)]
+            }
         }
     }
 

@@ -166,6 +166,9 @@ pub fn no_match(world: &World, query: &Query) -> String {
         Query::Atom(_, filters) => filters.first().map(|filter| filter.text.clone()).unwrap_or_default(),
         _ => String::new(),
     };
+    if names.contains(&wanted) && matches!(query, Query::Atom(super::Kind::Material, _)) {
+        return format!("a material is no thing: what has it is Shape[material=\"{wanted}\"]");
+    }
     let hint = did_you_mean(&wanted, names.iter().map(String::as_str));
     format!("nothing in the scene matches this{hint}: rayfront ls lists what there is")
 }
