@@ -6,7 +6,7 @@
 //! where nothing is in the way the ratio is exactly 1, however noisy both are.
 
 use super::light_groups::GroupSum;
-use super::sums::{Film, PixelSum};
+use super::sums::{Film, PixelSum, QUANTUM};
 
 /// The sums of a shadow catcher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +72,26 @@ impl Film {
             true => self.caught(index)[Caught::Behind as usize],
             false => GroupSum::default(),
         }
+    }
+
+    /// The mean luminance of shadow catchers without other things, in W m⁻² sr⁻¹, in a film that counts opacity. None if
+    /// hardly any are in the image.
+    pub(crate) fn catcher_luminance(&self) -> Option<f64> {
+        /// The part of the image that must show catchers.
+        const LEAST: f64 = 0.01;
+        if !(self.kinds.has_catcher && self.kinds.has_transparency) {
+            return None;
+        }
+        let mean = |index: usize, part: Caught, quantum: f64| {
+            let sum = self.caught(index)[part as usize];
+            f64::from(PixelSum { sum, ..self.pixels[index] }.mean(quantum).luminance())
+        };
+        let (mut light, mut area) = (0.0, 0.0);
+        for index in 0..self.pixels.len() {
+            light += mean(index, Caught::Unblocked, self.unit.quantum());
+            area += mean(index, Caught::Behind, QUANTUM);
+        }
+        (light > 0.0 && area > LEAST * self.pixels.len() as f64).then(|| light / area)
     }
 
     /// The light that arrives at a pixel's catcher, relative to that without other things; 1 if they only add light.

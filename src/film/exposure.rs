@@ -14,6 +14,8 @@ const TAIL: f64 = 10.0;
 const FAINT: f64 = 1.0 / 64.0;
 /// The cells of a light meter along an image's longer side, at most.
 const CELLS: u32 = 96;
+/// The reflectance of white paper, which shadow catchers are taken for.
+const PAPER: f64 = 0.8;
 /// The limit in stops, as for a fixed exposure.
 const MOST_EV: f64 = 64.0;
 
@@ -22,6 +24,8 @@ const MOST_EV: f64 = 64.0;
 #[derive(Clone, Debug)]
 pub struct LightMeter {
     cells: Vec<Cell>,
+    /// The luminance of shadow catchers without other things.
+    catchers: Option<f64>,
 }
 
 /// A part of an image.
@@ -51,7 +55,7 @@ impl LightMeter {
                 }
             }
         }
-        LightMeter { cells }
+        LightMeter { cells, catchers: None }
     }
 
     /// A meter that looks at opaque pixels, row by row.
@@ -63,9 +67,14 @@ impl LightMeter {
     /// show does not count: it is not the picture's own.
     pub fn of_film(film: &Film) -> LightMeter {
         let (region, quantum) = (film.region(), film.unit().quantum());
-        LightMeter::new([region.width(), region.height()], |index| {
-            (film.shown(index).mean(quantum), film.coverage_of(index))
-        })
+        let size = [region.width(), region.height()];
+        let meter = LightMeter::new(size, |index| (film.shown(index).mean(quantum), film.coverage_of(index)));
+        meter.beside_catchers(film)
+    }
+
+    /// The meter, held at the shadow catchers of a film, if it has any.
+    pub fn beside_catchers(self, film: &Film) -> LightMeter {
+        LightMeter { catchers: film.catcher_luminance(), ..self }
     }
 
     /// Returns the exposure in stops that brings the log-average of luminance to 0.18 (Reinhard and others 2002,
@@ -76,7 +85,24 @@ impl LightMeter {
     /// a faint background has the exposure of the same image before black. Ignored are the brightest fiftieth of the
     /// image, for the sake of lamps, and of what counts the darkest tenth, which are corners, and the brightest, which
     /// are highlights. An image that is all black gets 0.
+    ///
+    /// A shadow catcher is the measure where there is one: the light that arrives, as photographers measure it with a grey
+    /// card. It would be shown as white paper, so black things stay black; but no things are brighter than that in the mean,
+    /// as they would be if little light arrived at a floor.
     pub fn automatic_ev(&self) -> f32 {
+        let to = |target: f64, average: f64| libm::log2(target) - average;
+        let ev = match (self.average(), self.catchers) {
+            (None, None) => 0.0,
+            (Some(things), None) => to(MIDDLE_GREY, things),
+            (None, Some(paper)) => to(PAPER, libm::log2(paper)),
+            (Some(things), Some(paper)) => to(PAPER, libm::log2(paper).max(things)),
+        };
+        // A negative zero would be printed with its sign.
+        (libm::round(ev * 100.0) / 100.0).clamp(-MOST_EV, MOST_EV) as f32 + 0.0
+    }
+
+    /// The logarithm of the mean luminance; none if all is black.
+    fn average(&self) -> Option<f64> {
         let mean = |cell: &Cell| cell.luminance / cell.coverage;
         let lit = self.cells.iter().filter(|cell| cell.luminance > 0.0);
         let mut lit: Vec<(f64, f64)> = lit.map(|cell| (libm::log2(mean(cell)), cell.coverage)).collect();
@@ -89,7 +115,7 @@ impl LightMeter {
             (*coverage, lamps) = (*coverage - part, lamps - part);
         }
         let brightest = lit.iter().rfind(|(_, coverage)| *coverage > 0.0);
-        let Some((mut average, _)) = brightest.copied() else { return 0.0 };
+        let (mut average, _) = *brightest?;
         // From the brightest light down: where two averages agree with themselves, the brighter one is chosen.
         for _ in 0..64 {
             let next = middle_mean(&lit, average);
@@ -99,9 +125,7 @@ impl LightMeter {
                 break;
             }
         }
-        let ev = libm::log2(MIDDLE_GREY) - average;
-        // A negative zero would be printed with its sign.
-        (libm::round(ev * 100.0) / 100.0).clamp(-MOST_EV, MOST_EV) as f32 + 0.0
+        Some(average)
     }
 }
 
@@ -201,6 +225,19 @@ mod tests {
             _ => (Rgb::splat(5.0), 0.0),
         };
         assert_eq!(LightMeter::new([100, 10], pixel).automatic_ev(), -1.0);
+    }
+
+    #[test]
+    fn shadow_catchers_are_exposed_as_white_paper_unless_things_are_brighter() {
+        let with = |things: f32, catchers| {
+            let meter = LightMeter::of_pixels([4, 4], &[Rgb::splat(things); 16]);
+            LightMeter { catchers, ..meter }.automatic_ev()
+        };
+        assert_eq!(with(0.02, Some(0.8)), 0.0, "a black thing");
+        assert_eq!(with(0.7, Some(0.8)), 0.0, "a white one");
+        assert_eq!(with(0.7, Some(0.4)), 0.19, "little light from above");
+        assert_eq!(with(0.0, Some(1.6)), -1.0);
+        assert_eq!(with(0.36, None), -1.0);
     }
 
     #[test]

@@ -215,11 +215,12 @@ fn plate(shown: &Snapshot) -> Option<Cow<'_, [Rgb]>> {
 /// A light meter of the displayed image: of the one with noise, as in files.
 fn meter(shown: &Snapshot) -> LightMeter {
     let width = shown.size[0];
-    LightMeter::new(shown.size, |at| {
+    let meter = LightMeter::new(shown.size, |at| {
         let place = [at as u32 % width, at as u32 / width];
         let (film, index) = source_of(shown, place);
         (radiance_at(shown, place), film.coverage_of(index))
-    })
+    });
+    meter.beside_catchers(shown.small.as_deref().unwrap_or(&shown.gathered.film))
 }
 
 /// The radiance of a pixel of the displayed image, which must contain it.
