@@ -13,6 +13,7 @@ mod lower;
 mod parts;
 pub mod query;
 mod scan;
+mod slips;
 mod source;
 #[cfg(test)]
 pub(super) mod tests;

@@ -15,8 +15,8 @@ use serde::de::{Deserialize, DeserializeOwned, IgnoredAny};
 
 use super::keyframes::Clock;
 use super::parts::TextPart;
-use super::scan;
 use super::variables::without_variables;
+use super::{scan, slips};
 use crate::error::{LoadError, did_you_mean, in_one_line, meant};
 use crate::formats::elsewhere;
 
@@ -392,6 +392,10 @@ impl<'a> SceneText<'a> {
             Some('"') => "a string".to_owned(),
             Some(c) => format!("\"{}\"", c.escape_debug()),
         };
+        let before = &text[..scan::offset_of(text, stop).unwrap_or_default()];
+        if let Some(advice) = slips::advice(code, before, stop) {
+            return self.error(stop, advice);
+        }
         let mut reason = match code {
             Error::Eof => "the file ends too early".to_owned(),
             Error::ExpectedComma => format!("expected a comma or a closing bracket, found {found}"),

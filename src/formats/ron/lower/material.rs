@@ -43,7 +43,11 @@ impl<'a> Lowering<'_, 'a> {
         let name = self.source.string(raw, "the name of a material")?;
         self.source.find_name(raw, &name, |name| self.materials.get(name).copied()).ok_or_else(|| {
             let suggestion = suggest(&name, self.materials.keys().map(String::as_str));
-            self.source.error(raw.0, format!("unknown material \"{}\"{suggestion}", shorten(&name)))
+            let known = match self.materials.is_empty() {
+                true => "; the scene names none: materials: {\"…\": Principled()} does",
+                false => "",
+            };
+            self.source.error(raw.0, format!("unknown material \"{}\"{suggestion}{known}", shorten(&name)))
         })
     }
 

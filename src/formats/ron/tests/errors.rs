@@ -66,7 +66,7 @@ fn deep_nesting_is_refused_without_stack_overflow() {
 fn long_names_are_shortened() {
     let text = format!("(entities: [(material: \"{}\")])", "x".repeat(1_000_000));
     let reason = format!(": unknown material \"{}…\"", "x".repeat(48));
-    assert!(read(&text).err().unwrap().to_string().ends_with(&reason));
+    assert!(read(&text).err().unwrap().to_string().contains(&reason));
 }
 
 /// A long chain of ancestors is not a cycle and does not overflow the stack.

@@ -1,0 +1,43 @@
+//! Slips that make a text no RON: a forgotten comma, a decimal comma, a unit, curly quotes.
+
+use ron::Error;
+
+use super::scan;
+
+/// The units that people write behind numbers.
+const UNITS: [&str; 14] = ["m", "cm", "mm", "km", "kg", "s", "ms", "W", "w", "lm", "cd", "lx", "K", "deg"];
+
+/// The advice for the place where reading stopped, if an error is one of these slips: `before` and `stop` are the text
+/// before that place and from there on.
+pub(super) fn advice(code: &Error, before: &str, stop: &str) -> Option<String> {
+    let before = before.trim_end();
+    let (name, rest) = scan::split_identifier(stop);
+    let first = stop.chars().next()?;
+    match code {
+        Error::ExpectedComma if before.ends_with(|c: char| c.is_ascii_digit()) && is_unit(name, first) => {
+            Some("numbers stand without a unit, which the name of the field says".to_owned())
+        }
+        Error::ExpectedComma if !name.is_empty() && scan::skip_blank(rest).starts_with(':') => {
+            Some(format!("a comma is missing before \"{name}\""))
+        }
+        Error::ExpectedComma if first == '(' && before.ends_with(')') => {
+            Some("a comma is missing between the brackets".to_owned())
+        }
+        Error::ExpectedIdentifier | Error::SuggestRawIdentifier(_) => {
+            let whole = before.strip_suffix(',')?;
+            let digits = |text: &str| text.chars().take_while(char::is_ascii_digit).collect::<String>();
+            let reversed: String = digits(&whole.chars().rev().collect::<String>());
+            let (whole, part) = (reversed.chars().rev().collect::<String>(), digits(stop));
+            let is_number = !whole.is_empty() && !part.is_empty();
+            is_number.then(|| format!("decimals follow a point: {whole}.{part}"))
+        }
+        Error::UnexpectedChar('“' | '”' | '„' | '‘' | '’' | '«' | '»') => {
+            Some("strings stand in straight quotes: \"…\"".to_owned())
+        }
+        _ => None,
+    }
+}
+
+fn is_unit(name: &str, first: char) -> bool {
+    UNITS.contains(&name) || first == '°'
+}
