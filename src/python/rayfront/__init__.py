@@ -261,7 +261,8 @@ def load(
     floor (True), or one of which only shadows are seen ("shadow"). light_units ("auto", "candela", "watt"), solid_glass and double_sided: the interpretation of glTF files. size: the size
     of the image, for which an added camera is placed. up: the axis that points up in a model or mesh, "y" or "z". env_turn: the
     angle in degrees by which environments are turned, clockwise seen from above. env_strength: the factor on their light.
-    background: what the camera sees behind everything, a grey, (red, green, blue), "#c03020" or a gradient as in scene files.
+    background: what images show behind things, a grey, (red, green, blue), "#c03020", a gradient as in scene files, or the
+        path of a picture; it lights nothing.
     var: values of the scene file's variables by name: numbers, tuples, or text as in scene files, {"paint": "Srgb(1, 0, 0)"}.
     """
     scene, animation = (None if given is None else str(given) for given in (scene, animation))
