@@ -90,25 +90,31 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     // contains other entities, or light enters it.
     let eye = scene.camera.origin;
     let mut tracer = ProbeTracer::new(scene);
-    let met: Vec<_> = directions(ABOUT).map(|way| tracer.first(eye, way, f32::INFINITY)).collect();
+    let ways: Vec<Vec3> = directions(ABOUT).collect();
+    let met: Vec<_> = ways.iter().map(|way| tracer.first(eye, *way, f32::INFINITY)).collect();
     let Some(Some(first)) = met.first() else { return };
     let all_one = met.iter().all(|met| met.is_some_and(|met| met.entity == first.entity));
     let others = scene.geometry.parts.entity.iter().chain(&scene.geometry.instance_entities);
     let is_alone = others.copied().all(|entity| entity == first.entity);
     let material = &scene.materials[first.material as usize];
     if all_one && !is_alone && probes.dark() > 0.5 && !material.emits() {
-        let (name, far) = (checked.name(first.entity), farthest(&met));
+        let name = checked.name(first.entity);
+        let (far, way) = nearest(&met, &ways);
+        let outside = text(checked, eye + way * (1.5 * far));
         findings.push(finding(
             "camera-inside",
             None,
             format!("the camera is inside \"{}\" and sees nothing else", words(&name)),
-            format!("move it by more than {far:.3} m, or take the body away"),
+            format!("move it by more than {far:.3} m, such as to {outside}, or take the body away"),
         ));
     }
 }
 
-fn farthest(met: &[Option<super::probes::Met>]) -> f32 {
-    met.iter().flatten().map(|met| met.distance).fold(0.0, f32::max)
+/// The shortest way out: its length and direction.
+fn nearest(met: &[Option<super::probes::Met>], ways: &[Vec3]) -> (f32, Vec3) {
+    let lengths = met.iter().map(|met| met.map_or(f32::INFINITY, |met| met.distance));
+    let ways = lengths.zip(ways.iter().copied());
+    ways.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, Vec3::ZERO))
 }
 
 /// True if the scene lies in the image but covers at most two pixels.
