@@ -341,11 +341,16 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     choose("layer", "light");
 
     // What is picked has an outline and a form; a change of its values shows, and beside it the image before.
-    browser.run("document.getElementById('edit-panel').open = true; return true;");
     browser.drag([0.5, 0.55], [0, 0]);
     browser.when("the outline", "return !document.getElementById('outline').hidden;");
+    browser.run("document.getElementById('edit-panel').open = true; return true;");
+    browser.when("the list", "return document.getElementById('form-of').options.length > 3;");
     browser.when("the form", "return document.getElementById('form-of').value === 'Material[\"paint\"]';");
     browser.when("a field", "return document.getElementById('field-diffuse') !== null;");
+    browser.drag([0.5, 0.95], [0, 0]);
+    let floor = "return document.getElementById('picked-row').textContent.includes('floor') && \
+        document.getElementById('picked-fact').textContent;";
+    assert_eq!(browser.when("a thing without a form", floor), "It has no values to change here.");
     choose("field-diffuse", "0.05");
     shown.when("the change", |status| status["edits"][0].is_string() && status["is_done"] == true);
     browser.when("another image", &changed(&first));

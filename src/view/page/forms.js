@@ -15,22 +15,27 @@ async function askServer(command) {
 
 const KINDS = { settings: "Settings", material: "Materials", light: "Lights", camera: "Cameras" };
 
+/** Takes the things that have a form, and lists them. */
+function takeTargets(found) {
+  if (JSON.stringify(found) === JSON.stringify(targets)) return;
+  targets = found;
+  const group = (kind) => {
+    const options = targets.filter((it) => it.kind === kind).map((it) => new Option(it.name, it.statement));
+    return Object.assign(element("optgroup", "", ...options), { label: KINDS[kind] });
+  };
+  byId("form-of").replaceChildren(...Object.keys(KINDS).map(group).filter((it) => it.children.length > 0));
+}
+
 /** Requests the list and the form again after each change, as long as the panel is open. */
 const refreshForms = newestOnly(async () => {
   if (!byId("edit-panel").open || !state || formsGeneration === state.generation) return;
   const generation = state.generation;
-  const found = await askServer({ forms: true });
-  if (JSON.stringify(found) !== JSON.stringify(targets)) {
-    targets = found;
-    const group = (kind) => {
-      const options = targets.filter((it) => it.kind === kind).map((it) => new Option(it.name, it.statement));
-      return Object.assign(element("optgroup", "", ...options), { label: KINDS[kind] });
-    };
-    byId("form-of").replaceChildren(...Object.keys(KINDS).map(group).filter((it) => it.children.length > 0));
-  }
+  takeTargets(await askServer({ forms: true }));
   if (!targets.some((it) => it.statement === formOf)) formOf = targets.find((it) => it.kind !== "settings")?.statement ?? "settings";
   byId("form-of").value = formOf;
   const form = await askServer({ form: formOf });
+  // Meanwhile a click may have chosen another form, which is requested next.
+  if (form.statement !== formOf) return;
   formsGeneration = generation;
   showForm(form);
 });
@@ -155,21 +160,19 @@ function enable(id, isEnabled, why, title) {
 
 // What is picked: its form, and its outline over the image.
 
-async function pick([x, y]) {
-  try {
-    const { entity, material } = await (await request("/pixel", { x, y })).json();
-    picked = entity;
-    askForOutline();
-    if (entity === null) return;
-    byId("picked").textContent = entity;
-    if (targets.length === 0) targets = await askServer({ forms: true });
-    const has = (kind, name) => targets.find((it) => it.kind === kind && it.name === name);
-    const found = has("light", entity) ?? has("material", entity) ?? has("material", material);
-    if (found) chooseForm(found.statement);
-  } catch (error) {
-    fail(error);
-  }
-}
+/** Picks what is at a pixel; of several clicks, the last one counts. */
+const pick = newestOnly(async ([x, y]) => {
+  const { entity, material } = await (await request("/pixel", { x, y })).json();
+  picked = entity;
+  askForOutline();
+  if (entity === null) return;
+  byId("picked").textContent = entity;
+  takeTargets(await askServer({ forms: true }));
+  const has = (kind, name) => targets.find((it) => it.kind === kind && it.name === name);
+  const found = has("light", entity) ?? has("material", entity) ?? has("material", material);
+  byId("picked-fact").textContent = found ? "" : "It has no values to change here.";
+  if (found) chooseForm(found.statement);
+});
 
 const askForOutline = newestOnly(async () => {
   const canvas = byId("outline");
