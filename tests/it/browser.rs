@@ -364,3 +364,28 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     assert!(text.contains("\"paint\": (diffuse: (0.05, 0.2, 0.1))"), "{text}");
     assert_eq!(browser.complaints(), [""; 0]);
 }
+
+/// A page of an earlier run on the same port tells so, and changes nothing in the new one.
+#[test]
+fn page_of_an_earlier_run_tells_so_in_a_browser() {
+    if std::env::var_os("RAYFRONT_BROWSER").is_none() {
+        eprintln!("not asked for: RAYFRONT_BROWSER is not set");
+        return;
+    }
+    let first = Shown::new();
+    let browser = Browser::new(1400, 900);
+    browser.open(&first.address());
+    browser.when("the last sample", DONE);
+    let port = first.address().split([':', '/']).nth(4).expect("a port").to_owned();
+    drop(first);
+    let second = Shown::with(super::view::SCENE, &["--port", &port]);
+    let notice = "const c = document.getElementById('connection'); \
+        return c.checkVisibility() && c.textContent.includes('earlier run');";
+    browser.when("the notice", notice);
+    browser.drag([0.5, 0.5], [120, 40]);
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(second.json("/status")["camera"]["is_moved"], false);
+    browser.open(&second.address());
+    browser.when("the last sample", DONE);
+    assert_eq!(browser.run("return document.getElementById('connection').checkVisibility();"), false);
+}

@@ -100,6 +100,10 @@ async function request(path, parameters, options) {
     throw new Unreachable();
   });
   if (response.ok) return response;
+  if (response.status === 403) {
+    noticeOtherRun();
+    throw new Unreachable();
+  }
   const { error } = await response.json().catch(() => ({}));
   throw new Error(error ?? `rayfront answers with status ${response.status}.`);
 }
@@ -174,13 +178,29 @@ function listen() {
   const events = new EventSource(address("/events"));
   events.onopen = () => {
     byId("connection").hidden = true;
-    shown.serial = -1; // a restarted server counts from 0 again
+    shown.serial = -1; // requests for images may have failed meanwhile
   };
   events.onmessage = (event) => takeState(JSON.parse(event.data));
   events.onerror = () => {
     byId("connection").hidden = false;
-    if (events.readyState === EventSource.CLOSED) setTimeout(listen, 2_000);
+    if (events.readyState === EventSource.CLOSED) reconnect();
   };
+}
+
+async function reconnect() {
+  // A request that is refused shows that this page is of an earlier run: then there is no point in another attempt.
+  await request("/status").catch(() => {});
+  if (!isOfEarlierRun) setTimeout(listen, 2_000);
+}
+
+let isOfEarlierRun = false;
+
+/** Tells that the program was started again: each run has its own token. */
+function noticeOtherRun() {
+  isOfEarlierRun = true;
+  byId("connection").textContent =
+    "rayfront was started again, and this page shows what an earlier run rendered. Open the address that the program has printed.";
+  byId("connection").hidden = false;
 }
 
 function takeState(next) {
