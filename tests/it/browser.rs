@@ -389,3 +389,28 @@ fn page_of_an_earlier_run_tells_so_in_a_browser() {
     browser.when("the last sample", DONE);
     assert_eq!(browser.run("return document.getElementById('connection').checkVisibility();"), false);
 }
+
+/// Numbers in narrow fields are rounded for display only: what is sent has all of their digits.
+#[test]
+fn page_sends_numbers_that_it_rounds_exactly_in_a_browser() {
+    if std::env::var_os("RAYFRONT_BROWSER").is_none() {
+        eprintln!("not asked for: RAYFRONT_BROWSER is not set");
+        return;
+    }
+    let scene = super::view::SCENE.replace("(0.8, 0.2, 0.1)", "(0.123456, 0.00123456, 0.1)");
+    let shown = Shown::with(&scene, &[]);
+    let browser = Browser::new(1400, 900);
+    browser.open(&shown.address());
+    browser.when("the last sample", DONE);
+    browser.run("document.getElementById('edit-panel').open = true; return true;");
+    let values = "return document.getElementById('field-diffuse') && \
+        ['', '-green', '-blue'].map((end) => document.getElementById('field-diffuse' + end).value);";
+    assert_eq!(browser.when("the form", values), json!(["0.12346", "0.00123", "0.1"]));
+    browser.run(
+        "const blue = document.getElementById('field-diffuse-blue'); blue.value = '0.5'; \
+         blue.dispatchEvent(new Event('change', {bubbles: true})); return true;",
+    );
+    let status = shown.when("the change", |status| status["edits"][0].is_string());
+    assert_eq!(status["edits"][0], r#"Material["paint"].diffuse = (0.123456, 0.00123456, 0.5)"#);
+    assert_eq!(browser.complaints(), [""; 0]);
+}

@@ -71,8 +71,43 @@ function fieldRow(statement, field) {
 
 const input = (id, type, value, facts = {}) => Object.assign(element("input"), { id, type, value: value ?? "", ...facts });
 
-/** A number as in a scene file; an empty control is no number. */
-const written = (control) => (control.value === "" ? "None" : String(rounded(control.valueAsNumber, 7)));
+const ROOM = 8; // the characters of a number that fit beside a slider or a unit
+const ROOM_OF_COLORS = 7; // those that fit beside two other numbers and a colour
+
+/** The shortest number that is the same 32-bit float, such as 0.1. */
+const shortest = (value) => [6, 7, 8, 9].map((to) => rounded(value, to)).find((it) => Math.fround(it) === Math.fround(value)) ?? value;
+
+/** A number in at most `room` characters, as exact as they allow. */
+function fitted(value, room) {
+  const plain = [9, 8, 7, 6, 5, 4, 3].map((to) => String(rounded(value, to)));
+  const short = [2, 1, 0].map((to) => value.toExponential(to));
+  return [...plain, ...short].find((text) => text.length <= room) ?? short[2];
+}
+
+/** A control that shows a number in little room, and all of its digits while it has the focus. */
+function numberInput(id, value, room, facts) {
+  const control = Object.assign(input(id, "number", null, facts), { room });
+  setNumber(control, value);
+  control.addEventListener("focus", () => {
+    if (control.value === control.shown) control.value = control.exact;
+  });
+  control.addEventListener("blur", () => {
+    if (control.value !== "" && control.checkValidity()) setNumber(control, Number(written(control)));
+  });
+  return control;
+}
+
+function setNumber(control, value) {
+  control.exact = value === null ? "" : String(shortest(value));
+  control.value = control.shown = value === null ? "" : fitted(shortest(value), control.room);
+  control.title = control.exact === control.shown ? "" : control.exact;
+}
+
+/** A number as in a scene file, not as rounded for display; an empty control is no number. */
+function written(control) {
+  if (control.value === "") return "None";
+  return control.value === control.shown ? control.exact : String(shortest(control.valueAsNumber));
+}
 
 const CONTROLS = {
   flag(field, set, id) {
@@ -82,20 +117,22 @@ const CONTROLS = {
   },
   number(field, set, id) {
     const limits = { min: field.min ?? "", max: field.max ?? "", step: field.step ?? "any" };
-    const number = input(id, "number", field.value === null ? null : rounded(field.value), limits);
+    const isBare = field.min == null || field.max == null || field.value === null || field.max - field.min > 1000;
+    const number = numberInput(id, field.value, isBare ? 2 * ROOM : ROOM, limits);
     number.addEventListener("change", () => (number.checkValidity() ? set(written(number)) : tell(`${field.name}: ${field.range}.`, true)));
-    if (field.min == null || field.max == null || field.value === null || field.max - field.min > 1000) return number;
+    if (isBare) return number;
     const slider = input(`${id}-slider`, "range", field.value, { ...limits, step: field.step ?? (field.max - field.min) / 500, ariaLabel: field.name });
     slider.addEventListener("input", () => {
-      number.value = rounded(slider.valueAsNumber, 4);
-      set(number.value);
+      setNumber(number, rounded(slider.valueAsNumber, 4));
+      set(written(number));
     });
     return element("span", "with-slider", slider, number);
   },
   color(field, set, id) {
     const parts = field.value.map((value, channel) => {
       const name = ["red", "green", "blue"][channel];
-      return input(channel ? `${id}-${name}` : id, "number", rounded(value, 5), { min: 0, step: "any", ariaLabel: `${field.name}, ${name}` });
+      const facts = { min: 0, step: "any", ariaLabel: `${field.name}, ${name}` };
+      return numberInput(channel ? `${id}-${name}` : id, value, ROOM_OF_COLORS, facts);
     });
     const most = Math.max(1e-9, ...field.value);
     const scale = field.range === "from 0 to 1" ? 1 : most;
@@ -103,7 +140,7 @@ const CONTROLS = {
     const send = () => set(`(${parts.map(written).join(", ")})`);
     for (const part of parts) part.addEventListener("change", send);
     color.addEventListener("input", () => {
-      lightFactor({ factor: scale, color: color.value }).forEach((value, channel) => (parts[channel].value = rounded(value, 4)));
+      lightFactor({ factor: scale, color: color.value }).forEach((value, channel) => setNumber(parts[channel], rounded(value, 4)));
       send();
     });
     return element("span", "with-color rgb", ...parts, color);
@@ -117,7 +154,7 @@ const CONTROLS = {
     return select;
   },
   text(field, set, id) {
-    const text = input(id, "text", field.value, { spellcheck: false });
+    const text = input(id, "text", field.value, { spellcheck: false, title: field.value ?? "" });
     text.addEventListener("change", () => set(text.value));
     return text;
   },

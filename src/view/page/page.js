@@ -532,12 +532,13 @@ function showCamera() {
   for (const id of ["fov", "fov-number"]) {
     // As for a parallel projection.
     enable(id, camera.fov_deg !== null, "This camera has no such angle: its own values are below, under Values", "");
-    show(id, camera.fov_deg === null ? "" : rounded(camera.fov_deg));
+    show(id, camera.fov_deg === null ? "" : fitted(camera.fov_deg, ROOM));
   }
   const lens = camera.lens_radius_m ?? 0; // a pinhole camera has no lens, but may get one
   // Scenes have all sizes, so the slider's range depends on the distance.
   byId("lens").max = Math.max(lens, rounded((camera.focus_m ?? 1) / 20, 1));
-  for (const id of ["lens", "lens-number"]) show(id, rounded(lens));
+  show("lens", rounded(lens));
+  show("lens-number", fitted(lens, ROOM));
   byId("focus-distance").textContent = camera.focus_m === null ? "all distances" : `${digits(camera.focus_m)} m`;
   byId("camera-origin").textContent = triple(camera.origin);
   byId("camera-target").textContent = triple(camera.target);
