@@ -2,16 +2,30 @@
 
 use super::scene::{LiveScene, SceneError, camera_entity};
 use crate::film::Region;
+use crate::formats::{self, Edits};
 use crate::math::{DVec3, Vec3};
 use crate::render::{Options, Session};
-use crate::world::{Camera, FocusAt, FocusOn, LookAtFault, OrbitCamera, Parent};
+use crate::world::names::is_same_name;
+use crate::world::{Camera, FocusAt, FocusOn, LookAtFault, Name, OrbitCamera, Parent, Stereo, World};
 
 impl LiveScene {
     /// The orbit camera. At first its pivot is the surface in the centre of the image.
     pub fn rig(&self) -> OrbitCamera {
-        if let Some(rig) = &self.rig {
-            return rig.clone();
+        let mut rig = self.rig.clone().unwrap_or_else(|| self.authored_rig());
+        // A focus on an entity or a pixel replaces the camera's own.
+        let entity = camera_entity(&self.world, self.camera.as_deref());
+        let is_focused = |entity| self.world.entities.satisfies::<hecs::Or<&FocusOn, &FocusAt>>(entity);
+        if entity.is_some_and(is_focused)
+            && let Some(own) = rig.camera.focus_distance_m()
+            && let Some(focused) = self.compiled.scene.camera.focus_distance_m()
+        {
+            *own = focused;
         }
+        rig
+    }
+
+    /// The camera as its files put it.
+    fn authored_rig(&self) -> OrbitCamera {
         let scene = &self.compiled.scene;
         let bounds = scene.bounds;
         let to_middle = (bounds.center() - scene.camera.origin).dot(scene.camera.forward);
@@ -20,15 +34,57 @@ impl LiveScene {
         let size = bounds.size().length().max(1e-3);
         let usual = if to_middle > 0.01 * size { to_middle } else { size };
         let axes = [scene.camera.right, scene.camera.up, scene.camera.forward].map(|axis| axis.as_dvec3());
-        let mut camera = self.authored.camera.unwrap_or(Camera::Pinhole { vertical_fov: 1.0 });
-        // A focus on a pixel replaces the camera's own.
-        let entity = camera_entity(&self.world, self.camera.as_deref());
-        if entity.is_some_and(|entity| self.world.entities.satisfies::<&FocusAt>(entity))
-            && let (Some(own), Some(focused)) = (camera.focus_distance_m(), scene.camera.focus_distance_m())
-        {
-            *own = focused;
-        }
+        let camera = self.authored.camera.unwrap_or(Camera::Pinhole { vertical_fov: 1.0 });
         OrbitCamera::new(scene.in_world(scene.camera.origin), axes, camera, f64::from(ahead.unwrap_or(usual)))
+    }
+
+    /// The camera's entity as a line of a scene file, which gives the same image.
+    pub fn camera_line(&self, rig: &OrbitCamera) -> Result<String, SceneError> {
+        let [camera, look_at] = self.camera_texts(rig, &self.path)?;
+        let mut keys =
+            vec![("name", format!("{:?}", self.camera_name().unwrap_or_default())), ("camera", camera)];
+        // A camera that was not moved stays where its file puts it, to the last bit.
+        let is_in_place = self.rig.is_none() && !self.authored.depends;
+        keys.extend((!is_in_place).then_some(("transform", look_at)));
+        keys.extend(self.other_keys(is_in_place));
+        let keys: Vec<_> = keys.into_iter().map(|(key, text)| format!("{key}: {text}")).collect();
+        Ok(format!("({})", keys.join(", ")))
+    }
+
+    /// The other keys of the camera's entity in a scene file: its own transform if `is_in_place`, its stereo pair, and the
+    /// entity in focus.
+    fn other_keys(&self, is_in_place: bool) -> Vec<(&'static str, String)> {
+        let entity = camera_entity(&self.world, self.camera.as_deref());
+        let stereo = entity.and_then(|entity| self.world.entities.get::<&Stereo>(entity).ok().map(|it| *it));
+        let mut alone = World::default();
+        let own = alone.entities.spawn(());
+        let focused = self.focus_name().map(|name| FocusOn(alone.entities.spawn((Name(name),))));
+        // The entity is there.
+        let _ = self.authored.transform.filter(|_| is_in_place).map(|it| alone.entities.insert_one(own, it));
+        let _ = stereo.map(|it| alone.entities.insert_one(own, it));
+        let _ = focused.map(|it| alone.entities.insert_one(own, it));
+        formats::ron::portrait(&alone, &self.path)
+            .entities
+            .into_iter()
+            .next()
+            .map_or_else(Vec::new, |(_, keys)| keys)
+    }
+
+    /// The name of the entity in focus, if no other has it: a scene file may refer to it.
+    pub(super) fn focus_name(&self) -> Option<String> {
+        let name = self.focused()?;
+        let all = self.world.in_order().into_iter();
+        let count = all.filter(|entity| is_same_name(&self.world.name_of(*entity), &name)).count();
+        (count == 1).then_some(name)
+    }
+
+    /// Removes the options that place the camera and choose its lens, which statements do instead. A focus on an entity
+    /// stays if the camera has one.
+    pub(super) fn forget_camera_options(&self, edits: &mut Edits) {
+        let focuses = self.focused().is_some() && self.rig().camera.focus_distance_m().is_some();
+        let focus = edits.focus.take().filter(|_| focuses);
+        edits.forget_camera();
+        edits.focus = focus;
     }
 
     /// The depth of the first hit in a pixel along the camera's axis, and its position; none if nothing is hit.

@@ -26,10 +26,12 @@ impl LiveScene {
             ));
         }
         let before = (self.options.edits.clone(), self.rig.clone());
-        let moved = self.rig.as_ref().filter(|_| statement.starts_with("Camera["));
-        if let Some(moved) = moved.and_then(|rig| self.camera_statements(rig)) {
+        let is_moved = self.rig.is_some() && statement.starts_with("Camera[");
+        if let Some(moved) = is_moved.then(|| self.camera_statements(&self.rig())).flatten() {
             // The camera as it was moved by hand is what the statement changes.
-            self.options.edits.forget_camera();
+            let mut edits = std::mem::take(&mut self.options.edits);
+            self.forget_camera_options(&mut edits);
+            self.options.edits = edits;
             self.forget_camera_statements();
             self.options.edits.set.extend(moved);
             self.rig = None;

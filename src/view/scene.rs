@@ -125,10 +125,10 @@ impl ChangedSettings {
 /// A camera as its files describe it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Authored {
-    transform: Option<Transform>,
+    pub(super) transform: Option<Transform>,
     pub(super) camera: Option<Camera>,
     /// True if it has a parent, or came with another file.
-    depends: bool,
+    pub(super) depends: bool,
 }
 
 impl LiveScene {
@@ -314,7 +314,10 @@ impl LiveScene {
             ));
         }
         let text = String::from_utf8(bytes).map_err(|_| LoadError::invalid(&path, "this is not UTF-8"))?;
-        let keys = [("camera", camera), ("transform", transform)];
+        let mut keys = vec![("camera", camera), ("transform", transform)];
+        // The file need not know of the focus that the command line chooses.
+        let focus = self.options.edits.focus.as_ref().and_then(|_| self.focus_name());
+        keys.extend(focus.map(|name| ("focus_on", format!("{name:?}"))));
         let edited = formats::ron::with_keys(&text, &path, position, &keys)?;
         // Writes to the target of a symbolic link instead of replacing the link.
         files::replace(&path.canonicalize().unwrap_or(path.clone()), edited.as_bytes())?;
@@ -326,20 +329,13 @@ impl LiveScene {
         Ok(format!("saved in {}", path.display()))
     }
 
-    /// The camera's entity as a line of a scene file.
-    pub fn camera_line(&self, rig: &OrbitCamera) -> Result<String, SceneError> {
-        let [camera, transform] = self.camera_texts(rig, &self.path)?;
-        let name = self.camera_name().unwrap_or_default();
-        Ok(format!("(name: {name:?}, camera: {camera}, transform: {transform})"))
-    }
-
     /// The recipe that reproduces the current image.
     pub fn recipe(&self, setup: &RenderSetup) -> Recipe {
         let mut options = self.options.clone();
-        let put = self.rig.as_ref().map(|rig| self.camera_statements(rig));
+        let put = self.rig.is_some().then(|| self.camera_statements(&self.rig()));
         let is_moved = matches!(put, Some(None));
         if let Some(statements) = put.flatten() {
-            options.edits.forget_camera();
+            self.forget_camera_options(&mut options.edits);
             options.edits.set.extend(statements);
         }
         let mut settings = self.world.settings.clone();
@@ -359,7 +355,7 @@ impl LiveScene {
         Some([of_camera("camera", &camera), of_camera("transform", &transform)])
     }
 
-    fn camera_texts(&self, rig: &OrbitCamera, file: &Path) -> Result<[String; 2], SceneError> {
+    pub(super) fn camera_texts(&self, rig: &OrbitCamera, file: &Path) -> Result<[String; 2], SceneError> {
         let Pose { from, to, up } = rig.pose();
         let camera = formats::ron::camera(&self.world, &rig.camera, file)?;
         let transform = formats::ron::look_at(from, to, up).map_err(SceneError::Refused)?;

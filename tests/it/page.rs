@@ -60,6 +60,7 @@ fn copied_command_renders_the_image_of_the_page() {
         (&["--exposure", "auto"], &[], other),
         (&["--f-stop", "0.5", "--focus", "48,30"], &[], look),
         (&["--f-stop", "0.5", "--focus", "48,30"], &[json!({"orbit": [0.2, 0.0]})], look),
+        (&["--f-stop", "0.5", "--focus", "ball"], &[json!({"orbit": [0.2, 0.0]})], look),
         (&["--background", "#ff8000"], &[], "layer=denoised&exposure=auto&tonemap=Agx"),
         (&["--transparent"], &[], "layer=light&exposure=auto&tonemap=Aces"),
         (&["--zoom", "1.5"], &[set.clone(), settings.clone(), orbit.clone(), fov.clone()], other),
@@ -77,6 +78,48 @@ fn copied_command_renders_the_image_of_the_page() {
         let (_, pixels) = shown.get(&format!("/image?{look}"));
         let file = image::open(shown.folder.join(name)).expect("a picture").into_rgba8().into_raw();
         assert!(file == pixels, "{options:?} {wishes:?}: {command}");
+    }
+}
+
+/// A camera, copied as a line or saved, gives the image that the page shows, whatever it is focused on.
+#[test]
+fn copied_and_saved_cameras_keep_their_focus() {
+    let eye = r#"(name: "eye", camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 1, 6), to: (0, 0, 0))),"#;
+    let optics = "camera: ThinLens(vertical_fov_degrees: 40, lens_radius_m: 0.3)";
+    let turned = "transform: LookAt(from: (0.123456789, 1, 6), to: (0.3, 0.1, 0.7))";
+    let thin = format!("(name: \"eye\", {optics}, focus_on: \"ball\", {turned}),");
+    let pair =
+        format!("(name: \"eye\", {optics}, focus_on: \"ball\", {turned}, stereo: (eye_distance_m: 0.3)),");
+    let orbit = &[json!({"orbit": [0.2, 0.05]})][..];
+    for (entity, options, wishes) in [
+        (&thin[..], &[][..], &[][..]),
+        (&thin, &[], orbit),
+        (&pair, &[], &[]),
+        (&pair, &[], orbit),
+        (eye, &["--f-stop", "0.5", "--focus", "ball"], &[]),
+        (eye, &["--f-stop", "0.5", "--focus", "ball"], orbit),
+        (eye, &["--f-stop", "0.5", "--focus", "48,30"], orbit),
+    ] {
+        assert!(SCENE.contains(eye));
+        let scene = SCENE.replace(eye, entity);
+        let shown = Shown::with(&scene, options);
+        for wish in wishes {
+            assert_eq!(shown.wish(wish.clone()).0, 200, "{wish}");
+        }
+        let seen = shown.image();
+        let camera = shown.json("/status")["camera"].clone();
+        let focus = camera["focus_m"].as_f64().expect("a focus");
+        assert!((4.9..6.5).contains(&focus), "{camera}");
+        let line = camera["line"].as_str().expect("a line");
+        let copy = shown.folder.join("copy.ron");
+        std::fs::write(&copy, scene.replace(entity, &format!("{line},"))).expect("a scene");
+        shown.folder.out("copy.ron --quiet -o copy.png");
+        let copied = image::open(shown.folder.join("copy.png")).expect("a picture").into_rgb8().into_raw();
+        assert!(copied == seen, "{options:?} {wishes:?}: {line}");
+        if !wishes.is_empty() {
+            assert_eq!(shown.wish(json!({"save_camera": true})).0, 200);
+            assert!(rendered(&shown.scene()) == seen, "{options:?}: {line}");
+        }
     }
 }
 
