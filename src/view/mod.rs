@@ -15,7 +15,7 @@
 //! | `GET /image?layer=L&exposure=E&tonemap=T` | red, green, blue, opacity per pixel, top row first; headers `X-…`; nothing before the first image |
 //! | `GET /image.exr?layer=L` | an OpenEXR file |
 //! | `POST /reference?name=F`, `GET /reference?exposure=E&tonemap=T` | takes the bytes of an image to compare with; shows it as `/image` does |
-//! | `GET /command?layer=L&exposure=E&tonemap=T` | the command that renders the image |
+//! | `GET /command?layer=L&exposure=E&tonemap=T&mix=M` | the command that renders the image; with a mix, also the one that mixes its film |
 //! | `GET /values?layer=L&x0=…&y0=…&x1=…&y1=…` | the numbers of a layer's pixels in a region |
 //! | `GET /outline?entity=NAME` | a byte per pixel: 1 at the entity's border, 2 just outside it |
 //! | `GET /pixel?x=X&y=Y` | the values of a pixel |
@@ -27,6 +27,7 @@ mod camera;
 mod edits;
 mod explanation;
 mod forms;
+mod mix;
 mod photons;
 pub mod picture;
 pub mod request;

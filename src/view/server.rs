@@ -30,6 +30,7 @@ use tokio_stream::wrappers::WatchStream;
 use tokio_stream::{Stream, StreamExt};
 
 use super::explanation::explanation;
+use super::mix;
 use super::photons::photons_of;
 use super::picture::{Display, Layer, PageImage, exr, light, outline, picture, pixel, values};
 use super::request::ViewRequest;
@@ -368,16 +369,20 @@ async fn exr_file(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImag
     }
 }
 
-/// Returns the command that renders the image.
+/// Returns the command that renders the image, and mixes its light groups.
 async fn command(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>) -> Response {
-    match wanted.read() {
-        Ok((layer, display)) => {
-            let recipe = site.viewer.shown().recipe;
-            let command = (site.commands.render)(&recipe, display, layer == Layer::Denoised);
-            axum::Json(json!({"command": command})).into_response()
-        }
-        Err(reason) => refuse(StatusCode::BAD_REQUEST, &reason),
-    }
+    let ((layer, display), factors) = match wanted.read().and_then(|read| Ok((read, wanted.factors()?))) {
+        Ok(read) => read,
+        Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
+    };
+    let (shown, is_denoised) = (site.viewer.shown(), layer == Layer::Denoised);
+    let render = |is_denoised| (site.commands.render)(&shown.recipe, display, is_denoised);
+    let statements = mix::statements(shown.setup.light_group_names(), &factors);
+    let command = match statements.is_empty() {
+        true => render(is_denoised),
+        false => mix::command(&render(false), &shown.recipe, &statements, is_denoised),
+    };
+    axum::Json(json!({"command": command})).into_response()
 }
 
 #[derive(Deserialize)]

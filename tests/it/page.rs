@@ -45,6 +45,37 @@ fn movements_show_small_images_until_they_end() {
     });
 }
 
+/// The command that the page copies mixes the lights as it shows them.
+#[cfg(unix)]
+#[test]
+fn copied_command_mixes_the_lights_of_the_page() {
+    let orbit = json!({"orbit": [0.2, 0.05]});
+    let child = SCENE
+        .replace("(name: \"eye\",", "(name: \"base\", transform: ()), (name: \"eye\", parent: \"base\",");
+    let mix = "mix=%5B%5B0.3,0.123456,0%5D%5D";
+    for (scene, options, wishes, look) in [
+        (SCENE, &["--light-groups"][..], &[][..], "layer=light&exposure=0&tonemap=Clamp"),
+        (SCENE, &["--light-groups", "--exposure", "2"], &[orbit], "layer=light&exposure=auto&tonemap=Agx"),
+        (SCENE, &["--light-groups"], &[], "layer=denoised&exposure=1&tonemap=Aces"),
+        (&child, &["--light-groups"], &[], "layer=light&exposure=0&tonemap=Clamp"),
+    ] {
+        let shown = Shown::with(scene, options);
+        for wish in wishes {
+            assert_eq!(shown.wish(wish.clone()).0, 200, "{wish}");
+        }
+        shown.when("the image", |status| status["is_done"] == true);
+        let command = shown.json(&format!("/command?{look}&{mix}"))["command"].clone();
+        let command = command.as_str().expect("a command");
+        crate::printed::typed(&shown.folder, command, "--quiet");
+        let name = if look.contains("denoised") { "scene.denoised.png" } else { "scene.png" };
+        let (_, pixels) = shown.get(&format!("/image?{look}&{mix}"));
+        let file = image::open(shown.folder.join(name)).expect("a picture").into_rgba8().into_raw();
+        assert!(file == pixels, "{options:?}: {command}");
+        let (_, plain) = shown.get(&format!("/image?{look}"));
+        assert!(plain != pixels, "the mix changes the image");
+    }
+}
+
 /// The command that the page copies renders the bytes that it shows.
 #[cfg(unix)]
 #[test]

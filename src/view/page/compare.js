@@ -125,8 +125,9 @@ async function saveExr() {
 
 async function copyRender() {
   try {
-    const { command } = await (await request("/command", lookWanted())).json();
-    copy(command, "the command that renders the finished image");
+    const look = lookWanted();
+    const { command } = await (await request("/command", look)).json();
+    copy(command, look.mix ? "the commands that render the finished image and mix its lights" : "the command that renders the finished image");
   } catch (error) {
     fail(error);
   }

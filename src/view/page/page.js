@@ -416,18 +416,9 @@ function resetLights() {
   askForImage();
 }
 
-/** The command that mixes a film of the scene like the image, for a shell. */
-function mixCommand() {
-  const changed = mix.filter(({ factor, color }) => factor !== 1 || color !== WHITE);
-  const value = (group) => (group.color === WHITE ? group.factor : `(${lightFactor(group).map((part) => rounded(part, 4)).join(", ")})`);
-  const quoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
-  const sets = changed.map((group) => ` --set ${quoted(`${JSON.stringify(group.name)}.power_w *= ${value(group)}`)}`);
-  return `rayfront mix ${quoted(state.name.replace(/\.[^.]*$/, ".film"))}${sets.join("")} -o mix.png`;
-}
-
 function connectLights() {
   on("reset-lights", "click", resetLights);
-  on("copy-mix", "click", () => copy(mixCommand(), "the command"));
+  on("copy-mix", "click", copyRender);
 }
 
 // ---- The server's state: name, status, error, findings ----
