@@ -24,6 +24,7 @@
 //! | `POST /do` | carries out a request ([`request::ViewRequest`]) |
 
 mod camera;
+mod costs;
 mod edits;
 mod explanation;
 mod forms;

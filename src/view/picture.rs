@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::costs::CostMap;
 use super::viewer::Snapshot;
 use crate::denoise::Denoised;
 use crate::film::alpha::opacity;
@@ -46,13 +47,19 @@ pub enum Layer {
     Noise,
     /// The number of samples per pixel.
     Samples,
+    /// The nodes of the tree that a sample's rays visit.
+    Nodes,
+    /// The triangles and spheres that a sample's rays are tested against.
+    Tests,
+    /// The rays of a sample's path.
+    PathLength,
 }
 
 impl FromStr for Layer {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        const ALL: [(&str, Layer); 9] = [
+        const ALL: [(&str, Layer); 12] = [
             ("light", Layer::Light),
             ("denoised", Layer::Denoised),
             ("depth", Layer::Depth),
@@ -62,6 +69,9 @@ impl FromStr for Layer {
             ("material", Layer::Material),
             ("noise", Layer::Noise),
             ("samples", Layer::Samples),
+            ("nodes", Layer::Nodes),
+            ("tests", Layer::Tests),
+            ("path-length", Layer::PathLength),
         ];
         let found = ALL.iter().find(|(known, _)| *known == name);
         found.map(|(_, layer)| *layer).ok_or_else(|| format!("there is no layer {name:?}"))
@@ -109,7 +119,7 @@ impl ColorBar {
     const COLORS: u8 = 17;
 
     /// A bar from the colour of each fraction of the range.
-    fn new(unit: &'static str, [low, high]: [f32; 2], color: impl Fn(f32) -> [u8; 3]) -> ColorBar {
+    pub(super) fn new(unit: &'static str, [low, high]: [f32; 2], color: impl Fn(f32) -> [u8; 3]) -> ColorBar {
         let fraction = |at: u8| f32::from(at) / f32::from(Self::COLORS - 1);
         ColorBar { unit, low, high, colors: (0..Self::COLORS).map(|at| color(fraction(at))).collect() }
     }
@@ -149,6 +159,7 @@ pub fn picture(shown: &Snapshot, layer: Layer, display: Display, factors: &[Rgb]
             let colors = film.pixels().iter().map(|sums| heat(samples(sums) as f64 / most as f64));
             own(colors.collect(), Some(bar))
         }
+        Layer::Nodes | Layer::Tests | Layer::PathLength => CostMap::of(shown).picture(layer),
         _ => {
             let features = all_features(shown);
             let range = depth_range(&features);
@@ -322,7 +333,7 @@ fn bar_of_features(layer: Layer, [near, far]: [f32; 2]) -> Option<ColorBar> {
 }
 
 /// A colour from dark for 0 to bright for 1.
-fn heat(part: f64) -> [u8; 3] {
+pub(super) fn heat(part: f64) -> [u8; 3] {
     colormap::color(part).to_array().map(|c| quantise_8_bit(srgb_encode(c)))
 }
 
@@ -346,12 +357,16 @@ fn all_features(shown: &Snapshot) -> Cow<'_, [Features]> {
 
 /// Features of the first hits in a region.
 fn features(setup: &Arc<RenderSetup>, options: Options, region: Region) -> Vec<Features> {
-    let options = Options { region: Some(region), ..options };
-    let mut session = Session::of(setup.clone(), LOOKED_AT, options);
+    session_of(setup, Options { region: Some(region), ..options }, LOOKED_AT).features()
+}
+
+/// A session that has as many samples, none of which is rendered: for layers that render them again.
+pub(super) fn session_of(setup: &Arc<RenderSetup>, options: Options, count: u32) -> Session {
+    let mut session = Session::of(setup.clone(), count, options);
     let mut samples = SampleRanges::default();
-    samples.insert(0..LOOKED_AT);
+    samples.insert(0..count);
     session.resume_from(RenderState { samples, ..session.state().clone() });
-    session.features()
+    session
 }
 
 /// A session with the state of a snapshot; none while that is a smaller image.
@@ -384,6 +399,10 @@ pub fn values(shown: &Snapshot, layer: Layer, [x0, y0, x1, y1]: [u32; 4]) -> Opt
         Layer::Depth | Layer::Normal | Layer::Albedo => {
             let features = all_features(shown);
             features.get(place[1] as usize * shown.size[0] as usize + place[0] as usize).map(of_features)
+        }
+        Layer::Nodes | Layer::Tests | Layer::PathLength => {
+            let map = Some(CostMap::of(shown)).filter(|map| map.size == shown.size)?;
+            map.values(layer, place).map(<[f32]>::to_vec)
         }
         Layer::Denoised | Layer::Entity | Layer::Material => None,
     };

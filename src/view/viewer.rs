@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tokio::sync::watch;
 
+use super::costs::CostMaps;
 use super::request::{NumberedRequest, ViewRequest};
 use super::scene::{LiveScene, SceneError};
 use super::status::{Described, Pixels, Status, queues};
@@ -72,6 +73,8 @@ pub struct Aside {
     pub features: OnceLock<Vec<Features>>,
     /// The backplate, as linear display values; none without one.
     pub plate: OnceLock<Option<Vec<Rgb>>>,
+    /// The work of its rays.
+    pub costs: CostMaps,
 }
 
 impl Snapshot {

@@ -154,6 +154,30 @@ fn copied_and_saved_cameras_keep_their_focus() {
     }
 }
 
+/// The layers of work have the numbers that a rendering writes into a file.
+#[test]
+fn layers_of_work_have_the_numbers_of_a_rendering() {
+    let shown = Shown::new();
+    shown.image();
+    shown.folder.out("scene.ron --quiet -o scene.exr --aov nodes,tests,path-length");
+    let file = exr::prelude::read_first_flat_layer_from_file(shown.folder.join("scene.exr")).expect("a file");
+    let (x, y) = (48, 30);
+    for (layer, channels) in [
+        ("nodes", &["nodes.camera", "nodes.path", "nodes.shadow"][..]),
+        ("tests", &["tests.camera", "tests.path", "tests.shadow"]),
+        ("path-length", &["path-length"]),
+    ] {
+        let found = shown.json(&format!("/values?layer={layer}&x0={x}&y0={y}&x1={}&y1={}", x + 1, y + 1));
+        let own = |name: &&str| {
+            let channel = file.layer_data.channel_data.list.iter().find(|it| it.name == **name);
+            f64::from(channel.expect("a channel").sample_data.value_by_flat_index(x + 96 * y).to_f32())
+        };
+        let expected: Vec<f64> = channels.iter().map(own).collect();
+        assert_eq!(found["values"][0], json!(expected), "{layer}");
+        assert!(expected.iter().sum::<f64>() > 0.9, "{layer}: {expected:?}");
+    }
+}
+
 #[test]
 fn layers_have_numbers_and_a_bar_of_their_colours() {
     let shown = Shown::new();

@@ -170,8 +170,11 @@ fn view_serves_the_rendered_image_and_only_with_the_token() {
 fn view_serves_all_layers_and_explains_pixels() {
     let shown = Shown::new();
     shown.image();
-    for layer in ["light", "denoised", "depth", "normal", "albedo", "entity", "material", "noise", "samples"]
-    {
+    let layers = [
+        "light", "denoised", "depth", "normal", "albedo", "entity", "material", "noise", "samples", "nodes",
+        "tests", "path-length",
+    ];
+    for layer in layers {
         let (code, pixels) = shown.get(&format!("/image?layer={layer}&exposure=auto"));
         assert_eq!((code, pixels.len()), (200, 96 * 54 * 4), "{layer}");
         let differs = layer == "samples" || pixels.chunks(4).any(|pixel| pixel != &pixels[..4]);

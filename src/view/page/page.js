@@ -249,6 +249,7 @@ const askForImage = newestOnly(async () => {
   const asked = state.serial;
   const isOtherLook = shown.look !== JSON.stringify(look);
   if (look.layer === "denoised") byId("layer-state").textContent = "removing the noise …";
+  if (isOtherLook && WORK.includes(look.layer)) byId("layer-state").textContent = "counting …";
   const pixels = await fetchImage(look, (headers) => {
     const header = (name) => Number(headers.get(name));
     // The image may be newer than the serial in the state.
@@ -301,11 +302,17 @@ function showBar(bar) {
   byId("bar-unit").textContent = bar.unit;
 }
 
+/** The layers of work, which are coarse until the image is finished. */
+const WORK = ["nodes", "tests", "path-length"];
+
 function showLayerState(layer, headers) {
-  const is = layer === "denoised" ? headers.get("X-Denoised") === "true" : null;
   const samples = Number(headers.get("X-Samples"));
-  byId("layer-state").textContent =
-    is === null ? "" : is ? `without noise, from ${rounded(samples, 3)} samples` : "with noise until all pixels have samples";
+  const isCoarse = Number(headers.get("X-Width")) < state.size[0];
+  const isDenoised = headers.get("X-Denoised") === "true";
+  byId("layer-state").textContent = WORK.includes(layer)
+    ? isCoarse ? "coarse until all samples are done" : ""
+    : layer !== "denoised" ? ""
+    : isDenoised ? `without noise, from ${rounded(samples, 3)} samples` : "with noise until all pixels have samples";
 }
 
 // Layer, exposure, tone curve.
