@@ -193,6 +193,6 @@ pub struct FocusOn(pub hecs::Entity);
 pub(crate) enum FocusAt {
     /// At a place, in widths and heights of the image from its top left corner.
     Place([f32; 2]),
-    /// As near to its middle as anything is.
+    /// On the thing nearest to its middle.
     Middle,
 }

@@ -2,10 +2,12 @@
 
 pub mod json;
 mod recipe;
+mod sums;
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use self::sums::{add, near, rest};
 use crate::film::{Film, Region};
 use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::observe::{Components, Continuation, Event, EventKind, PathKey};
@@ -483,22 +485,6 @@ impl Story<'_> {
             PathEvent::Scattered { .. } | PathEvent::Straight | PathEvent::Drawn { .. } => Why::Roulette,
         }
     }
-}
-
-fn add(a: Components, b: Components) -> Components {
-    [0, 1, 2].map(|channel| a[channel] + b[channel])
-}
-
-/// All less a part; 0 if that is but the rounding of a sum.
-fn rest(all: Components, part: Components, sum: Components) -> Components {
-    let rest = [0, 1, 2].map(|channel| all[channel] - part[channel]);
-    let is_rounding = (0..3).all(|channel| rest[channel].abs() <= 2e-6 * sum[channel].abs());
-    if is_rounding { [0.0; 3] } else { rest }
-}
-
-/// True if both are equal up to rounding.
-fn near(a: Components, b: Components) -> bool {
-    (0..3).all(|channel| (a[channel] - b[channel]).abs() <= 1e-6 * a[channel].abs())
 }
 
 #[cfg(test)]
