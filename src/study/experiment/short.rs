@@ -11,7 +11,9 @@ const VALUES: usize = 3;
 
 /// Removes the expensive part of a study. Values of x that count samples, photons or triangles end at a sixteenth of
 /// the largest. References get a sixteenth of their samples, which keeps their accuracy relative to the measurements.
+/// The title says that it is short.
 pub fn shorten(study: &mut StudyFile) {
+    study.title.push_str(" (short: a sixteenth of the work)");
     for experiment in &mut study.experiments {
         experiment.seeds = experiment.seeds.min(SEEDS);
         if let Axis::Samples(x)

@@ -324,7 +324,7 @@ fn costs(report: &ProfileReport) -> String {
     let (entities, materials) = (report.entities(), report.materials());
     let more = |whole: usize, what: &str| match whole.saturating_sub(SHOWN) {
         0 => String::new(),
-        more => paragraph(&format!("And {more} more {what}.")),
+        more => paragraph(&format!("The other {what}: {more}.")),
     };
     let after = [more(entities.len(), "entities"), more(materials.len(), "materials")];
     section("What costs", "Rays count where they end; rays to lights, where they begin.")
