@@ -158,7 +158,8 @@ pub struct Edits {
     /// Queries. If there are any, rays can hit only the shapes that one of them selects, and the shapes below those.
     /// Lights stay.
     pub only: Vec<String>,
-    /// Queries. The shapes and lights that they select are removed, and so are all below these.
+    /// Queries. The shapes and lights that they select are removed, and so are all below these. Surroundings that
+    /// [`LoadOptions::surroundings`] adds, or that a bare model gets, stay.
     pub hide: Vec<String>,
     /// The position of all cameras, and the point that they look at: each `"x, y, z"` in metres.
     pub look_at: Option<[String; 2]>,

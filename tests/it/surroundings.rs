@@ -359,6 +359,31 @@ fn backgrounds_may_be_pictures() {
     }
 }
 
+#[test]
+fn a_camera_below_the_added_floor_is_told() {
+    let folder = empty_folder();
+    wedge(&folder, "wedge", |corner| corner);
+    let told = |words: &str| folder.messages(&format!("wedge.gltf --size 8x8 --spp 1 -o a.png {words}"));
+    assert!(told("--ground shadow --orbit 0,-60").contains("the camera is below the floor"));
+    for above in ["--ground shadow", "--orbit 0,-60", "--ground --orbit 0,10"] {
+        assert!(!told(above).contains("below the floor"), "{above}");
+    }
+}
+
+/// `--hide Light --env studio` replaces the lights of a scene; so the advice of the warning about darkness works.
+#[test]
+fn hidden_lights_are_those_of_the_files() {
+    let folder = folder(&staged("Path", ""));
+    halves(&folder);
+    let dark = folder.hash("scene.ron -q --hide Light -o a.exr");
+    let studio = folder.hash("scene.ron -q --env studio -o a.exr");
+    assert_ne!(studio, dark);
+    assert_eq!(folder.hash("scene.ron -q --env studio --hide Light -o a.exr"), studio);
+    wedge(&folder, "wedge", |corner| corner);
+    let told = folder.messages("wedge.gltf --hide Light --size 8x8 --spp 1 -o w.png");
+    assert!(told.contains("nothing is hidden") && !told.contains("no light gets"), "{told}");
+}
+
 /// Three parts of the light, not one opacity.
 #[test]
 fn coloured_glass_tints_the_background() {

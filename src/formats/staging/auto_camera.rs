@@ -1,7 +1,7 @@
 //! Places cameras that were added or that the options move, and adds a floor.
 
 use super::bounding_points::BoundingPoints;
-use crate::error::LoadError;
+use crate::error::{Diagnostic, LoadError};
 use crate::formats::names::TakenNames;
 use crate::formats::{Edits, Floor, LoadOptions};
 use crate::math::{DVec3, Rgb};
@@ -47,7 +47,12 @@ pub(super) fn place(
         let _ = world.entities.insert(entity, (transform, camera));
     }
     if let Some(ground) = ground {
-        add_floor(world, ground, [least, most]);
+        let height = add_floor(world, ground, [least, most]);
+        if sees_from_below(world, height) {
+            let text = "the camera is below the floor that --ground adds, which hides what stands on it";
+            let remedy = "look from above, or leave the floor out";
+            world.warnings.push(Diagnostic::warning("below-the-floor", text).fixed_by(remedy));
+        }
     }
     Ok(())
 }
@@ -119,8 +124,17 @@ fn point(text: &str) -> Option<DVec3> {
     Some(DVec3::from_array(numbers.try_into().ok()?))
 }
 
-/// Adds a floor under everything.
-fn add_floor(world: &mut World, ground: Floor, [least, most]: [DVec3; 2]) {
+/// True if the first camera is below a floor of this height.
+fn sees_from_below(world: &World, height: f64) -> bool {
+    let order = world.in_order();
+    let camera = order.iter().find(|entity| world.entities.satisfies::<&Camera>(**entity));
+    // Errors are reported when the scene is compiled.
+    let Ok(transforms) = transforms::to_world(world, &order) else { return false };
+    camera.and_then(|entity| transforms.get(entity)).is_some_and(|place| place.translation.y < height)
+}
+
+/// Adds a floor under everything; returns its height.
+fn add_floor(world: &mut World, ground: Floor, [least, most]: [DVec3; 2]) -> f64 {
     let diameter = (most - least).length().max(1e-6);
     let (middle, reach) = (0.5 * (least + most), FLOOR * diameter);
     // A flat underside must not coincide with the floor.
@@ -144,4 +158,5 @@ fn add_floor(world: &mut World, ground: Floor, [least, most]: [DVec3; 2]) {
     let name = TakenNames::of(world).unique("ground");
     let material = world.assets.add_material(Some("ground".into()), material);
     world.entities.spawn((name, Transform::IDENTITY, Shape::Plane { corners }, material));
+    height
 }

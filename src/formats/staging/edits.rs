@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use super::surroundings;
+use super::surroundings::{self, AddedSurroundings};
 use crate::error::Diagnostic;
 use crate::error::{LoadError, in_one_line};
 use crate::formats::load_options::Edits;
@@ -44,14 +44,17 @@ impl Edits {
         if !self.hide.is_empty() {
             let queries = queries("hide", &self.hide)?;
             let mut hides = false;
-            for entity in meant(world, &queries, "hide", &self.hide)? {
+            let is_added = |entity: &hecs::Entity| world.entities.satisfies::<&AddedSurroundings>(*entity);
+            let mut all = meant(world, &queries, "hide", &self.hide)?;
+            all.retain(|entity| !is_added(entity));
+            for entity in all {
                 hides |= world.entities.remove_one::<Shape>(entity).is_ok();
                 hides |= world.entities.remove_one::<Light>(entity).is_ok();
             }
             if !hides {
                 world.warnings.push(Diagnostic::warning(
                     "hide-without-effect",
-                    "hide: nothing of that is a shape or a light, so nothing is hidden",
+                    "hide: nothing of that is a shape or a light of the files, so nothing is hidden",
                 ));
             }
         }

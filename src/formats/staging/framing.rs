@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::auto_camera::AutoCamera;
+use super::surroundings::AddedSurroundings;
 use super::{emission, studio};
 use crate::error::{Diagnostic, LoadError};
 use crate::formats::names::TakenNames;
@@ -159,7 +160,7 @@ fn add_studio(
     let image = world.assets.add_made_image(studio::image());
     let name = TakenNames::of(world).unique("studio");
     let light = Light::Environment { radiance: Rgb::WHITE, image: Some(image) };
-    world.entities.spawn((name, light, Transform::IDENTITY));
+    world.entities.spawn((name, light, Transform::IDENTITY, AddedSurroundings));
     world.warnings.push(match emits {
         true => Diagnostic::note("studio-added", STUDIO_ADDED_TO_EMISSION).fixed_by(LEAVES_EMISSION),
         false => Diagnostic::note("studio-added", STUDIO_ADDED),

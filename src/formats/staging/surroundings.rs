@@ -11,6 +11,9 @@ use crate::formats::{AssetFiles, Edits, EnvironmentPreset, Files, LoadOptions};
 use crate::math::Rgb;
 use crate::world::{ImageId, Light, Parent, SourceFiles, Transform, World, transforms};
 
+/// Marks surroundings that an option has added, or that a bare model got: `hide` is about what the files have.
+pub(super) struct AddedSurroundings;
+
 /// Replaces the environments and skies of a scene.
 pub(super) fn surround(world: &mut World, surroundings: &EnvironmentPreset) -> Result<(), LoadError> {
     let old: Vec<_> = world.surroundings().collect();
@@ -26,7 +29,7 @@ pub(super) fn surround(world: &mut World, surroundings: &EnvironmentPreset) -> R
         EnvironmentPreset::Picture(path) => ("environment", around(read(world, path)?)),
     };
     let name = TakenNames::of(world).unique(name);
-    world.entities.spawn((name, light, Transform::IDENTITY));
+    world.entities.spawn((name, light, Transform::IDENTITY, AddedSurroundings));
     Ok(())
 }
 
