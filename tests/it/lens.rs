@@ -42,6 +42,7 @@ fn options_of_the_lens_mean_the_fields_of_cameras() {
     let sharp = hash(&folder, "--focal-length 85 --f-stop 2 --focus near");
     let same = with(&folder, r#"Photographic(focal_length_mm: 85, f_stop: 2), focus_on: "near""#);
     assert_eq!(sharp, same);
+    assert_eq!(hash(&folder, "--focal-length 85 --f-stop 2 --focus '\"near\"'"), same);
     assert_ne!(hash(&folder, "--focal-length 85 --f-stop 2 --focus far"), same);
 }
 

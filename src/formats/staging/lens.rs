@@ -83,6 +83,8 @@ fn focus_of(world: &World, text: &str) -> Result<Focus, LoadError> {
         let place = [place(x, width) as f32, place(y, height) as f32];
         return Ok(Focus::Seen(FocusAt::Place(place)));
     }
+    // Queries have names in quotes.
+    let text = text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text);
     let order = world.in_order();
     if let Some(entity) = order.iter().find(|entity| is_same_name(&world.name_of(**entity), text)) {
         return Ok(Focus::Entity(*entity));
