@@ -60,9 +60,12 @@ pub(super) fn focused(
         FocusAt::Place(place) => vec![place],
         FocusAt::Middle => from_the_middle(),
     };
-    let depth = places
-        .iter()
-        .find_map(|place| depth_at(scene, size, [0, 1].map(|axis: usize| place[axis] * size[axis] as f32)));
+    // Of a shadow catcher hardly anything is seen: who means it names a pixel.
+    let sees_catchers = at != FocusAt::Middle;
+    let depth = places.iter().find_map(|place| {
+        let pixel = [0, 1].map(|axis: usize| place[axis] * size[axis] as f32);
+        depth_at(scene, size, pixel, sees_catchers)
+    });
     let Some(depth) = depth else {
         let [x, y] = [0, 1].map(|axis: usize| (places[0][axis] * size[axis] as f32).floor());
         let reason = format!(
@@ -75,14 +78,19 @@ pub(super) fn focused(
 }
 
 /// The depth of what is seen at a place of the image, in pixels.
-fn depth_at(scene: &CompiledScene, size: [u32; 2], [x, y]: [f32; 2]) -> Option<f32> {
+fn depth_at(scene: &CompiledScene, size: [u32; 2], [x, y]: [f32; 2], sees_catchers: bool) -> Option<f32> {
     let (ray, _) =
         CameraImage::new(&scene.camera, size).ray::<f32>((x, y), (x.floor(), y.floor()), (0.0, 0.0));
     let seen = SeenSurfaces { scene, ray };
     let filter = AnyHitFilter::new(&seen, 0);
     let hit = closest_ray(Isa::PORTABLE, &scene.bvh, &ray, filter, &mut Stack::new(&scene.bvh));
+    if hit.is_miss() {
+        return None;
+    }
+    let material = scene.geometry.material_of(hit.primitive, hit.instance) as usize;
     let [dx, dy, dz] = [ray.direction.x, ray.direction.y, ray.direction.z];
-    (!hit.is_miss()).then(|| hit.t * Vec3::new(dx, dy, dz).dot(scene.camera.forward))
+    let depth = hit.t * Vec3::new(dx, dy, dz).dot(scene.camera.forward);
+    (sees_catchers || !scene.materials[material].shadow_catcher).then_some(depth)
 }
 
 /// Places all over an image, in its widths and heights, from its middle outwards.

@@ -324,7 +324,7 @@ fn backgrounds_are_shown_as_they_are_typed() {
         let ball =
             |name: &str| image::open(folder.join(name)).expect("an image").into_rgb8().get_pixel(12, 4).0;
         assert_eq!(ball("w.png"), ball("plain.png"));
-        for (words, shown) in [("white", [255; 3]), ("0", [0; 3]), ("1,0,0", [255, 0, 0])] {
+        for (words, shown) in [("white", [255; 3]), ("e4002b", [228, 0, 43]), ("1,0,0", [255, 0, 0])] {
             folder.out(&format!("scene.ron -q --background {words} --denoise -o w.png"));
             assert_eq!([corner("w.png"), corner("w.denoised.png")], [shown; 2], "{words}");
         }
@@ -351,7 +351,8 @@ fn backgrounds_may_be_pictures() {
     assert_eq!(part.get_pixel(3, 0), file.get_pixel(23, 10));
     for (code, words, reason) in [
         (1, "--background none.png -o a.png", "none.png"),
-        (2, "--background 255,255,255 -o a.png", "from 0 to 1"),
+        (2, "--background 228,0,43 -o a.png", "this is '#e4002b'"),
+        (2, "--background 2 -o a.png", "from 0 to 1"),
         (2, "--background whiter -o a.png", "whiter"),
         (3, "--background white -o a.hdr", "holds light"),
     ] {

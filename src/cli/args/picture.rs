@@ -279,7 +279,7 @@ pub struct EditOptions {
     #[arg(long, value_name = "grey|shadow", num_args = 0..=1, require_equals = true, default_missing_value = "grey", hide_possible_values = true, value_parser = one_of(GROUNDS))]
     pub ground: Option<Floor>,
     /// Shown behind things, unchanged by exposure and tone curve: a colour as in scene files, such as white, '#ff8000' or
-    /// 0.1,0.2,0.4, or a picture, which is scaled so that it covers the image. It lights nothing; OpenEXR files get the
+    /// 0.1,0.2,0.4 (linear), or a picture, which is scaled so that it covers the image. It lights nothing; OpenEXR files get the
     /// opacity of pixels in its place
     #[arg(long, aliases = ["background-color", "background-image", "backplate", "bg-color", "bg"], value_name = "COLOUR|FILE")]
     pub background: Option<String>,

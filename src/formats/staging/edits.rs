@@ -85,6 +85,15 @@ fn backplate(text: &str, world: &mut World, files: &mut Files) -> Result<Backpla
         world.assets.files.extend(&files.sources);
         return Ok(Backplate::Image(path.to_owned()));
     }
+    let numbers: Vec<f64> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+    if let [r, g, b] = numbers[..]
+        && [r, g, b].iter().all(|part| (0.0..=255.0).contains(part) && part.fract() == 0.0)
+        && numbers.iter().any(|part| *part > 1.0)
+    {
+        let [r, g, b] = [r, g, b].map(|part| part as u8);
+        let reason = format!("numbers are from 0 to 1, and linear: this is '#{r:02x}{g:02x}{b:02x}'");
+        return Err(LoadError::option("background", reason));
+    }
     let mut changed = World::default();
     let statement = format!("settings.backplate = {}", as_in_files(text));
     let done = EditRunner::new(&changed).carry_out(&mut changed, &statement, files);
@@ -101,6 +110,9 @@ fn as_in_files(color: &str) -> String {
     let color = color.trim();
     match color {
         hexadecimal if hexadecimal.starts_with('#') => format!("\"{hexadecimal}\""),
+        digits if [3, 6].contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit()) => {
+            format!("\"{digits}\"")
+        }
         name if name != "None" && !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphabetic()) => {
             format!("\"{name}\"")
         }
