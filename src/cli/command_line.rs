@@ -4,7 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::fmt::Display;
 use std::iter::{Peekable, once};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::builder::ValueParser;
 use clap::parser::ValueSource;
@@ -384,8 +384,9 @@ pub fn of_explain(recipe: &Recipe, [x, y]: [u32; 2], sample: u32) -> String {
     format!("{line}{note}")
 }
 
-/// Returns the command that renders what a page shows, perhaps without its noise.
-pub fn of_picture(recipe: &Recipe, display: picture::Display, is_denoised: bool) -> String {
+/// Returns the command that renders what a page shows, perhaps without its noise. If statements mix its light groups, it
+/// renders a film, and a second command mixes that.
+pub fn of_picture(recipe: &Recipe, display: picture::Display, mix: &[String], is_denoised: bool) -> String {
     let Recipe { path, options, camera, authored, settings, is_moved } = recipe;
     let mut line = CommandLine::of(["rayfront", &not_an_option(path)]);
     line.settings(authored, settings);
@@ -399,12 +400,24 @@ pub fn of_picture(recipe: &Recipe, display: picture::Display, is_denoised: bool)
         Some(stops) if !authored.auto_exposure && stops == authored.exposure_ev => {}
         Some(stops) => line.option("exposure", Some(stops)),
     }
-    line.switch("denoise", is_denoised);
-    line.switch("allow-outside", crate::files::outside_is_allowed());
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    line.output(Path::new(&format!("{name}.png")));
+    let [film, image] = ["film", "png"].map(|ending| PathBuf::from(format!("{name}.{ending}")));
+    let outside = crate::files::outside_is_allowed();
     let note = if *is_moved { NOT_MOVED } else { "" };
-    format!("{line}{note}")
+    if mix.is_empty() {
+        line.switch("denoise", is_denoised);
+        line.switch("allow-outside", outside);
+        line.output(&image);
+        return format!("{line}{note}");
+    }
+    line.switch("allow-outside", outside);
+    line.output(&film);
+    let mut mixing = CommandLine::of(["rayfront", "mix", &not_an_option(&film)]);
+    mix.iter().for_each(|statement| mixing.option("set", Some(statement)));
+    mixing.switch("denoise", is_denoised);
+    mixing.switch("allow-outside", is_denoised && outside);
+    mixing.output(&image);
+    format!("{line} && {mixing}{note}")
 }
 
 /// Returns a word, quoted for a shell.

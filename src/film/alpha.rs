@@ -59,8 +59,7 @@ impl Film {
     /// in transparent films with shadow catchers. `None` for others, and until every pixel has some of both.
     pub(crate) fn halves_of_shadows(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
         let is_noisy = self.kinds.has_transparency && self.kinds.has_catcher;
-        let is_whole = self.pixels.iter().all(|pixel| !pixel.count.contains(&0));
-        (is_noisy && is_whole).then(|| {
+        (is_noisy && self.has_halves()).then(|| {
             (0..self.pixels.len())
                 .map(|index| self.visible_behind(index, self.caught_light(index)).halves(QUANTUM))
         })

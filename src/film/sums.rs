@@ -348,7 +348,7 @@ impl Film {
     }
 
     /// True if every pixel has even and odd samples.
-    fn has_halves(&self) -> bool {
+    pub(super) fn has_halves(&self) -> bool {
         self.pixels.iter().all(|p| !p.count.contains(&0))
     }
 

@@ -63,11 +63,6 @@ impl DisplayTransform {
     pub fn apply_8_bit(&self, radiance: Rgb) -> [u8; 3] {
         encode_8_bit(self.apply(radiance))
     }
-
-    /// [`DisplayTransform::apply`], encoded for a 16-bit sRGB file.
-    pub fn apply_16_bit(&self, radiance: Rgb) -> [u16; 3] {
-        encode_16_bit(self.apply(radiance))
-    }
 }
 
 /// Encodes linear display values from 0 to 1 for an 8-bit sRGB file.

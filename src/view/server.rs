@@ -82,8 +82,8 @@ pub struct Server {
 pub struct MakeCommands {
     /// Explains a sample of a pixel.
     pub explain: fn(&Recipe, [u32; 2], u32) -> String,
-    /// Renders the finished image; true: without its noise.
-    pub render: fn(&Recipe, Display, bool) -> String,
+    /// Renders the finished image, with its light groups mixed by statements; true: without its noise.
+    pub render: fn(&Recipe, Display, &[String], bool) -> String,
 }
 
 struct Site {
@@ -375,13 +375,9 @@ async fn command(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage
         Ok(read) => read,
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };
-    let (shown, is_denoised) = (site.viewer.shown(), layer == Layer::Denoised);
-    let render = |is_denoised| (site.commands.render)(&shown.recipe, display, is_denoised);
-    let statements = mix::statements(shown.setup.light_group_names(), &factors);
-    let command = match statements.is_empty() {
-        true => render(is_denoised),
-        false => mix::command(&render(false), &shown.recipe, &statements, is_denoised),
-    };
+    let shown = site.viewer.shown();
+    let mix = mix::statements(shown.setup.light_group_names(), &factors);
+    let command = (site.commands.render)(&shown.recipe, display, &mix, layer == Layer::Denoised);
     axum::Json(json!({"command": command})).into_response()
 }
 

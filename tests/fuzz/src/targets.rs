@@ -307,7 +307,7 @@ static PAGE: LazyLock<(String, String)> = LazyLock::new(|| {
     let place = (base.trim_start_matches("http://").to_owned(), token.to_owned());
     let viewer = Arc::new(Viewer::new(&scene, RenderWork::default()));
     let served = viewer.clone();
-    let commands = MakeCommands { explain: |_, _, _| String::new(), render: |_, _, _| String::new() };
+    let commands = MakeCommands { explain: |_, _, _| String::new(), render: |_, _, _, _| String::new() };
     std::thread::spawn(move || server.serve(served, commands));
     std::thread::spawn(move || viewer.run(scene, RenderWork::default()));
     place

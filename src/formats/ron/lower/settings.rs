@@ -70,13 +70,20 @@ impl<'a> Lowering<'_, 'a> {
                 )?));
             }
         };
-        let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
-        let [mut bottom, mut top] = [Rgb::BLACK; 2];
-        self.fill(&members, (variant.name, variant.name), None, &mut |each| {
-            each(Field::plain("bottom", true, Slot::Color(&mut bottom, Range::Light(Quantity::Radiance))));
-            each(Field::plain("top", true, Slot::Color(&mut top, Range::Light(Quantity::Radiance))));
-        })?;
+        let [bottom, top] = self.gradient(variant, Range::Light(Quantity::Radiance))?;
         Ok(Background::Gradient { bottom, top })
+    }
+
+    /// The colours at the bottom and at the top of a gradient.
+    fn gradient(&mut self, variant: VariantText<'a>, range: Range) -> Result<[Rgb; 2], LoadError> {
+        let VariantText { name, body } = variant;
+        let members = self.source.members(body.unwrap_or("()"), name)?;
+        let [mut bottom, mut top] = [Rgb::BLACK; 2];
+        self.fill(&members, (name, name), None, &mut |each| {
+            each(Field::plain("bottom", true, Slot::Color(&mut bottom, range)));
+            each(Field::plain("top", true, Slot::Color(&mut top, range)));
+        })?;
+        Ok([bottom, top])
     }
 
     /// The backplate: a colour, a gradient or an image.
@@ -87,13 +94,8 @@ impl<'a> Lowering<'_, 'a> {
                 let [file] = source.tuple(Raw(body), "Image(\"street.jpg\")")?;
                 Ok(Backplate::Image(self.assets.picture(source, file)?))
             }
-            Some(VariantText { name: name @ "Gradient", body }) => {
-                let members = source.members(body.unwrap_or("()"), name)?;
-                let [mut bottom, mut top] = [Rgb::BLACK; 2];
-                self.fill(&members, (name, name), None, &mut |each| {
-                    each(Field::plain("bottom", true, Slot::Color(&mut bottom, Range::UNIT)));
-                    each(Field::plain("top", true, Slot::Color(&mut top, Range::UNIT)));
-                })?;
+            Some(variant) if variant.name == "Gradient" => {
+                let [bottom, top] = self.gradient(variant, Range::UNIT)?;
                 Ok(Backplate::Gradient { bottom, top })
             }
             Some(variant) if !is_color_form(variant.name) => {
