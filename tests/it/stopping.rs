@@ -167,3 +167,26 @@ fn study_stops_in_the_middle_of_a_job() {
     let results = std::fs::read_to_string(here.join("out/study/results.csv")).unwrap_or_default();
     assert!(results.lines().count() <= 1, "{results}");
 }
+
+/// A picture behind things that vanishes meanwhile costs the images, not the film.
+#[test]
+#[cfg(unix)]
+fn a_background_that_vanishes_costs_no_samples() {
+    let here = folder(&shells("size: (4, 4), samples: 1"));
+    let keep = || image::RgbImage::new(4, 4).save(here.join("street.png")).expect("room");
+    keep();
+    let mut child = start(&here, "scene.ron -t 1 --background street.png -o a.png");
+    let mut lines = BufReader::new(child.stderr.take().expect("its messages"));
+    let mut said = String::new();
+    while !said.contains("each sample takes more than") && lines.read_line(&mut said).expect("a line") > 0 {}
+    std::fs::remove_file(here.join("street.png")).expect("it is there");
+    assert!(kill(child.id(), "-TERM"));
+    lines.read_to_string(&mut said).expect("text");
+    assert!(!child.wait().expect("its end").success());
+    assert!(said.contains("street.png: cannot read") && !here.has("a.png"), "{said}");
+    let (_, film) = said.split_once("what was rendered is in ").expect("the film's place");
+    let film = film.split(':').next().expect("a name").to_owned();
+    here.fails(1, &format!("merge {film} --partial -o b.png"), &["street.png", "films", "as they were"]);
+    keep();
+    here.out(&format!("merge {film} --partial -o b.png"));
+}

@@ -181,7 +181,11 @@ fn finish(
         output::note("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
     }
     let start = Instant::now();
-    let picture = OutputImage::new(&header, session.film(), wanted.bits)?;
+    let picture = OutputImage::new(&header, session.film(), wanted.bits);
+    let Ok(picture) = picture.map_err(|failure| saved.pixels(Err(failure))) else {
+        // A backplate that has vanished meanwhile costs the images, not the film.
+        return saved.end(&header, session.state());
+    };
     let has_layers = !images.is_empty() || wanted.outputs.stdout_image == Some(ImageEncoding::OpenExr);
     let mut channels = if has_layers { session.channels(&header.settings.aov) } else { Vec::new() };
     let layered = Outputs { images: images.to_vec(), ..wanted.outputs.clone() };

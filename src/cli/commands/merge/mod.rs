@@ -324,7 +324,10 @@ fn write_images(
     if let Some(fault) = uneven_blur(&header).filter(|_| !images.is_empty()) {
         output::note(format_args!("warning: {fault}"));
     }
-    let picture = OutputImage::new(&header, &gathered.film, arguments.output.bits)?;
+    let picture = OutputImage::new(&header, &gathered.film, arguments.output.bits);
+    let Ok(picture) = picture.map_err(|failure| saved.pixels(Err(failure))) else {
+        return saved.end_of_merge(&header, gathered, &arguments.films).map(|()| 0);
+    };
     let shows = !images.is_empty() || outputs.stdout_image.is_some();
     let held = session.zip(job.as_ref()).filter(|_| shows);
     let (channels, manifest) =
