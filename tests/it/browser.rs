@@ -289,7 +289,7 @@ fn page_mixes_lamps_in_a_browser() {
          document.getElementById('copy-mix').click(); return true;",
     );
     let command = browser.when("the command", "return window.copied;");
-    let expected = "rayfront scene.ron --light-groups -o scene.png -o scene.film && \
+    let expected = "rayfront scene.ron --light-groups -o scene.film && \
         rayfront mix scene.film --set '\"lamp\".power_w *= (0.25, 0, 0)' -o scene.png";
     assert_eq!(command, expected);
     browser.run("document.getElementById('reset-lights').click(); return true;");
