@@ -30,6 +30,7 @@ const WITHOUT_TRACE: &str = "schedule wave threads simd checkpoint output max-ti
 /// Normalises words: `--samples` with a plain number becomes `--spp`, the samples per pixel of other programs, and two
 /// points in one word become two words.
 pub fn normalize_args(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let is_kind = |word: &str| !word.starts_with('-') && !word.contains(['.', '/', '\\']);
     let is_number = |word: &OsStr| !word.is_empty() && word.as_encoded_bytes().iter().all(u8::is_ascii_digit);
     let mut words = words.into_iter().peekable();
     let mut meant = Vec::new();
@@ -39,9 +40,9 @@ pub fn normalize_args(words: impl IntoIterator<Item = OsString>) -> Vec<OsString
             meant.extend(places(&mut words));
             continue;
         }
-        // A scene may follow the option.
+        // A scene may follow the option; another word is the kind of floor, if perhaps not one that there is.
         if word == "--ground"
-            && let Some(kind) = words.next_if(|next| GROUNDS.iter().any(|(name, ..)| next == name))
+            && let Some(kind) = words.next_if(|next| next.to_str().is_some_and(is_kind))
         {
             meant.push(format!("--ground={}", kind.to_string_lossy()).into());
             continue;

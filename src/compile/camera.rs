@@ -60,11 +60,9 @@ pub(super) fn focused(
         FocusAt::Place(place) => vec![place],
         FocusAt::Middle => from_the_middle(),
     };
-    // Of a shadow catcher hardly anything is seen: who means it names a pixel.
-    let sees_catchers = at != FocusAt::Middle;
     let depth = places.iter().find_map(|place| {
         let pixel = [0, 1].map(|axis: usize| place[axis] * size[axis] as f32);
-        depth_at(scene, size, pixel, sees_catchers)
+        depth_at(scene, size, pixel, at)
     });
     let Some(depth) = depth else {
         let [x, y] = [0, 1].map(|axis: usize| (places[0][axis] * size[axis] as f32).floor());
@@ -77,11 +75,13 @@ pub(super) fn focused(
     Ok(compile(world, transforms, (entity, camera))?.0)
 }
 
-/// The depth of what is seen at a place of the image, in pixels.
-fn depth_at(scene: &CompiledScene, size: [u32; 2], [x, y]: [f32; 2], sees_catchers: bool) -> Option<f32> {
+/// The depth of what is seen at a place of the image, in pixels. Of shadow catchers and thin veils hardly anything is
+/// seen: who means them names their pixel.
+fn depth_at(scene: &CompiledScene, size: [u32; 2], [x, y]: [f32; 2], at: FocusAt) -> Option<f32> {
+    let is_named = at != FocusAt::Middle;
     let (ray, _) =
         CameraImage::new(&scene.camera, size).ray::<f32>((x, y), (x.floor(), y.floor()), (0.0, 0.0));
-    let seen = SeenSurfaces { scene, ray };
+    let seen = SeenSurfaces { scene, ray, least: if is_named { 0.05 } else { 0.5 } };
     let filter = AnyHitFilter::new(&seen, 0);
     let hit = closest_ray(Isa::PORTABLE, &scene.bvh, &ray, filter, &mut Stack::new(&scene.bvh));
     if hit.is_miss() {
@@ -90,7 +90,7 @@ fn depth_at(scene: &CompiledScene, size: [u32; 2], [x, y]: [f32; 2], sees_catche
     let material = scene.geometry.material_of(hit.primitive, hit.instance) as usize;
     let [dx, dy, dz] = [ray.direction.x, ray.direction.y, ray.direction.z];
     let depth = hit.t * Vec3::new(dx, dy, dz).dot(scene.camera.forward);
-    (sees_catchers || !scene.materials[material].shadow_catcher).then_some(depth)
+    (is_named || !scene.materials[material].shadow_catcher).then_some(depth)
 }
 
 /// Places all over an image, in its widths and heights, from its middle outwards.
@@ -106,17 +106,18 @@ fn from_the_middle() -> Vec<[f32; 2]> {
     places
 }
 
-/// The surfaces that a camera's ray sees: at least half of what a cut-out or blended one could be.
+/// The surfaces that a camera's ray sees: at least a part of what a cut-out or blended one could be.
 struct SeenSurfaces<'a> {
     scene: &'a CompiledScene,
     ray: Ray<f32>,
+    least: f32,
 }
 
 impl HitPredicate for SeenSurfaces<'_> {
     fn accepts(&self, _: usize, crossing: &Crossing) -> bool {
         crossed(self.scene, crossing, FaceCulling::AsBuilt).is_some_and(|material| {
             material.coverage == Coverage::Whole
-                || coverage_at(self.scene, material, crossing, || self.ray) >= 0.5
+                || coverage_at(self.scene, material, crossing, || self.ray) >= self.least
         })
     }
 }

@@ -88,8 +88,8 @@ pub struct Noisy<'a> {
 pub struct Denoised {
     /// The radiance of each pixel, in W m⁻² sr⁻¹, row by row from the top of the film's region.
     pub radiance: Vec<Rgb>,
-    /// The part of what is behind the scene that each pixel shows, of each colour, where shadow catchers make it as noisy
-    /// as light: in films that count opacity and have catchers. Otherwise that of the film has no noise worth removing.
+    /// The part of what is behind the scene that each pixel shows, of each colour, in films that count opacity, if shadow
+    /// catchers or blended surfaces make it as noisy as light. Otherwise that of the film has no noise worth removing.
     pub let_through: Option<Vec<Rgb>>,
     /// The root mean square of the remaining noise in a component, in W m⁻² sr⁻¹, estimated from the difference of both
     /// halves. Detail that was smoothed away does not count.
@@ -116,7 +116,7 @@ pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     let halves = apart(noisy.film.halves()?);
     let texture = texture::factors(size, noisy.features);
     let (radiance, noise) = cleaned(isa, size, &halves, Some(&texture), &features)?;
-    let shadows = noisy.film.halves_of_shadows();
+    let shadows = noisy.film.halves_let_through();
     let let_through = shadows.and_then(|halves| Some(cleaned(isa, size, &apart(halves), None, &features)?.0));
     Some(Denoised { radiance, let_through, noise })
 }

@@ -4,7 +4,11 @@ use std::borrow::Cow;
 
 use super::light_groups::GroupSum;
 use super::sums::{Film, PixelSum, QUANTUM};
+use super::tonemap::srgb_encode;
 use crate::math::Rgb;
+
+/// Pixels that show more and less of what is behind the scene than these are wholly there or not at all.
+const PARTLY_SHOWN: std::ops::Range<f32> = 0.02..0.98;
 
 impl Film {
     /// The opacity of each pixel, from 0 to 1, row by row from the top: 1 less the mean part of what is behind the scene
@@ -55,14 +59,45 @@ impl Film {
         PixelSum { sum, ..self.pixels[index] }
     }
 
-    /// The part of what is behind the scene that each pixel's even and odd samples show, if its shadows make it noisy:
-    /// in transparent films with shadow catchers. `None` for others, and until every pixel has some of both.
-    pub(crate) fn halves_of_shadows(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
-        let is_noisy = self.kinds.has_transparency && self.kinds.has_catcher;
+    /// The opacity that an image for screens stores for a pixel, by its index, which lets through these parts of the
+    /// colours behind it. Programs that show images, such as browsers, blend encoded values with it, where a surface of a
+    /// coverage looks nearly as in linear light, but a shadow far too dark: so its own opacity is what darkens an encoded
+    /// value as much as the shadow darkens light (exactly on white).
+    pub(crate) fn screen_alpha_of(&self, index: usize, let_through: Rgb) -> f32 {
+        let alpha = opacity(let_through);
+        if !(self.kinds.has_transparency && self.kinds.has_catcher) {
+            return alpha;
+        }
+        let beside_things = 1.0 - self.coverage_of(index);
+        let in_shadow = (1.0 - alpha).min(beside_things);
+        match in_shadow > 0.0 {
+            true => 1.0 - beside_things * srgb_encode(in_shadow / beside_things),
+            false => alpha,
+        }
+    }
+
+    /// The part of what is behind the scene that each pixel's even and odd samples show, if shadow catchers or blended
+    /// surfaces make it noisy. `None` for others, and until every pixel has some of both.
+    pub(crate) fn halves_let_through(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
+        let is_noisy = self.kinds.has_transparency && (self.kinds.has_catcher || self.has_partial_areas());
         (is_noisy && self.has_halves()).then(|| {
             (0..self.pixels.len())
                 .map(|index| self.visible_behind(index, self.caught_light(index)).halves(QUANTUM))
         })
+    }
+
+    /// True if a thousandth of the pixels, with all their neighbours, show a part of what is behind the scene: at edges
+    /// of opaque things, no such areas are.
+    fn has_partial_areas(&self) -> bool {
+        let [width, height] = [self.region.width() as usize, self.region.height() as usize];
+        let is_partial = |index: usize| PARTLY_SHOWN.contains(&self.alpha_of(index));
+        let partial: Vec<bool> = (0..self.pixels.len()).map(is_partial).collect();
+        let within = |x: usize, y: usize| {
+            (y - 1..=y + 1).all(|y| partial[y * width + x - 1..=y * width + x + 1].iter().all(|is| *is))
+        };
+        let rows = 1..height.saturating_sub(1);
+        let count = rows.flat_map(|y| (1..width.saturating_sub(1)).filter(move |x| within(*x, y))).count();
+        1_000 * count > self.pixels.len()
     }
 
     /// The radiance of what pixels show by themselves: [`unassociated`].

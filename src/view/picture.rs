@@ -198,14 +198,20 @@ fn pixels<'a>(shown: &Snapshot, denoised: Option<&'a Denoised>) -> ImagePixels<'
         let (film, index) = source_of(shown, place);
         film.let_through(index)
     };
-    let alpha = || places().map(|place| opacity(let_through(place))).collect();
+    let of_all =
+        |of: &(dyn Fn([u32; 2]) -> f32 + Sync)| shown.setup.transparent.then(|| places().map(of).collect());
+    let screen_alpha = |place: [u32; 2]| {
+        let (film, index) = source_of(shown, place);
+        film.screen_alpha_of(index, film.let_through(index))
+    };
     let behind = |plate: Cow<[Rgb]>| {
         let seen = |place: [u32; 2]| plate[(place[1] * width + place[0]) as usize] * let_through(place);
         places().map(seen).collect()
     };
     ImagePixels {
         radiance: places().map(|place| radiance_at(shown, place)).collect::<Vec<_>>().into(),
-        alpha: shown.setup.transparent.then(alpha),
+        alpha: of_all(&|place| opacity(let_through(place))),
+        screen_alpha: of_all(&screen_alpha),
         behind: plate(shown).map(behind),
     }
 }
@@ -265,15 +271,13 @@ pub fn light(image: &ImagePixels, meter: &LightMeter, size: [u32; 2], display: D
     let curve = DisplayTransform::new(display.tonemap, exposure_ev, &colors);
     let mut pixels = vec![255; 4 * colors.len()];
     pixels.par_chunks_mut(4).enumerate().with_min_len(4096).for_each(|(at, pixel)| {
-        let (color, opacity) = (colors[at], image.alpha.as_ref().map(|alpha| alpha[at]));
-        let shown = match (opacity, &image.behind) {
-            (Some(opacity), Some(behind)) => curve.apply_over(color, opacity, behind[at]),
-            (Some(opacity), None) => {
-                pixel[3] = quantise_8_bit(opacity);
-                curve.apply(color)
-            }
-            (None, _) => curve.apply(color),
+        let shown = match (&image.alpha, &image.behind) {
+            (Some(opacity), Some(behind)) => curve.apply_over(colors[at], opacity[at], behind[at]),
+            _ => curve.apply(colors[at]),
         };
+        if let (Some(opacity), None) = (&image.screen_alpha, &image.behind) {
+            pixel[3] = quantise_8_bit(opacity[at]);
+        }
         pixel[..3].copy_from_slice(&encode_8_bit(shown));
     });
     PageImage { size, pixels, exposure_ev, bar: None, is_denoised: false }

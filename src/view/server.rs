@@ -347,7 +347,8 @@ async fn reference(State(site): State<Arc<Site>>, Query(wanted): Query<WantedIma
     if radiance.is_empty() {
         return StatusCode::NO_CONTENT.into_response();
     }
-    let image = files::ImagePixels { radiance: radiance.into(), alpha: None, behind: None };
+    let image =
+        files::ImagePixels { radiance: radiance.into(), alpha: None, screen_alpha: None, behind: None };
     in_response(light(&image, &LightMeter::of_pixels(*size, radiance), *size, display))
 }
 

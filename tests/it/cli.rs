@@ -225,6 +225,7 @@ fn errors_on_the_command_line_exit_with_2() {
     ] {
         refused(&folder, 2, line, &[]);
     }
+    refused(&folder, 2, "scene.ron --ground white", &["white", "grey", "shadow"]);
     folder.out("--help");
     assert!(folder.out("--version").starts_with("rayfront "));
 }

@@ -229,3 +229,64 @@ fn formats_without_opacity_are_refused_before_rendering() {
         &["a video holds no transparent pixels"],
     );
 }
+
+/// Browsers blend encoded values: a page must look like a picture on the page's white, shadows, too.
+#[test]
+fn transparent_images_on_a_white_page_are_those_before_white() {
+    let folder = ball();
+    // Opacity is one number, so shadows must have no colour.
+    let grey = folder.text("ball.ron").replace("(0.5, 1, 2)", "1").replace("(0.8, 0.2, 0.1)", "0.4");
+    folder.write("ball.ron", grey);
+    let scene = "ball.ron --ground shadow --transport path --orbit 0,30 --zoom 0.5 --spp 64 --size 32x24 -q";
+    let pixels = |options: &str| {
+        folder.out(&format!("{scene} {options} -o a.png"));
+        let name = if options.contains("--denoise") { "a.denoised.png" } else { "a.png" };
+        image::open(folder.join(name)).expect("an image").to_rgba32f()
+    };
+    for denoise in ["", "--denoise"] {
+        let shown = pixels(&format!("--transparent {denoise}"));
+        let on_white = pixels(&format!("--background white {denoise}"));
+        let mut darkest = 1.0f32;
+        for (shown, expected) in shown.pixels().zip(on_white.pixels()) {
+            let [.., alpha] = shown.0;
+            // Edges of things are as usual in linear light: there, an eighth of the range is apart.
+            let near = if shown.0[0] > 0.0 && alpha < 1.0 { 0.15 } else { 2.5 / 255.0 };
+            for (color, expected) in shown.0.into_iter().zip(expected.0).take(3) {
+                let found = color * alpha + 1.0 - alpha;
+                assert!((found - expected).abs() < near, "{denoise}: {found}, not {expected}: {shown:?}");
+            }
+            darkest = if shown.0[0] == 0.0 { darkest.min(expected.0[0]) } else { darkest };
+        }
+        assert!(darkest < 0.8, "no shadow: {darkest}");
+    }
+}
+
+/// Whether a sample passes a blended surface is chance, so opacity is as noisy there as light.
+#[test]
+fn denoising_smooths_the_opacity_of_blended_surfaces() {
+    let folder = empty_folder();
+    folder.write(
+        "veil.ron",
+        r#"(
+            settings: (size: (48, 27), samples: 8, transport: Path),
+            entities: [
+                (camera: Pinhole(vertical_fov_degrees: 40), transform: (translate: (0, 0, 6))),
+                (light: Environment(radiance: 0.5)),
+                (shape: Plane(corners: ((-2, -1, 0), (2, -1, 0), (2, 1, 0), (-2, 1, 0))),
+                 material: Principled(metallic: 0, base_color: 0.2, alpha: 0.4, alpha_mode: Blend)),
+            ],
+        )"#,
+    );
+    folder.out("veil.ron --transparent -q --denoise -o a.png");
+    let veil = |name: &str| {
+        let image = image::open(folder.join(name)).expect("an image").to_rgba32f();
+        let within = (10..17).flat_map(|y| (15..33).map(move |x| (x, y)));
+        let alpha: Vec<f32> = within.map(|(x, y)| image.get_pixel(x, y).0[3]).collect();
+        let mean = alpha.iter().sum::<f32>() / alpha.len() as f32;
+        let squares = alpha.iter().map(|alpha| (alpha - mean).powi(2)).sum::<f32>();
+        (mean, (squares / alpha.len() as f32).sqrt())
+    };
+    let ((mean, spread), (clean_mean, clean_spread)) = (veil("a.png"), veil("a.denoised.png"));
+    assert!((mean - clean_mean).abs() < 0.03, "{mean}, {clean_mean}");
+    assert!(clean_spread < 0.6 * spread, "{spread} before, {clean_spread} after");
+}

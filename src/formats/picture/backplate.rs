@@ -21,6 +21,8 @@ pub struct ImagePixels<'a> {
     pub radiance: Cow<'a, [Rgb]>,
     /// Their opacity, if the film counts it.
     pub alpha: Option<Vec<f32>>,
+    /// The opacity that images for screens store, if the film counts it.
+    pub screen_alpha: Option<Vec<f32>>,
     /// The part of a backplate that they show, as linear display values.
     pub behind: Option<Vec<Rgb>>,
 }
@@ -38,10 +40,12 @@ impl<'a> ImagePixels<'a> {
             None => film.let_through(at),
         };
         let counts = film.counts_opacity();
-        let alpha = counts.then(|| (0..radiance.len()).map(|at| opacity(let_through(at))).collect());
+        let of_all = |of: &dyn Fn(usize) -> f32| counts.then(|| (0..radiance.len()).map(of).collect());
+        let alpha = of_all(&|at| opacity(let_through(at)));
+        let screen_alpha = of_all(&|at| film.screen_alpha_of(at, let_through(at)));
         let seen = |(at, plate): (usize, &Rgb)| *plate * let_through(at);
         let behind = plate.filter(|_| counts).map(|plate| plate.iter().enumerate().map(seen).collect());
-        ImagePixels { radiance, alpha, behind }
+        ImagePixels { radiance, alpha, screen_alpha, behind }
     }
 
     /// The colours by themselves, without the opacity that they are associated with.

@@ -35,6 +35,8 @@ pub struct Output<'a> {
     pub radiance: &'a [Rgb],
     /// The opacity of each pixel, with which the radiance is associated. None: all is opaque.
     pub alpha: Option<&'a [f32]>,
+    /// The opacity that images for screens store in its place.
+    pub screen_alpha: Option<&'a [f32]>,
     /// The part of a backplate that each pixel shows, as a linear display value. Images for screens then have no opacity
     /// of their own; OpenEXR files hold it, and not the backplate.
     pub behind: Option<&'a [Rgb]>,
@@ -51,8 +53,19 @@ pub struct Output<'a> {
 impl<'a> Output<'a> {
     /// An opaque 8-bit image without metadata.
     pub fn plain([width, height]: [u32; 2], radiance: &'a [Rgb], display: DisplayTransform) -> Output<'a> {
-        let (window, alpha, behind, bits) = (None, None, None, PngBits::Eight);
-        Output { width, height, window, radiance, alpha, behind, display, bits, metadata: &[], channels: &[] }
+        Output {
+            width,
+            height,
+            window: None,
+            radiance,
+            alpha: None,
+            screen_alpha: None,
+            behind: None,
+            display,
+            bits: PngBits::Eight,
+            metadata: &[],
+            channels: &[],
+        }
     }
 
     /// The way in which images treat the opacity of pixels.
@@ -85,7 +98,7 @@ impl<'a> Output<'a> {
                     let [r, g, b] = color(apply(light));
                     [r, g, b, opacity(*alpha)]
                 };
-                colors.iter().zip(alpha).flat_map(pixel).collect()
+                colors.iter().zip(self.screen_alpha.unwrap_or(alpha)).flat_map(pixel).collect()
             }
             (Some(alpha), Some(behind)) => {
                 let over = |((light, alpha), behind): ((&Rgb, &f32), &Rgb)| {
