@@ -5,7 +5,7 @@ use super::{Checked, finding, is_smooth};
 use crate::compile::light_names;
 use crate::error::{Diagnostic, Subject, words};
 use crate::math::Vec3;
-use crate::scene::emitter_rows::{DirectionalRow, PlanarRow, PointRow};
+use crate::scene::emitter_rows::{DirectionalRow, PlanarRow, PointRow, SphereRow};
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{MaterialRecord, WhittedLight};
 use crate::world::{Caustics, Transport};
@@ -69,6 +69,7 @@ fn pane_before(
     }
     let whereabouts = match kind {
         kind::DIRECTIONAL => Whereabouts::Direction(DirectionalRow::of(row).to_light),
+        kind::SPHERE => Whereabouts::Place(SphereRow::of(row).center),
         kind::POINT | kind::SPOT | kind::PHOTOMETRIC => Whereabouts::Place(PointRow::of(row).position),
         _ => {
             let PlanarRow { corner, e1, e2, .. } = PlanarRow::of(row);

@@ -5,20 +5,20 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::light_tree::{self, LightBounds};
-use super::lights::{WorldLight, WorldLights};
+use super::lights::{SpotCone, WorldLight, WorldLights};
 use super::memo::{ByPtr, DebugText, debug_text};
 use super::parallelogram::parallelogram;
 use super::textured_emission::EmissionAverages;
 use crate::math::{Aabb, NONE, Rgb, Vec3};
 use crate::sampling::pattern::Grid;
 use crate::scene::emitter_rows::{
-    AnyRow, DirectionalRow, EmitterRow, PhotometricRow, PlanarRow, PointRow, SphereRow,
+    AnyRow, ConeRow, DirectionalRow, EmitterRow, PhotometricRow, PlanarRow, PointRow, SphereRow,
 };
 use crate::scene::emitters::{Emitters, flag, kind};
 use crate::scene::environment::Environment;
 use crate::scene::material::{Coverage, MaterialRecord};
 use crate::scene::{Geometry, Textures, WhittedLight};
-use crate::world::{Outline, Pattern};
+use crate::world::{ConeEdge, Outline, Pattern};
 
 /// The most emitters of meshes that are placed several times. Each takes about 200 bytes, with its place in the light
 /// tree.
@@ -162,6 +162,10 @@ fn bounds(
         two_sided: false,
         outside: 0.0,
     };
+    let coned = |whole: LightBounds| {
+        let ConeRow { axis, cos_outer, .. } = ConeRow::of(row);
+        LightBounds { axis, cos_spread: 1.0, cos_emission: cos_outer, ..whole }
+    };
     match out.kinds[emitter] {
         kind::TRIANGLE | kind::QUAD => {
             let PlanarRow { corner, e1, e2, .. } = PlanarRow::of(row);
@@ -185,7 +189,9 @@ fn bounds(
         kind::SPHERE => {
             let (SphereRow { center, radius, .. }, pi) = (SphereRow::of(row), std::f32::consts::PI);
             let bounds = Aabb { min: center - radius, max: center + radius };
-            LightBounds { bounds, power: light * pi * radius * radius, ..everywhere(center) }
+            let within = LightBounds { power: light * pi * radius * radius, ..everywhere(center) };
+            let within = if has(flag::CONE) { coned(within) } else { within };
+            LightBounds { bounds, ..within }
         }
         kind::PHOTOMETRIC => {
             let PhotometricRow { position, axis, .. } = PhotometricRow::of(row);
@@ -202,12 +208,10 @@ fn bounds(
             }
         }
         kind::POINT | kind::SPOT => {
-            let PointRow { position, axis, cos_outer, falls, .. } = PointRow::of(row);
+            let PointRow { position, falls, .. } = PointRow::of(row);
             // Without falloff, irradiance is the same everywhere, as from a distant light.
             match out.kinds[emitter] {
-                kind::SPOT if falls > 0.0 => {
-                    LightBounds { axis, cos_spread: 1.0, cos_emission: cos_outer, ..everywhere(position) }
-                }
+                kind::SPOT if falls > 0.0 => coned(everywhere(position)),
                 _ => LightBounds { far: falls == 0.0, ..everywhere(position) },
             }
         }
@@ -236,18 +240,16 @@ fn push(out: &mut Emitters, kind: u32, flags: u32, row: EmitterRow) -> u32 {
 
 /// The emitter of a light at a finite place.
 fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
-    let (kind, flags, row) = match lamp {
+    let (kind, flags, mut row) = match lamp {
         WorldLight::Directional { .. } => return None,
         WorldLight::Point { place, intensity, falls, cone } => {
-            let (position, light, falls) = (*place, *intensity, f32::from(*falls));
-            let (kind, axis, cos_outer, scale) = match cone {
-                Some(cone) => (kind::SPOT, cone.axis, cone.cos_outer, cone.scale),
-                None => (kind::POINT, Vec3::ZERO, 0.0, 0.0),
-            };
-            (kind, 0, PointRow { position, axis, cos_outer, scale, falls, light }.row())
+            let kind = if cone.is_some() { kind::SPOT } else { kind::POINT };
+            let row = PointRow { position: *place, light: *intensity, falls: f32::from(*falls) };
+            (kind, 0, row.row())
         }
-        WorldLight::Ball { center, radius, radiance } => {
-            (kind::SPHERE, 0, SphereRow { center: *center, radius: *radius, light: *radiance }.row())
+        WorldLight::Ball { center, radius, radiance, cone } => {
+            let flags = if cone.is_some() { flag::CONE } else { 0 };
+            (kind::SPHERE, flags, SphereRow { center: *center, radius: *radius, light: *radiance }.row())
         }
         WorldLight::Photometric { place, intensity, scale, axes: [axis, across], .. } => {
             let (position, axis, across) = (*place, *axis, *across);
@@ -261,6 +263,11 @@ fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
             (kind::QUAD, flags, row.row())
         }
     };
+    if let WorldLight::Point { cone: Some(cone), .. } | WorldLight::Ball { cone: Some(cone), .. } = lamp {
+        let SpotCone { axis, cos_outer, scale, edge } = *cone;
+        let smoothness = f32::from(u8::from(edge == ConeEdge::Smoothstep));
+        ConeRow { axis, cos_outer, scale, smoothness }.write_to(&mut row);
+    }
     let emitter = push(out, kind, flags, row);
     if let WorldLight::Photometric { profile, .. } = lamp {
         out.profile[emitter as usize] = profile.0;

@@ -64,7 +64,7 @@ pub(super) fn compile(inputs: &EnvironmentInputs) -> Result<Environment, Shortag
                     *m,
                 )
             }
-            Light::Sky { elevation, azimuth, haze, radiance } => {
+            Light::Sky { elevation, azimuth, haze, radiance, .. } => {
                 let texels = Air::new(*haze).panorama(f64::from(*elevation));
                 let size = sky::SIZE.map(|side| side as u32);
                 panorama(texels, size, *radiance, *m * DMat3::from_rotation_y(-f64::from(*azimuth)))

@@ -5,12 +5,14 @@ use hecs::Entity;
 use super::geometry::PlacedWorld;
 use super::materials;
 use super::photometric::{self, BeamCone};
-use super::sky::{Air, SUN_ANGLE};
+use super::sky::Air;
 use crate::error::CompileError;
 use crate::math::{DAffine3, Rgb, Vec3};
 use crate::scene::MaterialRecord;
 use crate::world::transforms::{direction, entity_error, point};
-use crate::world::{self, BlinnPhong, ColorInput, Falloff, Outline, Pattern, TextureId, Transport, World};
+use crate::world::{
+    self, BlinnPhong, ColorInput, ConeEdge, Falloff, Outline, Pattern, TextureId, Transport, World,
+};
 
 /// A light entity in world space.
 #[derive(Debug)]
@@ -24,8 +26,8 @@ pub(super) enum WorldLight {
         falls: bool,
         cone: Option<SpotCone>,
     },
-    /// A ball that emits the same in all directions, and that no ray hits.
-    Ball { center: Vec3, radius: f32, radiance: Rgb },
+    /// A ball that no ray hits: each point of it emits the same in all directions, perhaps within a cone.
+    Ball { center: Vec3, radius: f32, radiance: Rgb, cone: Option<SpotCone> },
     /// A point light with a photometric profile.
     Photometric {
         place: Vec3,
@@ -71,6 +73,19 @@ pub(super) struct SpotCone {
     pub cos_outer: f32,
     /// 1 / (cosine of the inner angle − cosine of the outer one).
     pub scale: f32,
+    pub edge: ConeEdge,
+}
+
+impl SpotCone {
+    /// The cone of a spotlight; none for other lights.
+    fn of(light: &world::Light, matrix: &DAffine3) -> Option<SpotCone> {
+        let world::Light::Spot { inner_angle, outer_angle, edge, .. } = *light else { return None };
+        let [inner, outer] = [inner_angle, outer_angle].map(|angle| libm::cos(f64::from(angle)));
+        // Equal angles make an edge that is hard even for the narrowest cone.
+        let width = (inner - outer).max((1e-6 * (1.0 - outer)).max(1e-30));
+        let (axis, cos_outer) = (direction(matrix, Vec3::NEG_Z), outer as f32);
+        Some(SpotCone { axis, cos_outer, scale: (1.0 / width) as f32, edge })
+    }
 }
 
 /// The surface of a visible area light.
@@ -233,7 +248,7 @@ fn surface(radiance: Rgb) -> MaterialRecord {
 
 /// The sun of a sky; none for other lights.
 fn sun(light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
-    let world::Light::Sky { elevation, azimuth, haze, radiance } = light else { return None };
+    let world::Light::Sky { elevation, azimuth, haze, radiance, sun, sun_angle } = light else { return None };
     let (elevation, azimuth) = (f64::from(*elevation), f64::from(*azimuth));
     let level = libm::cos(elevation);
     let [x, z] = [libm::sin(azimuth) * level, -libm::cos(azimuth) * level];
@@ -241,14 +256,17 @@ fn sun(light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
     let irradiance = Air::sun(*haze, elevation).map(|c| c as f32);
     Some(WorldLight::Directional {
         to_light,
-        irradiance: Rgb::from(irradiance) * *radiance,
-        angle: SUN_ANGLE,
+        irradiance: Rgb::from(irradiance) * *radiance * *sun,
+        angle: *sun_angle,
     })
 }
 
-/// A point light with a radius under the path transport; none for other lights.
+/// A point light or spotlight with a radius under the path transport; none for other lights.
 fn ball(world: &World, light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
-    let world::Light::Point { power_w, falloff: Falloff::InverseSquare, radius_m } = *light else {
+    use world::Light::{Point, Spot};
+    let (Point { power_w, falloff: Falloff::InverseSquare, radius_m }
+    | Spot { power_w, falloff: Falloff::InverseSquare, radius_m, .. }) = *light
+    else {
         return None;
     };
     // Like the side of a cube of the same volume.
@@ -256,29 +274,17 @@ fn ball(world: &World, light: &world::Light, matrix: &DAffine3) -> Option<WorldL
     // A uniform Lambertian emitter: Φ = π A L, A = 4π r².
     let radiance = power_w * (1.0 / (4.0 * std::f32::consts::PI.powi(2) * radius * radius));
     let is_ball = world.settings.transport == Transport::Path && radius > 0.0 && radiance.is_finite();
-    is_ball.then(|| WorldLight::Ball { center: point(matrix, Vec3::ZERO), radius, radiance })
+    let (center, cone) = (point(matrix, Vec3::ZERO), SpotCone::of(light, matrix));
+    is_ball.then_some(WorldLight::Ball { center, radius, radiance, cone })
 }
 
 fn punctual(light: &world::Light, matrix: &DAffine3) -> WorldLight {
     let intensity = |power: Rgb| power * (1.0 / (4.0 * std::f32::consts::PI));
     let place = point(matrix, Vec3::ZERO);
     match light {
-        world::Light::Point { power_w, falloff, .. } => {
-            let falls = *falloff == Falloff::InverseSquare;
-            WorldLight::Point { place, intensity: intensity(*power_w), falls, cone: None }
-        }
-        world::Light::Spot { power_w, inner_angle, outer_angle, falloff } => {
-            let cos = |angle: f32| libm::cos(angle as f64);
-            // Equal angles make an edge that is hard even for the narrowest cone.
-            let narrowest = (1e-6 * (1.0 - cos(*outer_angle))).max(1e-30);
-            let width = (cos(*inner_angle) - cos(*outer_angle)).max(narrowest);
-            let cone = SpotCone {
-                axis: direction(matrix, Vec3::NEG_Z),
-                cos_outer: cos(*outer_angle) as f32,
-                scale: (1.0 / width) as f32,
-            };
-            let falls = *falloff == Falloff::InverseSquare;
-            WorldLight::Point { place, intensity: intensity(*power_w), falls, cone: Some(cone) }
+        world::Light::Point { power_w, falloff, .. } | world::Light::Spot { power_w, falloff, .. } => {
+            let (falls, cone) = (*falloff == Falloff::InverseSquare, SpotCone::of(light, matrix));
+            WorldLight::Point { place, intensity: intensity(*power_w), falls, cone }
         }
         world::Light::Directional { irradiance, angle } => {
             let to_light = -direction(matrix, Vec3::NEG_Z);

@@ -10,6 +10,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::world::Light;
+
 /// A colour's red, green and blue.
 type SkyColor = [f64; 3];
 
@@ -34,8 +36,6 @@ const OZONE: (SkyColor, f64, f64) = ([0.65e-3, 1.881e-3, 0.085e-3], 25.0, 15.0);
 
 /// The sun's irradiance above the air, chosen so that white in the sun at noon has a radiance of about 1.
 pub(super) const SOLAR: f64 = 4.0;
-/// The sun's angular diameter, radians.
-pub(super) const SUN_ANGLE: f32 = 0.533 * std::f32::consts::PI / 180.0;
 
 /// Width and height of the panorama in texels.
 pub(super) const SIZE: [usize; 2] = [512, 256];
@@ -255,7 +255,7 @@ fn part(i: usize, count: usize) -> f64 {
 /// The part of the sun's disc above the horizon, and the cosine to the zenith, clamped to the horizon.
 fn part_of_sun(r: f64, mu: f64) -> (f64, f64) {
     let horizon = -(1.0 - (GROUND / r) * (GROUND / r)).max(0.0).sqrt();
-    let half = f64::from(SUN_ANGLE) / 2.0;
+    let half = f64::from(Light::SUN_ANGLE) / 2.0;
     (((mu - horizon) / half * 0.5 + 0.5).clamp(0.0, 1.0), mu.max(horizon))
 }
 

@@ -261,8 +261,8 @@ mod tests {
     use crate::world::PixelFilter;
     use crate::world::Texels;
     use crate::world::{
-        ColorInput, Falloff, FisheyeMapping, ImageId, Material, MeshId, Pattern, Principled, ScalarInput,
-        Texture, TextureId, Transform,
+        ColorInput, ConeEdge, Falloff, FisheyeMapping, ImageId, Material, MeshId, Pattern, Principled,
+        ScalarInput, Texture, TextureId, Transform,
     };
 
     fn world() -> World {
@@ -334,7 +334,18 @@ mod tests {
             }),
             ("settings: the filter's radius is 0", |w| w.settings.filter = PixelFilter::Tent { radius: 0.0 }),
             ("entity 2: haze is -1", |w| {
-                spawn(w, Light::Sky { elevation: 0.5, azimuth: 0.0, haze: -1.0, radiance: Rgb::WHITE })
+                let (sun, sun_angle) = (1.0, 0.01);
+                spawn(
+                    w,
+                    Light::Sky {
+                        elevation: 0.5,
+                        azimuth: 0.0,
+                        haze: -1.0,
+                        radiance: Rgb::WHITE,
+                        sun,
+                        sun_angle,
+                    },
+                )
             }),
             ("entity 2: mesh 1 does not exist", |w| spawn(w, Shape::Mesh(MeshId(1)))),
             ("entity 2: radius_m is -1", |w| spawn(w, Shape::Sphere { radius_m: -1.0 })),
@@ -355,7 +366,8 @@ mod tests {
             }),
             ("entity 2: inner_degrees is 57.29578: it must be 0 to 28.64789", |w| {
                 let (power_w, falloff) = (Rgb::WHITE, Falloff::Constant);
-                spawn(w, Light::Spot { power_w, inner_angle: 1.0, outer_angle: 0.5, falloff })
+                let (edge, radius_m) = (ConeEdge::default(), 0.0);
+                spawn(w, Light::Spot { power_w, inner_angle: 1.0, outer_angle: 0.5, edge, falloff, radius_m })
             }),
             ("entity 2: shift is", |w| spawn(w, photographic(f32::NAN))),
             (

@@ -253,7 +253,7 @@ impl SkyOptions {
         let radians = |degrees: f64| degrees.to_radians() as f32;
         let (elevation, azimuth) =
             (radians(self.elevation_degrees), radians(self.azimuth_degrees.rem_euclid(360.0)));
-        Light::Sky { elevation, azimuth, haze: self.haze, radiance }
+        Light::Sky { elevation, azimuth, haze: self.haze, radiance, sun: 1.0, sun_angle: Light::SUN_ANGLE }
     }
 }
 

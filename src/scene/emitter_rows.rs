@@ -66,8 +66,12 @@ macro_rules! rows {
             /// The row of these values.
             pub fn row(self) -> EmitterRow {
                 let mut row = EmitterRow::default();
-                $(self.$field.write(&mut row[$at..]);)*
+                self.write_to(&mut row);
                 row
+            }
+            /// Writes these values into a row of other ones.
+            pub fn write_to(self, row: &mut EmitterRow) {
+                $(self.$field.write(&mut row[$at..]);)*
             }
             $(
                 #[doc = $about]
@@ -92,22 +96,26 @@ rows! {
         e2: Vec3 = 6, "The second edge from the corner.";
         light: Rgb = 10, "Radiance.";
     }
-    /// A sphere.
+    /// A sphere; if its points emit within a cone, also read as a cone.
     SphereRow {
         center: Vec3 = 0, "The centre.";
         radius: f32 = 9, "The radius.";
         light: Rgb = 10, "Radiance.";
     }
-    /// A point light or a spotlight.
+    /// The cone of a spotlight.
+    ConeRow {
+        axis: Vec3 = 3, "Its axis, away from the light.";
+        cos_outer: f32 = 6, "The cosine of its outer angle.";
+        scale: f32 = 7, "1 over the difference of the cosines of its angles.";
+        smoothness: f32 = 8, "0 if light fades as t², 1 if as 3t² − 2t³.";
+    }
+    /// A point light; of a spotlight, also read as a cone.
     PointRow {
         position: Vec3 = 0, "The position.";
-        axis: Vec3 = 3, "The axis of a spotlight.";
-        cos_outer: f32 = 6, "The cosine of a spotlight's outer angle.";
-        scale: f32 = 7, "1 over the difference of the cosines of a spotlight's angles.";
         falls: f32 = 9, "Positive if light falls off with distance, as photometric light always does.";
         light: Rgb = 10, "Intensity.";
     }
-    /// A point light with a photometric profile; also read as a point light.
+    /// A point light with a photometric profile; also read as a point light, and its axis as a cone's.
     PhotometricRow {
         position: Vec3 = 0, "The position.";
         axis: Vec3 = 3, "The profile's axis.";

@@ -41,6 +41,8 @@ pub mod flag {
     pub const COVERED: u32 = 16;
     /// It emits no photons.
     pub const WITHOUT_PHOTONS: u32 = 64;
+    /// A sphere whose points emit within a cone.
+    pub const CONE: u32 = 128;
 }
 
 /// Columns by emitter. The environment comes last, if it is an emitter.

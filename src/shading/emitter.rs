@@ -13,7 +13,7 @@ use crate::math::{Color, NONE, Vector};
 use crate::sampling::warp::concentric_disk;
 use crate::scene::CompiledScene;
 use crate::scene::emitter_rows::{
-    DirectionalRow, GatheredRows, PhotometricRow, PlanarRow, PointRow, RowLanes, SphereRow,
+    ConeRow, DirectionalRow, GatheredRows, PhotometricRow, PlanarRow, PointRow, RowLanes, SphereRow,
 };
 use crate::scene::emitters::{flag, kind};
 use crate::simd::{Float, Int, Mask};
@@ -95,6 +95,11 @@ pub fn sample<F: Float>(
             sample.radiance = Color::select(patterned, light, sample.radiance);
         }
         out = out.replaced(round, sample);
+    }
+    let coned = has(flags, flag::CONE) & round;
+    if coned.any() {
+        let part = cone_part(&row, -out.direction.dot(ConeRow::axis(&row)));
+        out.radiance = out.radiance * F::select(coned, part, F::one());
     }
     if point.any() {
         let mut sample = point_sample(&row, spot, position);
@@ -415,6 +420,14 @@ fn sphere_sample<F: Float>(
     (sample, normalize_or(frame.world(nearest + local * half), up))
 }
 
+/// The part of a spotlight's light that it emits at an angle to its axis, by the cosine.
+#[inline(always)]
+pub(super) fn cone_part<F: Float>(row: &impl RowLanes<F>, cos: F) -> F {
+    let t = ((cos - ConeRow::cos_outer(row)) * ConeRow::scale(row)).clamp(0.0, 1.0);
+    let smoother = F::splat(3.0) - t * F::splat(2.0);
+    t * t * F::select(ConeRow::smoothness(row).gt(F::zero()), smoother, F::one())
+}
+
 /// Light from a point, restricted to a cone for spotlights.
 #[inline(always)]
 fn point_sample<F: Float>(row: &impl RowLanes<F>, spot: F::Mask, position: Vector<F>) -> EmitterSample<F> {
@@ -425,9 +438,8 @@ fn point_sample<F: Float>(row: &impl RowLanes<F>, spot: F::Mask, position: Vecto
     let falls = PointRow::falls(row).gt(F::zero());
     let mut light = PointRow::light(row) * F::select(falls, F::one() / square, F::one());
     if spot.any() {
-        let cos = -direction.dot(PointRow::axis(row));
-        let inside = ((cos - PointRow::cos_outer(row)) * PointRow::scale(row)).clamp(0.0, 1.0);
-        light = light * F::select(spot, inside * inside, F::one());
+        let part = cone_part(row, -direction.dot(ConeRow::axis(row)));
+        light = light * F::select(spot, part, F::one());
     }
     EmitterSample { direction, distance, radiance: light, pdf: F::one(), can_be_hit: F::Mask::from_bits(0) }
 }

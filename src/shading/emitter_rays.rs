@@ -2,12 +2,12 @@
 
 use std::num::Wrapping;
 
-use super::emitter::{self, patterned_light, planar_place};
+use super::emitter::{self, cone_part, patterned_light, planar_place};
 use super::surface::{HitLanes, sphere_uv};
 use crate::bvh::layout::sidedness::SPHERE;
 use crate::math::{Color, NONE, Vector};
 use crate::scene::CompiledScene;
-use crate::scene::emitter_rows::{AnyRow, PlanarRow, PointRow};
+use crate::scene::emitter_rows::{AnyRow, ConeRow, PlanarRow, PointRow};
 use crate::scene::emitters::{flag, kind};
 
 /// A point on an emitter with area.
@@ -65,9 +65,17 @@ pub fn radiance_of(
 }
 
 /// The radiance of an emitting sphere's outside at the point with a unit normal.
-pub fn radiance_of_sphere(scene: &CompiledScene, emitter: u32, normal: Vector<f32>) -> Color<f32> {
+pub fn radiance_of_sphere(
+    scene: &CompiledScene,
+    emitter: u32,
+    normal: Vector<f32>,
+    direction: Vector<f32>,
+) -> Color<f32> {
     if is_even(scene, emitter) {
-        return AnyRow::light(scene.emitters.row(emitter).1);
+        let row = scene.emitters.row(emitter).1;
+        let has_cone = scene.emitters.flags[emitter as usize] & flag::CONE != 0;
+        let part = if has_cone { cone_part(row, direction.dot(ConeRow::axis(row))) } else { 1.0 };
+        return AnyRow::light::<f32>(row) * part;
     }
     let primitive = scene.emitters.primitive[emitter as usize];
     let uv = sphere_uv(&scene.geometry, Wrapping(primitive ^ SPHERE), normal, true);

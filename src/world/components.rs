@@ -138,6 +138,18 @@ forms! {
 }
 
 forms! {
+    /// The way in which a spotlight fades between its angles, over t, which goes from 0 to 1 with the cosine.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum ConeEdge, "cone edge" {
+        /// t², as in glTF.
+        #[default]
+        Squared,
+        /// 3t² − 2t³, as in Blender.
+        Smoothstep,
+    }
+}
+
+forms! {
     /// The shape of an area light within its rectangle.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Outline, "outline" {
@@ -179,10 +191,15 @@ forms! {
             power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::ALL_AROUND)), required;
             /// half of the angle within which the light is at full strength; at most the outer one
             inner_angle ["inner_degrees"]: f32 = radians(30.0), Degrees(Range::FromTo(0.0, 90.0));
-            /// half of the angle beyond which there is none; between the two it fades smoothly
+            /// half of the angle beyond which there is none; between the two it fades
             outer_angle ["outer_degrees"]: f32 = radians(45.0), Degrees(Range::FromTo(0.0, 90.0));
+            /// the way in which it fades, over t, which goes from 0 to 1 with the cosine: t², as in glTF, or 3t² − 2t³, as in
+            /// Blender
+            edge: ConeEdge = ConeEdge::Squared, Form;
             /// as of `Point`
             falloff: Falloff = Falloff::InverseSquare, Form;
+            /// as of `Point`: each point of the ball emits within the cone
+            radius_m: f32 = 0.0, Number(Range::From(0.0));
         },
         /// A measured point light at the local origin: its intensity depends on the direction, and its axis is −Z.
         Photometric {
@@ -220,6 +237,10 @@ forms! {
             haze: f32 = 1.0, Number(Range::FromTo(0.0, 100.0));
             /// a factor; with 1, a white surface in the noon sun has a radiance of about 1
             radiance: Rgb = Rgb::WHITE, Color(Range::From(0.0));
+            /// a factor on the light that comes from the sun itself; with 0, only the sky gives light
+            sun: f32 = 1.0, Number(Range::From(0.0));
+            /// the full angle that the sun covers; a larger one gives the same light with softer shadows
+            sun_angle ["sun_degrees"]: f32 = Light::SUN_ANGLE, Degrees(Range::FromTo(0.0, 180.0));
         },
         /// A rectangle or a disc in the local XY plane, centred at the origin, that emits
         /// towards −Z with the same radiance L + Φ/(πA) in all directions.
@@ -252,6 +273,9 @@ pub struct WithoutCaustics;
 pub struct LightGroup(pub String);
 
 impl Light {
+    /// The sun's angular diameter, radians.
+    pub(crate) const SUN_ANGLE: f32 = 0.533 * std::f32::consts::PI / 180.0;
+
     /// True if the light is an environment or a sky.
     pub(crate) fn is_around(&self) -> bool {
         matches!(self, Light::Environment { .. } | Light::Sky { .. })

@@ -36,7 +36,7 @@ pub const SHAPES: &str = r#"(
         (shape: Mesh("tetrahedron.ply"), transform: (translate: (-0.6, 2, -2), rotate_degrees: (0, 0, 45), scale: 0.4)),
         (light: Point(power_w: (150, 140, 130)), transform: (translate: (1, 4, 3))),
         (light: Point(power_w: 0.8, falloff: Constant), transform: (translate: (-4, 3, 0))),
-        (light: Spot(power_w: (300, 100, 50), inner_degrees: 10, outer_degrees: 35),
+        (light: Spot(power_w: (300, 100, 50), inner_degrees: 10, outer_degrees: 35, edge: Smoothstep, radius_m: 0.2),
          transform: LookAt(from: (-2, 4, 3), to: (0, 0, 0))),
         (light: Directional(irradiance: (0.2, 0.25, 0.3)), transform: LookAt(from: (1, 2, 0.5), to: (0, 0, 0))),
     ],

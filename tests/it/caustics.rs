@@ -25,12 +25,13 @@ const IN_MIRROR: &str = r#"
     (shape: Plane(corners: ((-1, -1, 3), (-1, -1, -3), (-1, 1.5, -3), (-1, 1.5, 3))), material: (kr: 1, diffuse: 0)),"#;
 /// A pane, and lights of all kinds above.
 const PANE: &str = r#"(shape: Mesh("cube.ply"), material: (ior: 1.5), transform: (translate: (0, 2, 0), scale: (9, 0.2, 9))),"#;
-const LAMPS: [&str; 7] = [
+const LAMPS: [&str; 8] = [
     "(light: Directional(irradiance: 5), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
     "(light: Directional(irradiance: 5, angle_degrees: 8), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
     "(light: Point(power_w: 10000), transform: (translate: (0, 10, 0))),",
     "(light: Point(power_w: 100, falloff: Constant), transform: (translate: (0, 10, 0))),",
     "(light: Spot(power_w: 10000, inner_degrees: 20, outer_degrees: 40), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
+    "(light: Spot(power_w: 10000, inner_degrees: 20, outer_degrees: 40, radius_m: 0.2), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
     "(light: Area(power_w: 1000, size_m: 0.5, visible: true), transform: LookAt(from: (0.01, 10, 0), to: (0, 0, 0))),",
     "(shape: Sphere(radius_m: 0.2), material: (diffuse: 0, emission: 1000), transform: (translate: (0, 10, 0))),",
 ];
@@ -342,7 +343,7 @@ const EVERYTHING: &str = r#"(
         (shape: Plane(corners: ((-6, 0, -3), (6, 0, -3), (6, 6, -3), (-6, 6, -3))), material: "paper"),
         (light: Point(power_w: (150, 140, 130)), transform: (translate: (1, 4, 3))),
         (light: Point(power_w: 0.8, falloff: Constant), transform: (translate: (-4, 3, 0))),
-        (light: Spot(power_w: (300, 100, 50), inner_degrees: 10, outer_degrees: 35),
+        (light: Spot(power_w: (300, 100, 50), inner_degrees: 10, outer_degrees: 35, edge: Smoothstep, radius_m: 0.2),
          transform: LookAt(from: (-2, 4, 3), to: (0, 0, 0))),
         (light: Directional(irradiance: (0.2, 0.25, 0.3), angle_degrees: 3), transform: LookAt(from: (1, 2, 0.5), to: (0, 0, 0))),
         (light: Area(power_w: 30, size_m: 0.5), transform: LookAt(from: (2, 3, -1), to: (0, 0, 0))),
@@ -442,6 +443,10 @@ fn lights_of_all_kinds_send_the_analytic_power_to_a_ball() {
         ),
         (
             "(light: Spot(power_w: 1000, inner_degrees: 30, outer_degrees: 40), transform: LookAt(from: (0, 10, 0.01), to: (0, 0, 0))),",
+            1000.0 / (4.0 * std::f64::consts::PI) * solid_angle(10.0),
+        ),
+        (
+            "(light: Spot(power_w: 1000, inner_degrees: 30, outer_degrees: 40, radius_m: 0.05), transform: LookAt(from: (0, 10, 0.01), to: (0, 0, 0))),",
             1000.0 / (4.0 * std::f64::consts::PI) * solid_angle(10.0),
         ),
     ] {

@@ -211,7 +211,10 @@ fn light_of_several_lights_adds_up() {
 
 /// A floor seen from above, lit by a spotlight 2 m above it.
 fn below_a_spot(cone: [f32; 2], height_m: f32, at: f32) -> f64 {
-    let [inner, outer] = cone;
+    below_a_ball_with_a_cone(cone, "", height_m, at)
+}
+
+fn below_a_ball_with_a_cone([inner, outer]: [f32; 2], fields: &str, height_m: f32, at: f32) -> f64 {
     let world = world(&format!(
         "(
         settings: (size: (8, 8), samples: 16, max_depth: 1, transport: Path, filter: Box),
@@ -219,7 +222,7 @@ fn below_a_spot(cone: [f32; 2], height_m: f32, at: f32) -> f64 {
             (camera: Orthographic(height_m: {height_m}),
                 transform: LookAt(from: ({at}, 1, 0), to: ({at}, 0, 0), up: (0, 0, -1))),
             (shape: Plane(corners: ((-9, 0, -9), (-9, 0, 9), (9, 0, 9), (9, 0, -9))), material: (diffuse: 0.7)),
-            (light: Spot(power_w: 100, inner_degrees: {inner}, outer_degrees: {outer}),
+            (light: Spot(power_w: 100, inner_degrees: {inner}, outer_degrees: {outer}{fields}),
                 transform: LookAt(from: (0, 2, 0), to: (0, 0, 0), up: (0, 0, -1))),
         ],
     )"
@@ -243,6 +246,41 @@ fn spotlights_with_equal_angles_have_a_hard_edge_however_narrow() {
     let cos = 30f64.to_radians().cos();
     assert!((inside / (expected * cos.powi(3)) - 1.0).abs() < 0.01, "{inside}");
     assert_eq!(below_a_spot([30.0, 30.0], 0.001, edge + 0.001), 0.0);
+}
+
+/// The mean over a ball by midpoints, as seen from a place on the floor, 2 m below it.
+#[test]
+fn each_point_of_a_spotlight_with_a_radius_emits_within_its_cone() {
+    let pi = std::f64::consts::PI;
+    let [inner, outer] = [20f64, 40.0].map(|angle| angle.to_radians().cos());
+    let (radius, steps) = (0.5, 400);
+    let radiance = 100.0 / (4.0 * pi * pi * radius * radius);
+    let irradiance = |at: f64, fade: fn(f64) -> f64| {
+        let mut sum = 0.0;
+        for (i, j) in (0..steps).flat_map(|i| (0..steps).map(move |j| (i, j))) {
+            let y = (f64::from(i) + 0.5) / f64::from(steps) * 2.0 - 1.0;
+            let (sin, cos) = ((f64::from(j) + 0.5) / f64::from(steps) * 2.0 * pi).sin_cos();
+            let across = (1.0 - y * y).sqrt();
+            let normal = [across * cos, y, across * sin];
+            let way = [at - radius * normal[0], -2.0 - radius * normal[1], -radius * normal[2]];
+            let distance = way.iter().map(|part| part * part).sum::<f64>().sqrt();
+            let leaves = (0..3).map(|axis| way[axis] * normal[axis]).sum::<f64>() / distance;
+            let cos = -way[1] / distance;
+            let t = ((cos - outer) / (inner - outer)).clamp(0.0, 1.0);
+            sum += leaves.max(0.0) * cos / (distance * distance) * fade(t);
+        }
+        radiance * sum * 4.0 * pi * radius * radius / f64::from(steps * steps)
+    };
+    for at in [0.0f32, 0.9, 1.3, 1.6] {
+        for (edge, fade) in
+            [("Squared", (|t| t * t) as fn(f64) -> f64), ("Smoothstep", |t| t * t * (3.0 - 2.0 * t))]
+        {
+            let fields = format!(", radius_m: {radius}, edge: {edge}");
+            let found = below_a_ball_with_a_cone([20.0, 40.0], &fields, 0.001, at);
+            let expected = 0.7 / pi * irradiance(f64::from(at), fade);
+            assert!((found / expected - 1.0).abs() < 0.04, "{edge}, {at} m: {found}, not {expected}");
+        }
+    }
 }
 
 /// A ball that shines and that the camera does not see, above a floor with a post, and beside glass.

@@ -413,3 +413,34 @@ fn hidden_backgrounds_are_reported_with_what_to_write() {
         assert!(!folder.messages(&format!("{name} -o a.png")).contains("background"), "{name}");
     }
 }
+
+/// A floor and a ball that throws a shadow, in the light of a sky.
+fn under_a_sky(fields: &str) -> Vec<Rgb> {
+    let scene = format!(
+        r#"(
+            settings: (size: (32, 24), samples: 64, transport: Path, max_depth: 1, filter: Box),
+            entities: [
+                (camera: Orthographic(height_m: 4), transform: LookAt(from: (0, 5, 0), to: (0, 0, 0), up: (0, 0, -1))),
+                (shape: Sphere(radius_m: 0.5), transform: (translate: (0.8, 1.5, 0)), material: (diffuse: 0)),
+                (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.5)),
+                (light: Sky(elevation_degrees: 45, azimuth_degrees: 90{fields})),
+            ],
+        )"#
+    );
+    film(&crate::support::world(&scene), Options::default()).radiance()
+}
+
+#[test]
+fn suns_are_weaker_stronger_or_larger_than_the_sky_has_them() {
+    let mean =
+        |pixels: &[Rgb]| pixels.iter().map(|pixel| f64::from(pixel.g)).sum::<f64>() / pixels.len() as f64;
+    let [none, usual, strong, large] = [", sun: 0", "", ", sun: 3", ", sun_degrees: 20"].map(under_a_sky);
+    let sun = mean(&usual) - mean(&none);
+    assert!(sun > 0.5 * mean(&none), "the sun is most of the light");
+    assert!(((mean(&strong) - mean(&none)) / sun / 3.0 - 1.0).abs() < 0.02);
+    assert!(((mean(&large) - mean(&none)) / sun - 1.0).abs() < 0.05);
+    // Pixels in half shadow.
+    let lit = 0.5 * usual.iter().map(|pixel| pixel.g).fold(0.0, f32::max);
+    let half = |pixels: &[Rgb]| pixels.iter().filter(|pixel| (0.5..1.5).contains(&(pixel.g / lit))).count();
+    assert!(half(&large) > 2 * half(&usual), "{} {}", half(&large), half(&usual));
+}

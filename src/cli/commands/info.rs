@@ -18,7 +18,7 @@ use crate::math::{DVec3, Rgb, Vec3};
 use crate::memory;
 use crate::render::MemoryEstimate;
 use crate::render::photons::{self, PhotonBytes};
-use crate::scene::emitter_rows::{DirectionalRow, PlanarRow, PointRow};
+use crate::scene::emitter_rows::{ConeRow, DirectionalRow, PlanarRow, PointRow, SphereRow};
 use crate::scene::emitters::{flag, kind};
 use crate::scene::{CompiledScene, WhittedLight};
 use crate::world::{ColorInput, Light, Material, MaterialId, Settings, Shape, World};
@@ -220,9 +220,17 @@ fn describe_light(scene: &CompiledScene, light: &WhittedLight) -> String {
     match kind {
         kind::POINT => format!("point at {}", place(PointRow::of(row).position)),
         kind::SPOT | kind::PHOTOMETRIC => {
-            let PointRow { position, axis, .. } = PointRow::of(row);
+            let (position, axis) = (PointRow::of(row).position, ConeRow::of(row).axis);
             let what = if kind == kind::SPOT { "spot" } else { "photometric" };
             format!("{what} at {} along {}", place(position), way(axis))
+        }
+        kind::SPHERE => {
+            let SphereRow { center, radius, .. } = SphereRow::of(row);
+            let ball = format!("ball of {} m at {}", significant(f64::from(2.0 * radius)), place(center));
+            match scene.emitters.flags[light.emitter as usize] & flag::CONE {
+                0 => ball,
+                _ => format!("{ball} along {}", way(ConeRow::of(row).axis)),
+            }
         }
         kind::DIRECTIONAL => format!("directional along {}", way(-DirectionalRow::of(row).to_light)),
         _ => {

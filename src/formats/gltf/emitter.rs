@@ -17,7 +17,7 @@ use crate::error::Diagnostic;
 use crate::formats::LightUnits;
 use crate::math::Rgb;
 use crate::world::quantity::LUMENS_PER_WATT;
-use crate::world::{Camera, Falloff, Light};
+use crate::world::{Camera, ConeEdge, Falloff, Light};
 
 /// The largest plausible values in watts for suns (lux) and other lights (candela): a sun in Blender seldom exceeds 10
 /// W/m², and 450 W/sr are a light of 5.7 kW, while 450 cd are one of 8 W.
@@ -151,7 +151,8 @@ impl Import<'_> {
             "directional" => Some(Light::Directional { irradiance: flux, angle: 0.0 }),
             "spot" => {
                 let [inner_angle, outer_angle] = self.cone(light.spot, at);
-                Some(Light::Spot { power_w, inner_angle, outer_angle, falloff })
+                let edge = ConeEdge::Squared;
+                Some(Light::Spot { power_w, inner_angle, outer_angle, edge, falloff, radius_m: 0.0 })
             }
             other => {
                 let other: String = other.chars().take(40).flat_map(char::escape_debug).collect();

@@ -14,7 +14,7 @@ use crate::sampling::sobol;
 use crate::sampling::warp::concentric_disk;
 use crate::scene::CompiledScene;
 use crate::scene::bodies::NOWHERE;
-use crate::scene::emitter_rows::{AnyRow, EmitterRow, PlanarRow, PointRow, SphereRow};
+use crate::scene::emitter_rows::{AnyRow, ConeRow, EmitterRow, PlanarRow, PointRow, SphereRow};
 use crate::scene::emitters::{flag, kind};
 use crate::shading::emitter_rays::{area, intensity, point_of, radiance_of, radiance_of_sphere};
 use crate::shading::environment;
@@ -169,6 +169,7 @@ impl PhotonEmission {
     /// The solid angles of the targets from a point on an emitter.
     fn angles(&self, scene: &CompiledScene, emitter: u32, place: Vec3) -> Angles {
         let (what, row) = scene.emitters.row(emitter);
+        let has_cone = what == kind::SPOT || scene.emitters.flags[emitter as usize] & flag::CONE != 0;
         let mut angles = Angles::default();
         for (ball, angle) in self.targets.iter().zip(&mut angles.0) {
             let way = ball.center - place;
@@ -185,9 +186,9 @@ impl PhotonEmission {
                     let height = if reversed { -normal } else { normal }.dot(way);
                     flags & flag::TWO_SIDED != 0 || height > -ball.radius
                 }
-                kind::SPOT if distance > radius => {
+                kind::SPOT | kind::SPHERE if has_cone && distance > radius => {
                     // Reached if the cosine of the difference of both angles is at least that of the spot's cone.
-                    let PointRow { axis, cos_outer, .. } = PointRow::of(row);
+                    let ConeRow { axis, cos_outer, .. } = ConeRow::of(row);
                     let sine = radius / distance;
                     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
                     let off = (axis.dot(way) / distance).clamp(-1.0, 1.0);
@@ -315,7 +316,7 @@ impl PhotonEmission {
         let (x, y) = concentric_disk(place.0, place.1);
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
         let normal = ShadingFrame::about(direction).world(Vector::new(x, y, z));
-        let light = radiance_of_sphere(scene, emitter, normal) * (PI * radius * radius / density);
+        let light = radiance_of_sphere(scene, emitter, normal, direction) * (PI * radius * radius / density);
         let reach = radius + (center.abs().max_element() + radius) * 4e-6;
         Some(EmittedRay { origin: Vector::splat(center) + normal * reach, direction, light, density: None })
     }

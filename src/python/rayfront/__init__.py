@@ -378,9 +378,9 @@ _FORMS = """
     Keys Lathe Left Linear LookAt Loop Lumens Lux Marble Mask Material Matrix Max Metaballs Metal Min Mirror Mix
     Multiply Nearest Nits Nodes Noise Normal Normals Object Off On Opaque Open OpenCv Orthographic OverUnder
     Panorama Path PathLength PbrNeutral Phong Photographic Photometric Pinhole Plane Point Position Principled Prism
-    Rectangle Red Regular Reinhard Repeat Ridged Right Round Samples ScaleByMaximum SideBySide Sky Smooth Sobol
-    Sphere Spot Srgb Step Stereographic Strands Subdivide Subtract Tent Tests Text Texture ThinLens Torus Triangle
-    Trilinear Tube Turbulence Unbiased Uniform Uv Uv1 Variance Vertex Voronoi Whitted Wood
+    Rectangle Red Regular Reinhard Repeat Ridged Right Round Samples ScaleByMaximum SideBySide Sky Smooth
+    Smoothstep Sobol Sphere Spot Squared Srgb Step Stereographic Strands Subdivide Subtract Tent Tests Text Texture
+    ThinLens Torus Triangle Trilinear Tube Turbulence Unbiased Uniform Uv Uv1 Variance Vertex Voronoi Whitted Wood
 """.split()
 globals().update({name: Variant(name) for name in _FORMS})
 

@@ -770,6 +770,8 @@ class _Sky(Variant):
         azimuth_degrees: _Number = ...,
         haze: _Number = ...,
         radiance: _Color = ...,
+        sun: _Number = ...,
+        sun_degrees: _Number = ...,
     ) -> Variant: ...
 
 Sky: _Sky
@@ -792,7 +794,9 @@ class _Spot(Variant):
         power_w: _Color,
         inner_degrees: _Number = ...,
         outer_degrees: _Number = ...,
+        edge: Variant = ...,
         falloff: Variant = ...,
+        radius_m: _Number = ...,
     ) -> Variant: ...
 
 Spot: _Spot

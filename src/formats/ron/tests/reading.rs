@@ -153,7 +153,9 @@ fn shapes_lights_and_cameras_have_defaults() {
             power_w: grey(1.0),
             inner_angle: std::f32::consts::FRAC_PI_6,
             outer_angle: right_angle,
-            falloff: Falloff::InverseSquare
+            edge: ConeEdge::Squared,
+            falloff: Falloff::InverseSquare,
+            radius_m: 0.0
         }
     );
     let fov = std::f32::consts::FRAC_PI_4;

@@ -280,9 +280,16 @@ fn light() -> impl Strategy<Value = Light> {
             falloff,
             radius_m
         }),
-        (color(), 0.0..=right_angle, 0.0..=right_angle, falloff()).prop_map(|(power_w, a, b, falloff)| {
-            Light::Spot { power_w, inner_angle: a.min(b), outer_angle: a.max(b), falloff }
-        }),
+        (color(), [0.0..=right_angle, 0.0..=right_angle], any::<bool>(), falloff(), positive()).prop_map(
+            |(power_w, [a, b], smooth, falloff, radius_m)| Light::Spot {
+                power_w,
+                inner_angle: a.min(b),
+                outer_angle: a.max(b),
+                edge: if smooth { ConeEdge::Smoothstep } else { ConeEdge::Squared },
+                falloff,
+                radius_m,
+            }
+        ),
         (color(), 0.0..=std::f32::consts::PI)
             .prop_map(|(irradiance, angle)| Light::Directional { irradiance, angle }),
         color().prop_map(|radiance| Light::Environment { radiance, image: None }),
