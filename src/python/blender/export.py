@@ -209,8 +209,8 @@ def settings(scene: Any, size: tuple[int, int], backdrop: tuple[float, ...] | No
         "transport": Ron("Path"),
         "exposure": Ron("Fixed"),
         "seed": mine.seed,
-        # Blender's filter has its width, rayfront's its radius.
-        "filter": form("BlackmanHarris", radius=max(scene.render.filter_size / 2, 0.01)),
+        # What Blender calls a width is where the weight is zero, in Cycles and in EEVEE: rayfront's radius.
+        "filter": form("BlackmanHarris", radius=max(scene.render.filter_size, 0.01)),
     }
     for kind in ("diffuse", "glossy", "transmission"):
         depth = getattr(mine, f"{kind}_depth")

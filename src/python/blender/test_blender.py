@@ -183,6 +183,19 @@ def transparency() -> None:
 
 
 @test
+def pixel_filter() -> None:
+    """An edge between pixels is as soft as in Cycles."""
+    scene = scenes.fresh((32, 16))
+    white = scenes.material("white")
+    scenes.surface(white, "ShaderNodeEmission")
+    scenes.plane((2, 0, 0), 4, white)
+    scenes.camera((0, 0, 5), (0, 0, 0), type="ORTHO", ortho_scale=3.2)
+    theirs, ours = shoot(scene, "filter", 1024, cycles=True), shoot(scene, "filter", 1024)
+    a, b = (planes["Combined.R"].mean(axis=0)[14:18] for planes in (ours, theirs))
+    check("pixel_filter", float(np.abs(a - b).max()) < 0.005, f"{a.round(3)}, Cycles {b.round(3)}")
+
+
+@test
 def backdrop() -> None:
     """A world that the camera sees in another colour than the one in which it lights."""
     scene = scenes.lamps(SIZE)
