@@ -141,9 +141,9 @@ class RayfrontEngine(bpy.types.RenderEngine):
         """The command line, and the size of what it renders."""
         scene, layer = depsgraph.scene, depsgraph.view_layer_eval
         mine, render = scene.rayfront, scene.render
-        layers = ["coverage"] + [name for flag, _, _, _, name in PASSES if getattr(layer, flag)]
+        layers = [name for flag, _, _, _, name in PASSES if getattr(layer, flag)]
         command = [program.path(), SCENE, "-o", OUTPUT, "--json", "--progress", "json", "--checkpoint", "off"]
-        command += ["--aov", ",".join(layers)]
+        command += ["--aov", ",".join(layers)] if layers else []
         command += ["--denoise"] if mine.denoise else []
         command += ["--adaptive"] if mine.adaptive and not self.exported.shutter else []
         command += ["--until", f"noise={max(mine.noise, 1e-6):.6f}%"] if mine.noise > 0 else []
@@ -252,9 +252,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
             light = exr.read(denoised)
         elif mine.denoise:
             self.report({"WARNING"}, "rayfront: nothing is denoised: that takes two samples of each pixel")
-        alpha = (
-            planes["coverage.A"] if depsgraph.scene.render.film_transparent else np.ones((height, width), np.float32)
-        )
+        alpha = light["A"] if depsgraph.scene.render.film_transparent else np.ones((height, width), np.float32)
         result = self.begin_result(0, 0, width, height, layer=depsgraph.view_layer_eval.name)
         passes = result.layers[0].passes
 

@@ -15,7 +15,7 @@ from .cameras import camera
 from .coordinates import MeshSpace
 from .images import Images
 from .lights import light
-from .materials import Material
+from .materials import CATCHER, HELD_OUT, HOLDOUT, Film, Material
 from .meshes import Model
 from .ron import Ron, differ, form, moved, placed, text, unscaled, visible
 from .world import surroundings
@@ -54,6 +54,9 @@ class Export:
         self.models: dict[str, Model] = {}
         self.entities: list[dict[str, Any]] = []
         self.count = 0
+        self.film = Film.of(depsgraph.scene)
+        # What the film shows in place of things.
+        self.shown: set[str] = set()
 
     def write(self, moments: Moments | None) -> Exported:
         """Writes all files. A ValueError says what would make the picture one of something else."""
@@ -73,6 +76,7 @@ class Export:
         nodes = self._instances()
         shutter = self._moves(moments, nodes, place) if moments else None
         self._models()
+        self._beside(scene)
         lines = "".join(f"  {text(entity)},\n" for entity in self.entities)
         with open(os.path.join(self.folder, SCENE), "w", encoding="utf-8") as out:
             out.write(f"(settings: {text(settings(scene, size, around.backdrop))},\nentities: [\n{lines}])\n")
@@ -108,12 +112,14 @@ class Export:
                 self._particles(ob)
                 if instance.show_self:
                     model = self._model(ob)
-                    node = model.add(instance)
+                    node = model.add(instance, self._shown(instance))
                     if node is not None:
                         nodes[identity(instance)] = model, node
                     self._visibility(ob, lamp=False)
             elif ob.type == "CURVES":
-                self._curves(instance)
+                if instance.show_self:
+                    self._curves(instance)
+                    self._visibility(ob, lamp=False)
             elif ob.type in {"VOLUME", "POINTCLOUD"}:  # Grease Pencil is drawn by Blender over any engine's picture.
                 self.warn(f"object {ob.name!r}: {'a grid of a volume' if ob.type == 'VOLUME' else 'a point cloud'}")
         return nodes
@@ -122,7 +128,7 @@ class Export:
         group = self._group(ob).get("group", "")
         if group not in self.models:
             override = self.depsgraph.view_layer_eval.material_override
-            self.models[group] = Model(self.images, override, self.warn)
+            self.models[group] = Model(self.images, override, self.warn, self.film)
         return self.models[group]
 
     def _curves(self, instance: Any) -> None:
@@ -132,14 +138,49 @@ class Export:
             return
         material = next((slot.material for slot in ob.material_slots if slot.material), None)
         entity = {"name": f"{ob.name} ({name})", "shape": form("Strands", file=name)}
-        if material:
-            entity["material"] = Material(material, MeshSpace(), self.images, self.warn).ron
-        self.entities.append(entity | {"transform": placed(place)})
+        shown = self._shown(instance)
+        if shown == HOLDOUT:
+            entity["material"] = form("Principled", **HELD_OUT)
+        elif material:
+            entity["material"] = Material(material, MeshSpace(), self.images, self.warn, self.film, shown).ron
+        elif shown:
+            self.warn(f"object {ob.name!r}: a shadow catcher without a material")
+        self.entities.append(entity | self._group(ob) | {"transform": placed(place)})
 
     def _particles(self, ob: Any) -> None:
         for system in ob.particle_systems:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 self.warn(f"object {ob.name!r}: hair by particles (convert it to curves)")
+
+    def _shown(self, instance: Any) -> str | None:
+        """What the film shows in place of an instance, because of the object or, as in Cycles, of what places it."""
+        layer = self.depsgraph.view_layer_eval
+        either = [ob for ob in (instance.object, instance.parent) if ob]
+        found = None
+        if any(ob.holdout_get(view_layer=layer) for ob in either):
+            found = HOLDOUT
+            if not self.film.transparent:
+                self.warn(f"object {instance.object.name!r}: a holdout, without Film › Transparent")
+                return None
+            self.warn(f"object {instance.object.name!r}: the light of a holdout on other things: it gives none back")
+        elif any(ob.is_shadow_catcher for ob in either):
+            found = CATCHER
+        if found:
+            self.shown.add(found)
+        return found
+
+    def _beside(self, scene: Any) -> None:
+        """Tells of what the program leaves out beside shadow catchers, of which it also makes holdouts."""
+        if not self.shown:
+            return
+        beside = f"beside a {' and a '.join(sorted(self.shown))}"
+        if self.groups:
+            self.warn(f"light groups, {beside}")
+        if len(self.shown) > 1:
+            self.warn("smooth edges of holdouts before shadow catchers")
+        materials = [ron for model in self.models.values() for ron in model.overrides.values()]
+        if scene.rayfront.caustics and any("transmission: " in ron for ron in materials):
+            self.warn(f"Caustics by photons, {beside}: they are left to chance")
 
     def _visibility(self, ob: Any, lamp: bool) -> None:
         """Tells of what hides an object from some rays."""
@@ -147,18 +188,14 @@ class Export:
         hidden = [kind.replace("_", " ") for kind in kinds if not getattr(ob, f"visible_{kind}")]
         if hidden:
             self.warn(f"object {ob.name!r}: it is not hidden from rays of the kind {', '.join(hidden)}")
-        for name, what in (("is_shadow_catcher", "a shadow catcher"), ("is_holdout", "a holdout")):
-            if getattr(ob, name) and not lamp:
-                self.warn(f"object {ob.name!r}: {what}")
         if ob.light_linking.receiver_collection or ob.light_linking.blocker_collection:
             self.warn(f"object {ob.name!r}: light linking")
 
     def _collections(self, layer: Any) -> None:
         """Tells of what a view layer does with collections beyond hiding them."""
         for child in layer.children:
-            for name, what in (("holdout", "a holdout"), ("indirect_only", "Indirect Only: the camera sees it")):
-                if getattr(child, name) and not child.exclude:
-                    self.warn(f"collection {child.name!r}: {what}")
+            if child.indirect_only and not child.exclude:
+                self.warn(f"collection {child.name!r}: Indirect Only: the camera sees it")
             self._collections(child)
 
     def _moves(self, moments: Moments, nodes: dict[tuple, tuple[Model, int]], place: Matrix) -> float | None:
@@ -221,7 +258,7 @@ def settings(scene: Any, size: tuple[int, int], backdrop: tuple[float, ...] | No
     if mine.clamp > 0:
         fields["clamp"] = mine.clamp
     if scene.render.film_transparent:
-        fields["backdrop"] = 0.0
+        fields["transparent"] = True
     elif backdrop:
         fields["backdrop"] = backdrop
     return fields

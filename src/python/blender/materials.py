@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from . import media
 from .coordinates import MeshSpace
@@ -19,6 +19,10 @@ BLEND = Ron("Blend")
 # Straight through: no shader at all.
 NOTHING = {"base_color": BLACK, "specular": 0.0, "alpha": 0.0, "alpha_mode": BLEND}
 DARK = {"base_color": BLACK, "specular": 0.0}
+# What objects are on the film other than themselves: what they catch, or nothing. A catcher without any light of its own
+# darkens nothing that is behind it.
+CATCHER, HOLDOUT = "shadow catcher", "holdout"
+HELD_OUT = DARK | {"metallic": 0.0, "double_sided": True, "shadow_catcher": True}
 # The values of fields that a shader leaves out, where two are mixed.
 DEFAULTS = {
     "base_color": WHITE, "metallic": 0.0, "roughness": 1.0, "specular": 1.0, "emission": BLACK, "alpha": 1.0,
@@ -27,13 +31,37 @@ DEFAULTS = {
 }  # fmt: skip
 LIMITED = {*DEFAULTS, "edge_tint"} - {"emission", "ior"}
 
+# The least roughness of glass that blurs at all, and hardly so.
+ROUGH = 0.032
+
 Fields = dict[str, Any]
+
+
+class Film(NamedTuple):
+    """Whether the film is transparent, and up to which roughness glass is then as well; None: no glass is."""
+
+    transparent: bool = False
+    glass_roughness: float | None = None
+
+    @classmethod
+    def of(cls, scene: Any) -> Film:
+        cycles = getattr(scene, "cycles", None)
+        glass = cycles.film_transparent_roughness if cycles and cycles.film_transparent_glass else None
+        return cls(scene.render.film_transparent, glass)
 
 
 class Material:
     """One material, for the meshes of one space. `ron` is what replaces it in the model."""
 
-    def __init__(self, material: Any, mesh: MeshSpace, images: Images, warn: Callable[[str], None]):
+    def __init__(
+        self,
+        material: Any,
+        mesh: MeshSpace,
+        images: Images,
+        warn: Callable[[str], None],
+        film: Film,
+        shown: str | None = None,
+    ):
         self.material = material
         self.maps = Maps(images, mesh, f"material {material.name!r}", warn)
         self.warn = self.maps.warn
@@ -41,6 +69,13 @@ class Material:
         fields.setdefault("metallic", 0.0)
         self._limit(fields)
         fields["double_sided"] = True
+        if film.transparent:
+            self._glass_on(film, fields)
+        if shown == CATCHER:
+            if fields.get("emission", BLACK) != BLACK:
+                self.warn("Emission of a shadow catcher")
+                del fields["emission"]
+            fields["shadow_catcher"] = True
         self.ron = form("Principled", **fields)
         # Its number in the model.
         self.number = 0
@@ -60,6 +95,16 @@ class Material:
                 fields[key] = tuple(min(max(c, 0.0), 1.0) for c in value)
             elif not isinstance(value, Ron):
                 fields[key] = min(max(value, 0.0), 1.0)
+
+    def _glass_on(self, film: Film, fields: Fields) -> None:
+        """Glass on a transparent film: what is behind smooth glass counts as the film's, behind rough glass as glass."""
+        if fields.get("transmission", 0.0) == 0.0 or fields.get("ior") == 1.0:
+            return
+        roughness = fields.get("roughness", 1.0)
+        if film.glass_roughness is None:
+            fields["roughness"] = combined("Max", roughness, ROUGH)
+        elif isinstance(roughness, Ron) or ROUGH < roughness <= film.glass_roughness:
+            self.warn("Transparent Glass that is rough: the film keeps what is seen through it")
 
     def _nodes(self) -> Fields:
         tree = self.material.node_tree

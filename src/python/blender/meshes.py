@@ -13,10 +13,10 @@ from mathutils import Matrix
 
 from .coordinates import MeshSpace
 from .images import Images
-from .materials import Material
+from .materials import CATCHER, HELD_OUT, HOLDOUT, Film, Material
 from .ron import TO_Y_UP, Ron, differ, form, steps, visible
 
-NO_MATERIAL = form("Principled", base_color=0.8, metallic=0.0, specular=0.0, double_sided=True)
+NO_MATERIAL = {"base_color": 0.8, "metallic": 0.0, "specular": 0.0, "double_sided": True}
 FLOAT, UNSIGNED = 5126, 5125
 VERTICES, INDICES = 34962, 34963
 
@@ -49,8 +49,8 @@ class Binary:
 class Model:
     """Meshes, the places where they stand, and their materials."""
 
-    def __init__(self, images: Images, override: Any, warn: Callable[[str], None]):
-        self.images, self.override, self.warn = images, override, warn
+    def __init__(self, images: Images, override: Any, warn: Callable[[str], None], film: Film):
+        self.images, self.override, self.warn, self.film = images, override, warn, film
         self.binary = Binary()
         self.meshes: list[dict] = []
         self.nodes: list[dict] = []
@@ -60,17 +60,20 @@ class Model:
         self.overrides: dict[str, Ron] = {}
         self.materials: dict[tuple, Material] = {}
 
-    def add(self, instance: Any) -> int | None:
-        """Places the mesh of an instance of the dependency graph. Returns the number of its node, if any of it is seen."""
+    def add(self, instance: Any, shown: str | None = None) -> int | None:
+        """Places the mesh of an instance of the dependency graph. Returns the number of its node, if any of it is seen.
+
+        `shown` is what the film shows in its place.
+        """
         ob, place = instance.object, visible(instance.matrix_world)
         if place is None:
             return None
         slots = tuple(slot.material.name_full if slot.material else "" for slot in ob.material_slots)
         # Copies share the data; but the mesh that modifiers make of it is the object's own.
-        key = (ob.data.as_pointer() if ob.data else 0, ob.name_full if ob.modifiers else "", slots)
+        key = (ob.data.as_pointer() if ob.data else 0, ob.name_full if ob.modifiers else "", slots, shown)
         if key not in self.numbers:
             mesh = ob.to_mesh()
-            self.numbers[key] = self._mesh(ob, mesh) if mesh else None
+            self.numbers[key] = self._mesh(ob, mesh, shown) if mesh else None
             ob.to_mesh_clear()
         number = self.numbers[key]
         if number is None:
@@ -130,7 +133,7 @@ class Model:
             out.write(struct.pack("<I4s", size, b"BIN\0"))
             out.write(self.binary.bytes)
 
-    def _mesh(self, ob: Any, mesh: Any) -> int | None:
+    def _mesh(self, ob: Any, mesh: Any, shown: str | None) -> int | None:
         mesh.calc_loop_triangles()
         triangles = len(mesh.loop_triangles)
         if not triangles:
@@ -139,7 +142,7 @@ class Model:
         mesh.loop_triangles.foreach_get("material_index", which)
         which = np.minimum(which, max(len(ob.material_slots) - 1, 0))
         space = MeshSpace.of(mesh)
-        used = {slot: self._material(ob, int(slot), space) for slot in np.unique(which)}
+        used = {slot: self._material(ob, int(slot), space, shown) for slot in np.unique(which)}
         colors = {m.maps.vertex_colors for _, m in used.values() if m} - {None}
         attributes = self._attributes(mesh, next(iter(colors), None))
         if len(colors) > 1:
@@ -179,21 +182,25 @@ class Model:
                 found["COLOR_0"] = self.binary.add(rgba[corner] if layer.domain == "POINT" else rgba, "VEC4", VERTICES)
         return found
 
-    def _material(self, ob: Any, slot: int, space: MeshSpace) -> tuple[int, Material | None]:
+    def _material(self, ob: Any, slot: int, space: MeshSpace, shown: str | None) -> tuple[int, Material | None]:
         """The number of the material of a slot."""
         material = self.override or (ob.material_slots[slot].material if slot < len(ob.material_slots) else None)
+        suffix = f" ({shown})" if shown else ""
+        if shown == HOLDOUT:
+            return self._number(f"({HOLDOUT})", form("Principled", **HELD_OUT)), None
         if material is None:
-            return self._number("no material", NO_MATERIAL), None
-        key = (material.name_full,)
+            catches = {"shadow_catcher": True} if shown == CATCHER else {}
+            return self._number(f"(no material){suffix}", form("Principled", **NO_MATERIAL, **catches)), None
+        key = (material.name_full, shown)
         found = self.materials.get(key)
         if found is None or found.maps.mesh_counts:
-            key = (material.name_full, space)
+            key = (material.name_full, shown, space)
             found = self.materials.get(key)
         if found is None:
-            found = Material(material, space, self.images, self.warn)
-            self.materials[key] = self.materials[(material.name_full,)] = found
+            found = Material(material, space, self.images, self.warn, self.film, shown)
+            self.materials[key] = self.materials[(material.name_full, shown)] = found
             found.number = len(self.names)
-            name = material.name_full
+            name = f"{material.name_full}{suffix}"
             self._number(name if name not in self.overrides else f"{name} #{len(self.names)}", found.ron)
         return found.number, found
 

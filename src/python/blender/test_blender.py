@@ -90,7 +90,7 @@ def save(name: str, *pictures: np.ndarray) -> None:
 
 def blocks(picture: np.ndarray, side: int = 12) -> np.ndarray:
     height, width = (n // side * side for n in picture.shape[:2])
-    return picture[:height, :width].reshape(height // side, side, width // side, side, 3).mean(axis=(1, 3))
+    return picture[:height, :width].reshape(height // side, side, width // side, side, -1).mean(axis=(1, 3))
 
 
 def compare(name: str, scene: Any, samples: int, of_cycles: int, limit: float = 0.02, rms: float = 0.05) -> None:
@@ -167,19 +167,60 @@ def cameras() -> None:
     compare("camera_fisheye", square, 32, 32)
 
 
+def compare_films(name: str, scene: Any, limit: float = 0.02, rms: float = 0.02) -> None:
+    """Light and opacity of the same transparent film by both."""
+    theirs, ours = shoot(scene, name, 128, cycles=True), shoot(scene, name, 64)
+    both = [np.dstack([rgb(planes), planes["Combined.A"]]) for planes in (ours, theirs)]
+    ratio = rgb(ours).mean() / rgb(theirs).mean()
+    a, b = (film[..., 3].mean() for film in both)
+    difference = math.sqrt(((blocks(both[0]) - blocks(both[1]))[..., 3] ** 2).mean())
+    over = [film[..., :3] + 0.5 * (1 - film[..., 3:]) for film in both]
+    save(name, *over, *(np.repeat(film[..., 3:], 3, axis=2) for film in both))
+    holds = abs(ratio - 1) < limit and abs(a - b) < 0.01 and difference < rms
+    lost = engine().last["lost"]
+    what = f"light {ratio:.4f}, alpha {a:.4f}, Cycles {b:.4f}, blocks {difference:.3f}"
+    check(name, holds, what + (f"; {lost}" if lost else ""))
+
+
 @test
 def transparency() -> None:
-    """Surroundings that light, and are not seen."""
+    """Surroundings that light, and are not seen, except through glass, unless that is Transparent, too."""
     scene = scenes.materials(SIZE)
     bpy.data.objects.remove(bpy.data.objects["Plane"])
     scene.render.film_transparent = True
-    theirs, ours = shoot(scene, "transparency", 128, cycles=True), shoot(scene, "transparency", 64)
-    a, b = ours["Combined.A"], theirs["Combined.A"]
-    check("transparency_alpha", abs(a.mean() - b.mean()) < 0.01, f"{a.mean():.4f}, Cycles {b.mean():.4f}")
-    glass = np.abs(rgb(ours)[b == 0]).max(initial=0.0)
-    check("transparency_black", glass == 0, f"at most {glass:.4f} where there is nothing")
-    ratio = rgb(ours).mean() / rgb(theirs).mean()
-    check("transparency_light", abs(ratio - 1) < 0.02, f"ratio {ratio:.4f}")
+    tinted = scenes.material("tinted")
+    scenes.surface(tinted, "ShaderNodeBsdfTransparent", Color=(0.3, 0.8, 0.3, 1))
+    scenes.plane((1.8, 2.5, 1.6), 1, tinted, (math.radians(90), 0, 0))
+    compare_films("transparency", scene)
+    empty = rgb(shoot(scene, "transparency", 4))[:4]
+    check("transparency_black", float(empty.max()) == 0, f"at most {empty.max():.4f} where there is nothing")
+    scene.cycles.film_transparent_glass = True
+    compare_films("transparency_glass", scene)
+
+
+@test
+def shadow_catchers() -> None:
+    compare_films("shadow_catcher", scenes.catcher(SIZE))
+    scene = scenes.catcher(SIZE)
+    scenes.ball((-1.5, -1.5, -0.2), bpy.data.materials["red"])
+    glass = scenes.material("glass", Base_Color=(1, 1, 1), Roughness=0.0, Transmission_Weight=1.0, IOR=1.45)
+    scenes.ball((1.8, -1, 0.5), glass)
+    compare_films("shadow_catcher_glass", scene, limit=0.05)
+
+
+@test
+def holdouts() -> None:
+    """One by itself, and one by its collection."""
+    scene = scenes.catcher(SIZE)
+    bpy.data.objects["Plane"].is_shadow_catcher = False
+    scenes.ball((-0.8, -1.5, 0.5), bpy.data.materials["red"]).is_holdout = True
+    held = bpy.data.collections.new("held")
+    scene.collection.children.link(held)
+    ball = scenes.ball((1.4, -1, 0.5), bpy.data.materials["white"])
+    scene.collection.objects.unlink(ball)
+    held.objects.link(ball)
+    scene.view_layers[0].layer_collection.children["held"].holdout = True
+    compare_films("holdouts", scene, limit=0.04)
 
 
 @test
@@ -553,9 +594,9 @@ def losses() -> None:
     tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
     layer = scene.view_layers[0]
     layer.use_pass_mist = True
-    for name in ("holdout", "indirect_only"):
-        scene.collection.children.link(bpy.data.collections.new(name))
-        setattr(layer.layer_collection.children[name], name, True)
+    scene.collection.children.link(bpy.data.collections.new("indirect_only"))
+    layer.layer_collection.children["indirect_only"].indirect_only = True
+    bpy.data.objects["Cube"].is_holdout = True
     scenes.link(bpy.data.objects.new("drawing", bpy.data.grease_pencils_v3.new("drawing")))
     scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
     bpy.ops.render.render()
@@ -573,7 +614,7 @@ def losses() -> None:
         "not hidden from rays of the kind glossy",
         "a sky without a Sun Disc",
         "the passes Mist",
-        "'holdout': a holdout",
+        "'Cube': a holdout, without Film",
         "'indirect_only': Indirect Only",
     ):
         check(f"loss_{words}", words in lost, next((line for line in lost.splitlines() if words in line), lost))

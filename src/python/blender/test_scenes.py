@@ -171,6 +171,20 @@ def lamps(size: tuple[int, int], *kinds: str) -> Any:
     return scene
 
 
+def catcher(size: tuple[int, int]) -> Any:
+    """A ball on a shadow catcher, on a transparent film, in the sun and in the light of a blue area."""
+    scene = fresh(size)
+    world((0.3, 0.3, 0.3))
+    white = material("white", Base_Color=(0.7, 0.7, 0.7), Roughness=1.0, Specular_IOR_Level=0.0)
+    plane((0, 0, 0), 8, white).is_shadow_catcher = True
+    ball((0, 0, 0.8), material("red", Base_Color=(0.7, 0.1, 0.1), Roughness=1.0, Specular_IOR_Level=0.0), 0.8)
+    lamp("SUN", (4, -2, 7), energy=1.5, angle=math.radians(4))
+    lamp("AREA", (-3, -1, 3), energy=120, size=1.0, color=(0.5, 0.7, 1))
+    camera((0, -7, 3), (0, 0, 0.7), lens=45)
+    scene.render.film_transparent = True
+    return scene
+
+
 def materials(size: tuple[int, int]) -> Any:
     """Materials under a picture of surroundings, with depth of field; a subdivided cube, copies, a ball that moves."""
     scene = fresh(size)
