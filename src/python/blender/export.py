@@ -101,13 +101,14 @@ class Export:
         nodes = {}
         for instance in self.depsgraph.object_instances:
             ob = instance.object
+            if not self._is_visible(instance):
+                continue
             if ob.type == "LIGHT":
                 self.count += 1
                 name = f"light{self.count}"
                 found = light(ob, instance.matrix_world.copy(), name, self.folder, self.warn)
                 if found:
                     self.entities.append({"name": f"{ob.name} ({name})"} | self._group(ob) | found)
-                self._visibility(ob, lamp=True)
             elif isinstance(ob.data, bpy.types.Mesh):  # Text and the like come once more, as a mesh.
                 self._particles(ob)
                 if instance.show_self:
@@ -115,11 +116,9 @@ class Export:
                     node = model.add(instance, self._shown(instance))
                     if node is not None:
                         nodes[identity(instance)] = model, node
-                    self._visibility(ob, lamp=False)
             elif ob.type == "CURVES":
                 if instance.show_self:
                     self._curves(instance)
-                    self._visibility(ob, lamp=False)
             elif ob.type in {"VOLUME", "POINTCLOUD"}:  # Grease Pencil is drawn by Blender over any engine's picture.
                 self.warn(f"object {ob.name!r}: {'a grid of a volume' if ob.type == 'VOLUME' else 'a point cloud'}")
         return nodes
@@ -182,14 +181,25 @@ class Export:
         if scene.rayfront.caustics and any("transmission: " in ron for ron in materials):
             self.warn(f"Caustics by photons, {beside}: they are left to chance")
 
-    def _visibility(self, ob: Any, lamp: bool) -> None:
-        """Tells of what hides an object from some rays."""
-        kinds = ("diffuse", "glossy", "transmission", "volume_scatter") + (() if lamp else ("camera", "shadow"))
-        hidden = [kind.replace("_", " ") for kind in kinds if not getattr(ob, f"visible_{kind}")]
+    def _is_visible(self, instance: Any) -> bool:
+        """Tells of what hides an instance, by itself or, as in Cycles, by what places it, from some rays. False if all do."""
+        ob = instance.object
+        if ob.type == "LIGHT":
+            kinds = ("diffuse", "glossy", "transmission", "volume_scatter")
+        elif isinstance(ob.data, bpy.types.Mesh) or ob.type == "CURVES":
+            kinds = ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
+        else:
+            return True
+        either = [of for of in (ob, instance.parent) if of]
+        hidden = [kind for kind in kinds if not all(getattr(of, f"visible_{kind}") for of in either)]
+        if len(hidden) == len(kinds):
+            return False
         if hidden:
-            self.warn(f"object {ob.name!r}: it is not hidden from rays of the kind {', '.join(hidden)}")
+            names = ", ".join(kind.replace("_", " ") for kind in hidden)
+            self.warn(f"object {ob.name!r}: it is not hidden from rays of the kind {names}")
         if ob.light_linking.receiver_collection or ob.light_linking.blocker_collection:
             self.warn(f"object {ob.name!r}: light linking")
+        return True
 
     def _collections(self, layer: Any) -> None:
         """Tells of what a view layer does with collections beyond hiding them."""

@@ -253,6 +253,35 @@ def backdrop() -> None:
 
 
 @test
+def visibility() -> None:
+    """What no ray sees is left out, and a world that the camera alone sees gives no light; the rest is told."""
+    scene = scenes.lamps(SIZE, "SUN", "AREA")
+    kinds = ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
+    ball, area = scenes.ball((0, -2, 1), scenes.material("none")), bpy.data.objects["area"]
+    for kind in kinds:
+        setattr(ball, f"visible_{kind}", False)
+        setattr(area, f"visible_{kind}", False)
+    rays = scene.world.cycles_visibility
+    rays.diffuse = rays.glossy = rays.transmission = rays.scatter = False
+    bpy.data.objects["Plane"].scale = (0.4, 0.4, 1)
+    bpy.data.objects.remove(bpy.data.objects["Plane.001"])
+    compare("visibility", scene, 64, 128)
+    check("visibility_none", not engine().last["lost"], f"{engine().last['lost']}")
+    for kind in kinds:
+        setattr(ball, f"visible_{kind}", kind != "camera")
+        setattr(area, f"visible_{kind}", kind != "glossy")
+    rays.diffuse = True
+    shoot(scene, "visibility", 1)
+    lost = "\n".join(engine().last["lost"])
+    for words in (
+        "'Sphere.003': it is not hidden from rays of the kind camera",
+        "'area': it is not hidden from rays of the kind glossy",
+        "world 'world': it is not hidden from rays of the kind glossy, transmission, scatter",
+    ):
+        check(f"visibility_{words}", words in lost, lost)
+
+
+@test
 def live_page() -> None:
     """The button's page, asked as a browser would."""
     scene = scenes.lamps((32, 18), "SUN")

@@ -20,9 +20,10 @@ SURROUNDINGS = {"TEX_ENVIRONMENT", "TEX_SKY"}
 
 
 class Surroundings(NamedTuple):
-    """The entity that gives light, and the colour that the camera sees in its place; None if there is none."""
+    """The entity that gives light, its colour if it has one, and the colour that the camera sees in its place; or None."""
 
     entity: dict[str, Any] | None = None
+    color: tuple[float, ...] | None = None
     backdrop: tuple[float, ...] | None = None
 
 
@@ -33,15 +34,18 @@ def surroundings(world: Any, images: Images, warn: Callable[[str], None]) -> Sur
     maps = Maps(images, MeshSpace(), f"world {world.name!r}", warn)
     found = _surroundings(world, images, maps)
     rays = getattr(world, "cycles_visibility", None)
-    hidden = [name for name in ("diffuse", "glossy", "transmission", "scatter") if rays and not getattr(rays, name)]
-    if hidden:
+    kinds = ("diffuse", "glossy", "transmission", "scatter")
+    hidden = [name for name in kinds if rays and not getattr(rays, name)]
+    if len(hidden) == len(kinds) and (found.color or found.backdrop):
+        found = Surroundings(backdrop=found.backdrop or found.color)
+    elif hidden and found.entity:
         maps.warn(f"it is not hidden from rays of the kind {', '.join(hidden)}")
     return found if not rays or rays.camera else found._replace(backdrop=(0.0, 0.0, 0.0))
 
 
 def _surroundings(world: Any, images: Images, maps: Maps) -> Surroundings:
     if not world.use_nodes or not world.node_tree:
-        return Surroundings(_plain(tuple(world.color)))
+        return _plain(tuple(world.color))
     if surface(world.node_tree, "OUTPUT_WORLD", "Volume"):
         maps.warn("a volume")
     source = surface(world.node_tree, "OUTPUT_WORLD", "Surface")
@@ -51,8 +55,8 @@ def _surroundings(world: Any, images: Images, maps: Maps) -> Surroundings:
         by = source.input(0).source()
         if by and by.type == "LIGHT_PATH" and by.socket.name == "Is Camera Ray":
             seen = source.input(2).source()
-            return Surroundings(_background(source.input(1).source(), images, maps), _seen(seen, maps))
-    return Surroundings(_background(source, images, maps))
+            return _background(source.input(1).source(), images, maps)._replace(backdrop=_seen(seen, maps))
+    return _background(source, images, maps)
 
 
 def _seen(source: Output | None, maps: Maps) -> tuple[float, ...]:
@@ -65,9 +69,9 @@ def _seen(source: Output | None, maps: Maps) -> tuple[float, ...]:
     return tuple(c * strength for c in maps.color(source.input("Color")))
 
 
-def _background(source: Output | None, images: Images, maps: Maps) -> dict[str, Any] | None:
+def _background(source: Output | None, images: Images, maps: Maps) -> Surroundings:
     if source is None:
-        return None
+        return Surroundings()
     if source.type not in {"BACKGROUND", "EMISSION"}:
         raise ValueError(f"{maps.user}: the node {source.node.bl_label}, which rayfront does not have in a world")
     color, strength = source.input("Color"), maps.constant(source.input("Strength"))
@@ -77,9 +81,9 @@ def _background(source: Output | None, images: Images, maps: Maps) -> dict[str, 
         maps.warn(f"the node {behind.node.bl_label}: its {through.socket.name} goes through unchanged")
         behind = through.source()
     if behind and behind.type == "TEX_ENVIRONMENT":
-        return _picture(behind, strength, images, maps)
+        return Surroundings(_picture(behind, strength, images, maps))
     if behind and behind.type == "TEX_SKY":
-        return _sky(behind.node, strength, maps)
+        return Surroundings(_sky(behind.node, strength, maps))
     value = maps.color(color)
     if isinstance(value, Ron):
         maps.warn(f"the node {behind.node.bl_label}: its colour where nothing is linked stands in")
@@ -87,8 +91,8 @@ def _background(source: Output | None, images: Images, maps: Maps) -> dict[str, 
     return _plain(tuple(c * strength for c in value))
 
 
-def _plain(color: tuple[float, ...]) -> dict[str, Any] | None:
-    return {"light": form("Environment", radiance=color)} if max(color) > 0 else None
+def _plain(color: tuple[float, ...]) -> Surroundings:
+    return Surroundings({"light": form("Environment", radiance=color)} if max(color) > 0 else None, color)
 
 
 def _picture(source: Output, strength: float, images: Images, maps: Maps) -> dict[str, Any]:
