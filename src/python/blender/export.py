@@ -70,8 +70,8 @@ class Export:
         self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
         world = getattr(layer, "world_override", None) or scene.world
         around = surroundings(world, self.images, self.warn)
-        if around.entity:
-            self.entities.append({"name": "world"} | self._group(world) | around.entity)
+        for name, entity in zip(("world", "sun of the world"), around.entities):
+            self.entities.append({"name": name} | self._group(world) | entity)
         self._collections(layer.layer_collection)
         nodes = self._instances()
         shutter = self._moves(moments, nodes, place) if moments else None

@@ -253,6 +253,27 @@ def backdrop() -> None:
 
 
 @test
+def skies() -> None:
+    def at(elevation: float, azimuth: float, **fields: float) -> dict[str, Any]:
+        return fields | {"sun_elevation": math.radians(elevation), "sun_rotation": math.radians(azimuth)}
+
+    compare("sky_noon", scenes.sky(SIZE, 0.05, **at(60, 60)), 64, 128)
+    compare("sky_evening", scenes.sky(SIZE, 0.2, **at(5, 140)), 64, 128, 0.03)
+    air = {
+        "altitude": 3000,
+        "dust_density": 3,
+        "air_density": 2,
+        "ozone_density": 4,
+        "sun_size": 0.1,
+        "sun_intensity": 0.3,
+    }
+    compare("sky_hazy", scenes.sky(SIZE, 0.1, **at(30, 230, **air)), 64, 128, 0.03)
+    compare("sky_plain", scenes.sky(SIZE, 0.1, **at(20, 60, sun_disc=False)), 64, 128, 0.03)
+    preetham = {"sky_type": "PREETHAM", "sun_direction": (0.5, -0.5, 0.4), "turbidity": 4}
+    compare("sky_preetham", scenes.sky(SIZE, 1, **preetham), 64, 128)
+
+
+@test
 def visibility() -> None:
     """What no ray sees is left out, and a world that the camera alone sees gives no light; the rest is told."""
     scene = scenes.lamps(SIZE, "SUN", "AREA")
@@ -619,7 +640,6 @@ def losses() -> None:
     scene.world.cycles_visibility.glossy = False
     tree = scene.world.node_tree
     sky = tree.nodes.new("ShaderNodeTexSky")
-    sky.sun_disc = False
     tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
     layer = scene.view_layers[0]
     layer.use_pass_mist = True
@@ -641,7 +661,7 @@ def losses() -> None:
         "'sun': the camera does not see it",
         "'camera': Clip Start",
         "not hidden from rays of the kind glossy",
-        "a sky without a Sun Disc",
+        "the Sun Disc: it gives its light",
         "the passes Mist",
         "'Cube': a holdout, without Film",
         "'indirect_only': Indirect Only",

@@ -185,6 +185,23 @@ def catcher(size: tuple[int, int]) -> Any:
     return scene
 
 
+def sky(size: tuple[int, int], strength: float, **fields: Any) -> Any:
+    """A ball of plaster and one of gold under a Sky Texture."""
+    scene = fresh(size)
+    nodes = world((0, 0, 0)).node_tree.nodes
+    texture = nodes.new("ShaderNodeTexSky")
+    for name, value in fields.items():
+        setattr(texture, name, value)
+    scene.world.node_tree.links.new(texture.outputs["Color"], nodes["Background"].inputs["Color"])
+    nodes["Background"].inputs["Strength"].default_value = strength
+    white = material("white", Base_Color=(0.7, 0.7, 0.7), Roughness=1.0, Specular_IOR_Level=0.0)
+    plane((0, 0, 0), 30, white)
+    ball((-1, 0, 1), white, 1)
+    ball((1.5, -0.5, 0.6), material("gold", Base_Color=(0.9, 0.6, 0.2), Metallic=1.0, Roughness=0.4), 0.6)
+    camera((0, -7, 2.5), (0, 0, 0.8), lens=40)
+    return scene
+
+
 def materials(size: tuple[int, int]) -> Any:
     """Materials under a picture of surroundings, with depth of field; a subdivided cube, copies, a ball that moves."""
     scene = fresh(size)

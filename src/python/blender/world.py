@@ -4,25 +4,31 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from mathutils import Matrix
+from mathutils import Matrix, Vector
 
+from . import atmosphere, exr
 from .coordinates import MeshSpace
 from .images import Images
 from .nodes import Input, Output, adjusted, leads_to, surface
-from .ron import TO_Y_UP, Ron, form, matrix
+from .ron import TO_Y_UP, Ron, form, matrix, placed
 from .textures import Maps
 
 # Nodes whose light rayfront has.
 SURROUNDINGS = {"TEX_ENVIRONMENT", "TEX_SKY"}
+# Skies that are computed from the air, by the names of Blender 4 and 5.
+NISHITA = {"NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING"}
+# How bright skies by Hosek and Wilkie are, over those by Preetham: 0.13 at the zenith, 0.25 near the horizon.
+HOSEK_WILKIE = 0.2
 
 
 class Surroundings(NamedTuple):
-    """The entity that gives light, its colour if it has one, and the colour that the camera sees in its place; or None."""
+    """The entities that give light, their colour if they have one, and the colour that the camera sees in their place."""
 
-    entity: dict[str, Any] | None = None
+    entities: tuple[dict[str, Any], ...] = ()
     color: tuple[float, ...] | None = None
     backdrop: tuple[float, ...] | None = None
 
@@ -38,7 +44,7 @@ def surroundings(world: Any, images: Images, warn: Callable[[str], None]) -> Sur
     hidden = [name for name in kinds if rays and not getattr(rays, name)]
     if len(hidden) == len(kinds) and (found.color or found.backdrop):
         found = Surroundings(backdrop=found.backdrop or found.color)
-    elif hidden and found.entity:
+    elif hidden and found.entities:
         maps.warn(f"it is not hidden from rays of the kind {', '.join(hidden)}")
     return found if not rays or rays.camera else found._replace(backdrop=(0.0, 0.0, 0.0))
 
@@ -81,9 +87,9 @@ def _background(source: Output | None, images: Images, maps: Maps) -> Surroundin
         maps.warn(f"the node {behind.node.bl_label}: its {through.socket.name} goes through unchanged")
         behind = through.source()
     if behind and behind.type == "TEX_ENVIRONMENT":
-        return Surroundings(_picture(behind, strength, images, maps))
+        return Surroundings((_picture(behind, strength, images, maps),))
     if behind and behind.type == "TEX_SKY":
-        return Surroundings(_sky(behind.node, strength, maps))
+        return Surroundings(_sky(behind.node, strength, images, maps))
     value = maps.color(color)
     if isinstance(value, Ron):
         maps.warn(f"the node {behind.node.bl_label}: its colour where nothing is linked stands in")
@@ -92,7 +98,7 @@ def _background(source: Output | None, images: Images, maps: Maps) -> Surroundin
 
 
 def _plain(color: tuple[float, ...]) -> Surroundings:
-    return Surroundings({"light": form("Environment", radiance=color)} if max(color) > 0 else None, color)
+    return Surroundings(({"light": form("Environment", radiance=color)},) if max(color) > 0 else (), color)
 
 
 def _picture(source: Output, strength: float, images: Images, maps: Maps) -> dict[str, Any]:
@@ -127,19 +133,43 @@ def _turn(vector: Input, maps: Maps) -> Matrix:
     return turn.transposed() if source.node.vector_type == "TEXTURE" else turn
 
 
-def _sky(node: Any, strength: float, maps: Maps) -> dict[str, Any]:
-    maps.warn(f"the {node.sky_type.title()} sky: rayfront's own sky with the same sun stands in")
-    if node.sky_type in {"PREETHAM", "HOSEK_WILKIE"} or not node.sun_disc:
-        maps.warn("a sky without a Sun Disc: the sun shines all the same")
-    elevation, azimuth = node.sun_elevation, node.sun_rotation
-    if not hasattr(node, "sun_elevation") or node.sky_type in {"PREETHAM", "HOSEK_WILKIE"}:
-        x, y, z = node.sun_direction
-        elevation, azimuth = math.asin(max(-1.0, min(1.0, z))), math.atan2(x, y)
-    return {
-        "light": form(
-            "Sky",
-            elevation_degrees=math.degrees(elevation),
-            azimuth_degrees=math.degrees(azimuth),
-            radiance=strength,
-        )
-    }
+def _sky(node: Any, strength: float, images: Images, maps: Maps) -> tuple[dict[str, Any], ...]:
+    name, disc = "sky.exr", False
+    if node.sky_type in NISHITA:
+        elevation, azimuth = _folded(node.sun_elevation, node.sun_rotation)
+        altitude, disc = node.altitude / 1000, node.sun_disc
+        haze = node.dust_density if hasattr(node, "dust_density") else node.aerosol_density
+        air = atmosphere.Air(node.air_density, haze, node.ozone_density)
+        picture = atmosphere.sky(elevation, altitude, air)
+        if node.sky_type == "MULTIPLE_SCATTERING":
+            maps.warn("light that the air scatters more than once")
+    else:
+        if "Vector" in node.inputs and node.inputs["Vector"].is_linked:
+            maps.warn("what is linked to the Vector of a Sky Texture")
+        if node.sky_type != "PREETHAM":
+            maps.warn("the Hosek / Wilkie sky: that of Preetham stands in, as bright on the whole")
+            strength *= HOSEK_WILKIE
+        x, y, z = Vector(node.sun_direction).normalized()
+        elevation, azimuth = math.asin(max(0.0, min(1.0, z))), math.atan2(x, y)
+        picture = atmosphere.preetham(elevation, node.turbidity)
+    exr.write(os.path.join(images.folder, name), picture)
+    turn = Matrix.Rotation(-azimuth, 4, "Y")
+    around = {"light": form("Environment", image=name, radiance=strength), "transform": matrix(turn)}
+    if not disc:
+        return (around,)
+    light = tuple(c * strength * node.sun_intensity for c in atmosphere.sun(elevation, altitude, air))
+    if max(light) <= 0:
+        return (around,)
+    maps.warn("the Sun Disc: it gives its light, and neither the camera nor mirrors see it")
+    toward = Vector((0, math.cos(elevation), math.sin(elevation)))
+    place = Matrix.Rotation(-azimuth, 4, "Z") @ toward.to_track_quat("Z", "X").to_matrix().to_4x4()
+    sun = form("Directional", irradiance=light, angle_degrees=math.degrees(node.sun_size))
+    return around, {"light": sun, "transform": placed(place)}
+
+
+def _folded(elevation: float, azimuth: float) -> tuple[float, float]:
+    """An elevation between nadir and zenith."""
+    elevation = math.remainder(elevation, 2 * math.pi)
+    if abs(elevation) > math.pi / 2:
+        return math.copysign(math.pi, elevation) - elevation, azimuth + math.pi
+    return elevation, azimuth
