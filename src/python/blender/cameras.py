@@ -40,6 +40,8 @@ def camera(depsgraph: Any, size: tuple[int, int], folder: str, warn: Callable[[s
         # A shift is a movement within the plane of the image.
         moved = place @ Matrix.Translation((-p[0][3] / p[0][0], -p[1][3] / p[1][1], 0))
         return form("Orthographic", height_m=2 / p[1][1]), moved
+    if data.type != "PANO":
+        raise ValueError(f"the camera is of the type {data.type.title()}, which rayfront does not have")
     return _panorama(data, size), place
 
 
@@ -88,11 +90,14 @@ def _aperture(dof: Any, path: str, size: int = 256) -> float:
     return widening
 
 
+def panorama(data: Any) -> Any:
+    """What has the fields of a camera's panorama: in old versions Cycles."""
+    return data if hasattr(data, "panorama_type") else data.cycles
+
+
 def _panorama(data: Any, size: tuple[int, int]) -> Ron:
-    # Cycles had these before Blender 5.
-    kind, of = (
-        (data.panorama_type, data) if hasattr(data, "panorama_type") else (data.cycles.panorama_type, data.cycles)
-    )
+    of = panorama(data)
+    kind = of.panorama_type
     if kind == "EQUIRECTANGULAR":
         across, up = of.longitude_max - of.longitude_min, of.latitude_max - of.latitude_min
         level = max(abs(of.longitude_max + of.longitude_min), abs(of.latitude_max + of.latitude_min)) < 1e-4

@@ -70,7 +70,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
             keep = scene.rayfront.keep
             self.folder = folder(keep) if keep else tempfile.mkdtemp(prefix="rayfront_")
             self._missing_passes(depsgraph.view_layer_eval)
-            self.exported: Exported = Export(depsgraph, self.folder, self._lose).write(self._moments(scene))
+            self.exported: Exported = Export(depsgraph, self.folder, self._lose).write(self._moments(depsgraph))
             if self.exported.shutter and scene.rayfront.adaptive:
                 self._lose("Adaptive, together with motion blur")
         except (ValueError, OSError) as error:
@@ -115,10 +115,11 @@ class RayfrontEngine(bpy.types.RenderEngine):
         if names:
             self._lose(f"the passes {', '.join(names)}")
 
-    def _moments(self, scene: Any) -> Moments | None:
+    def _moments(self, depsgraph: Any) -> Moments | None:
         """The shutter, if Blender wants things to be blurred that move."""
+        scene, layer = depsgraph.scene, depsgraph.view_layer_eval
         render = scene.render
-        if not render.use_motion_blur or render.motion_blur_shutter <= 0:
+        if not (render.use_motion_blur and layer.use_motion_blur) or render.motion_blur_shutter <= 0:
             return None
         part = render.motion_blur_shutter
         before = {"START": 0.0, "CENTER": part / 2, "END": part}[render.motion_blur_position]

@@ -68,7 +68,8 @@ class Export:
         size = (max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part)))
         lens, place = camera(self.depsgraph, size, self.folder, self.warn)
         self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
-        world = getattr(layer, "world_override", None) or scene.world
+        world = (getattr(layer, "world_override", None) or scene.world) if layer.use_sky else None
+        self._include(layer)
         around = surroundings(world, self.images, self.warn)
         for name, entity in zip(("world", "sun of the world"), around.entities):
             self.entities.append({"name": name} | self._group(world) | entity)
@@ -117,7 +118,7 @@ class Export:
                     if node is not None:
                         nodes[identity(instance)] = model, node
             elif ob.type == "CURVES":
-                if instance.show_self:
+                if instance.show_self and self.depsgraph.view_layer_eval.use_strand:
                     self._curves(instance)
             elif ob.type in {"VOLUME", "POINTCLOUD"}:  # Grease Pencil is drawn by Blender over any engine's picture.
                 self.warn(f"object {ob.name!r}: {'a grid of a volume' if ob.type == 'VOLUME' else 'a point cloud'}")
@@ -200,6 +201,12 @@ class Export:
         if ob.light_linking.receiver_collection or ob.light_linking.blocker_collection:
             self.warn(f"object {ob.name!r}: light linking")
         return True
+
+    def _include(self, layer: Any) -> None:
+        """Tells of what a view layer leaves out, except for the world, curves and motion blur."""
+        for name, what in (("use_solid", "Surfaces"), ("use_volumes", "Volumes")):
+            if not getattr(layer, name):
+                self.warn(f"the view layer without {what}: they are seen")
 
     def _collections(self, layer: Any) -> None:
         """Tells of what a view layer does with collections beyond hiding them."""

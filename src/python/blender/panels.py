@@ -7,14 +7,29 @@ import subprocess
 import tempfile
 
 import bpy
+from bl_ui.properties_view_layer import ViewLayerLightgroupsPanelHelper
 from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
 from . import program
+from .cameras import panorama
 from .export import SCENE, Export
 
 LOG = "log.txt"
-# Panels of EEVEE's alone.
-OTHERS = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes"}
+# Panels that have EEVEE in their names, or an equivalent of these, and fit any engine.
+FITTING = {
+    "DATA_PT_EEVEE_light",
+    "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_displacement",
+    "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_MATERIAL_PT_viewport_settings",
+    "EEVEE_MATERIAL_PT_volume",
+    "EEVEE_WORLD_PT_surface",
+    "EEVEE_WORLD_PT_volume",
+    "NODE_DATA_PT_EEVEE_light",
+}
+# Panels of EEVEE's or Workbench's alone: by their whole names, or a part.
+OTHERS = {"DATA_PT_light", "NODE_DATA_PT_light", "VIEWLAYER_PT_layer_passes", "VIEW3D_PT_shading_render_pass"}
+PARTS = ("eevee", "lightprobe")
 
 
 class RayfrontPreferences(bpy.types.AddonPreferences):
@@ -92,36 +107,46 @@ class RAYFRONT_OT_live_page(bpy.types.Operator):
         cls.processes.clear()
 
 
-class RenderPanel(bpy.types.Panel):
-    """A panel of the tab Render."""
+class EnginePanel:
+    """A panel that is there with this engine."""
 
-    bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "render"
+    bl_space_type, bl_region_type = "PROPERTIES", "WINDOW"
     COMPAT_ENGINES = {"RAYFRONT"}
-    names: tuple = ()
 
     @classmethod
     def poll(cls, context) -> bool:
         return context.engine in cls.COMPAT_ENGINES
 
+    def columns(self):
+        """The panel's layout, with names to the left of values, which nothing animates."""
+        self.layout.use_property_split, self.layout.use_property_decorate = True, False
+        return self.layout
+
+
+class RenderPanel(EnginePanel):
+    """A panel of the tab Render, with settings of this engine."""
+
+    bl_context = "render"
+    names: tuple = ()
+
     def draw(self, context) -> None:
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
+        layout = RenderPanel.columns(self)
         for name in self.names:
-            self.layout.prop(context.scene.rayfront, name)
+            layout.prop(context.scene.rayfront, name)
 
 
-class RAYFRONT_PT_sampling(RenderPanel):
+class RAYFRONT_PT_sampling(RenderPanel, bpy.types.Panel):
     """How much work goes into a picture."""
 
     bl_label = "Sampling"
     names = ("samples", "noise", "max_time", "adaptive", "denoise", "seed")
 
     def draw(self, context) -> None:
-        super().draw(context)
+        RenderPanel.draw(self, context)
         self.layout.operator("rayfront.live_page", icon="URL")
 
 
-class RAYFRONT_PT_light_paths(RenderPanel):
+class RAYFRONT_PT_light_paths(RenderPanel, bpy.types.Panel):
     """How far light is followed."""
 
     bl_label = "Light Paths"
@@ -129,7 +154,7 @@ class RAYFRONT_PT_light_paths(RenderPanel):
     names = ("max_depth", "diffuse_depth", "glossy_depth", "transmission_depth", "clamp", "caustics")
 
 
-class RAYFRONT_PT_film(RenderPanel):
+class RAYFRONT_PT_film(RenderPanel, bpy.types.Panel):
     """What the picture shows, and where the scene stays."""
 
     bl_label = "Film"
@@ -137,26 +162,126 @@ class RAYFRONT_PT_film(RenderPanel):
     names = ("live", "keep")
 
     def draw(self, context) -> None:
-        super().draw(context)
-        self.layout.prop(context.scene.render, "film_transparent", text="Transparent")
-        self.layout.prop(context.scene.render, "filter_size", text="Filter Width")
+        RenderPanel.draw(self, context)
+        layout, render, cycles = self.layout, context.scene.render, getattr(context.scene, "cycles", None)
+        layout.prop(render, "filter_size", text="Filter Width")
+        layout.prop(render, "film_transparent", text="Transparent")
+        if cycles:
+            column = layout.column()
+            column.active = render.film_transparent
+            column.prop(cycles, "film_transparent_glass", text="Transparent Glass")
 
 
-class RAYFRONT_PT_passes(bpy.types.Panel):
+class RAYFRONT_PT_motion_blur(EnginePanel, bpy.types.Panel):
+    """When the shutter is open."""
+
+    bl_label, bl_context = "Motion Blur", "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context) -> None:
+        self.layout.prop(context.scene.render, "use_motion_blur", text="")
+
+    def draw(self, context) -> None:
+        layout, render = EnginePanel.columns(self), context.scene.render
+        layout.active = render.use_motion_blur
+        layout.prop(render, "motion_blur_position", text="Position")
+        layout.prop(render, "motion_blur_shutter")
+
+
+class RAYFRONT_PT_performance(EnginePanel, bpy.types.Panel):
+    """How many threads work."""
+
+    bl_label, bl_context = "Performance", "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context) -> None:
+        layout, render = EnginePanel.columns(self), context.scene.render
+        layout.prop(render, "threads_mode")
+        column = layout.column()
+        column.enabled = render.threads_mode == "FIXED"
+        column.prop(render, "threads")
+
+
+class RAYFRONT_PT_passes(EnginePanel, bpy.types.Panel):
     """The passes that rayfront has, in the tab View Layer."""
 
-    bl_label = "Passes"
-    bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "view_layer"
-    COMPAT_ENGINES = {"RAYFRONT"}
+    bl_label, bl_context = "Passes", "view_layer"
+
+    def draw(self, context) -> None:
+        layout = EnginePanel.columns(self)
+        for name in ("use_pass_z", "use_pass_normal", "use_pass_position", "use_pass_diffuse_color"):
+            layout.prop(context.view_layer, name)
+
+
+class RAYFRONT_PT_light_groups(EnginePanel, ViewLayerLightgroupsPanelHelper, bpy.types.Panel):
+    """The light groups of the view layer."""
+
+    bl_parent_id, bl_context = "RAYFRONT_PT_passes", "view_layer"
+
+
+class RAYFRONT_PT_override(EnginePanel, bpy.types.Panel):
+    """What replaces all materials, or the world."""
+
+    bl_label, bl_context = "Override", "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context) -> None:
+        layout = EnginePanel.columns(self)
+        for name in ("material_override", "world_override"):
+            if hasattr(context.view_layer, name):
+                layout.prop(context.view_layer, name)
+
+
+class RAYFRONT_PT_object(EnginePanel, bpy.types.Panel):
+    """What Blender's panel Visibility shows with Cycles alone."""
+
+    bl_label, bl_context, bl_parent_id = "Film and Light", "object", "OBJECT_PT_visibility"
+
+    def draw(self, context) -> None:
+        layout, ob = EnginePanel.columns(self), context.object
+        if ob.type == "LIGHT":
+            layout.prop(ob, "visible_camera", text="Camera")
+        else:
+            layout.prop(ob, "is_shadow_catcher")
+        layout.prop_search(ob, "lightgroup", context.view_layer, "lightgroups", text="Light Group")
+
+
+class RAYFRONT_PT_world(EnginePanel, bpy.types.Panel):
+    """What Blender shows of a world with Cycles alone."""
+
+    bl_label, bl_context = "Settings", "world"
+    bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context) -> bool:
-        return context.engine in cls.COMPAT_ENGINES
+        return bool(context.world) and context.engine in cls.COMPAT_ENGINES
 
     def draw(self, context) -> None:
-        self.layout.use_property_split = True
-        for name in ("use_pass_z", "use_pass_normal", "use_pass_position", "use_pass_diffuse_color"):
-            self.layout.prop(context.view_layer, name)
+        layout, world = EnginePanel.columns(self), context.world
+        if hasattr(world, "cycles_visibility"):
+            layout.prop(world.cycles_visibility, "camera")
+        layout.prop_search(world, "lightgroup", context.view_layer, "lightgroups", text="Light Group")
+
+
+class RAYFRONT_PT_panorama(EnginePanel, bpy.types.Panel):
+    """The fields of panoramas and fisheyes, which Blender shows with Cycles alone."""
+
+    bl_label, bl_context, bl_parent_id = "Panorama", "data", "DATA_PT_lens"
+
+    @classmethod
+    def poll(cls, context) -> bool:
+        return bool(context.camera) and context.camera.type == "PANO" and context.engine in cls.COMPAT_ENGINES
+
+    def draw(self, context) -> None:
+        layout = EnginePanel.columns(self)
+        data = panorama(context.camera)
+        layout.prop(data, "panorama_type")
+        if data.panorama_type == "EQUIRECTANGULAR":
+            names = ("latitude_min", "latitude_max", "longitude_min", "longitude_max")
+        else:
+            names = ("fisheye_lens", "fisheye_fov") if data.panorama_type == "FISHEYE_EQUISOLID" else ("fisheye_fov",)
+        for name in names:
+            layout.prop(data, name)
 
 
 CLASSES = (
@@ -166,16 +291,31 @@ CLASSES = (
     RAYFRONT_PT_sampling,
     RAYFRONT_PT_light_paths,
     RAYFRONT_PT_film,
+    RAYFRONT_PT_motion_blur,
+    RAYFRONT_PT_performance,
     RAYFRONT_PT_passes,
+    RAYFRONT_PT_light_groups,
+    RAYFRONT_PT_override,
+    RAYFRONT_PT_object,
+    RAYFRONT_PT_world,
+    RAYFRONT_PT_panorama,
 )
 
 
 def of_any_engine():
-    """Blender's own panels that fit any engine: those of EEVEE, without what is its alone."""
-    for panel in bpy.types.Panel.__subclasses__():
-        engines = getattr(panel, "COMPAT_ENGINES", set())
-        if engines & {"BLENDER_RENDER", "BLENDER_EEVEE_NEXT"} and panel.__name__ not in OTHERS:
-            yield panel
+    """Blender's own panels that fit any engine: those of EEVEE, without what is its alone and the panels within that."""
+    panels = {panel.__name__: panel for panel in bpy.types.Panel.__subclasses__()}
+
+    def fits(name: str) -> bool:
+        if name in OTHERS or (name not in FITTING and any(part in name.lower() for part in PARTS)):
+            return False
+        parent = getattr(panels.get(name), "bl_parent_id", "")
+        return not parent or fits(parent)
+
+    for name, panel in panels.items():
+        if not issubclass(panel, EnginePanel) and fits(name):
+            if getattr(panel, "COMPAT_ENGINES", set()) & {"BLENDER_RENDER", "BLENDER_EEVEE_NEXT", "BLENDER_EEVEE"}:
+                yield panel
 
 
 def register() -> None:

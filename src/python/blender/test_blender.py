@@ -10,6 +10,9 @@ pictures. Exits with 1 if something is not as it should be.
 from __future__ import annotations
 
 import argparse
+import contextlib
+import functools
+import inspect
 import json
 import math
 import os
@@ -321,6 +324,121 @@ def live_page() -> None:
     check("live_page", process.poll() is None and "<html" in said, f"{len(said)} characters of a page")
     page.close()
     check("live_page_closed", process.poll() is not None, "the program has ended")
+
+
+class Layout:
+    """Stands in for the layout of a panel: notes properties, and fails for those that are not there."""
+
+    def __init__(self, shown: list[tuple[Any, str]]):
+        self.__dict__["shown"] = shown
+
+    def __getattr__(self, name: str) -> Callable:
+        def call(*values: Any, **_: Any) -> Layout:
+            if name in {"prop", "prop_search", "prop_enum", "prop_with_popover", "prop_decorator"}:
+                if not hasattr(values[0], values[1]):
+                    raise AttributeError(f"{values[0]} has no {values[1]}")
+                self.shown.append((values[0], values[1]))
+            return Layout(self.shown)
+
+        return call
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Takes `use_property_split` and the like."""
+
+
+class Panel:
+    """Stands in for a panel that is drawn."""
+
+    def __init__(self, of: Any, shown: list[tuple[Any, str]]):
+        self.of, self.layout = of, Layout(shown)
+
+    def __getattr__(self, name: str) -> Any:
+        found = inspect.getattr_static(self.of, name)
+        return functools.partial(found, self) if inspect.isfunction(found) else getattr(self.of, name)
+
+
+class Context:
+    """Blender's context in the tab of an object."""
+
+    def __init__(self, **fields: Any):
+        self.__dict__ |= fields
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(bpy.context, name, None)
+
+
+@test
+def panels() -> None:
+    """Each panel of the tabs that matter draws itself, none has settings of EEVEE's alone, and none is missing."""
+    scene = scenes.materials((32, 18))
+    scene.render.engine = "RAYFRONT"
+    lamps = [scenes.lamp(kind, (0, 0, 4)) for kind in ("POINT", "SUN", "SPOT", "AREA")]
+    lamps[3].data.shape = "RECTANGLE"
+    lens = scenes.camera((0, -7, 2), (0, 0, 0))
+    drawn: dict[str, list[str]] = {}
+    of_eevee: set[str] = set()
+
+    def draw(tab: str, ob: Any = None, engine: str = "RAYFRONT", **fields: Any) -> None:
+        fields |= {"engine": engine, "scene": scene, "view_layer": scene.view_layers[0], "object": ob}
+        context = Context(space_data=Context(pin_id=None, use_pin_id=False, context=tab.upper()), **fields)
+        for panel in bpy.types.Panel.__subclasses__():
+            fits = engine in getattr(panel, "COMPAT_ENGINES", ()) and getattr(panel, "bl_context", "") == tab
+            if not fits or panel.bl_space_type != "PROPERTIES" or "custom_props" in panel.__name__:
+                continue
+            if hasattr(panel, "poll") and not panel.poll(context):
+                continue
+            shown: list[tuple[Any, str]] = []
+            for part in ("draw_header", "draw"):
+                with contextlib.suppress(SystemError):  # What asks for the graphics card.
+                    if hasattr(panel, part):
+                        getattr(panel, part)(Panel(panel, shown), context)
+            drawn.setdefault(panel.__name__, []).extend(name for _, name in shown)
+            of_eevee.update(f"{panel.__name__} {name}" for data, name in shown if data == scene.eevee)
+
+    for tab in ("render", "output", "view_layer"):
+        draw(tab)
+    draw("world", world=scene.world)
+    for ob in [bpy.data.objects["Cube"], *lamps, lens]:
+        draw("object", ob)
+    for lamp in lamps:
+        draw("data", lamp, light=lamp.data)
+    for kind in ("PERSP", "ORTHO", "PANO"):
+        lens.data.type = kind
+        draw("data", lens, camera=lens.data)
+    for kind in ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID"):
+        lens.data.panorama_type = kind
+        draw("data", lens, camera=lens.data)
+    draw("data", bpy.data.objects["Cube"], mesh=bpy.data.objects["Cube"].data)
+    cube = bpy.data.objects["Cube"]
+    draw("material", cube, material=cube.active_material, material_slot=cube.material_slots[0])
+    check("panels_eevee", not of_eevee, f"of EEVEE's alone: {of_eevee or 'none'}")
+    for name, words in {
+        "RENDER_PT_format": "resolution_x", "RENDER_PT_output": "filepath", "RENDER_PT_frame_range": "frame_end",
+        "RENDER_PT_color_management": "view_transform", "VIEWLAYER_PT_layer": "use", "VIEWLAYER_PT_filter": "use_sky",
+        "DATA_PT_lens": "shift_x", "DATA_PT_camera": "sensor_width", "DATA_PT_camera_dof": "focus_distance",
+        "DATA_PT_camera_dof_aperture": "aperture_fstop", "DATA_PT_EEVEE_light": "energy angle size_y shadow_soft_size",
+        "DATA_PT_spot": "spot_blend", "EEVEE_MATERIAL_PT_surface": "", "EEVEE_MATERIAL_PT_volume": "",
+        "EEVEE_MATERIAL_PT_context_material": "", "EEVEE_WORLD_PT_surface": "use_nodes", "OBJECT_PT_visibility": "is_holdout",
+        "RAYFRONT_PT_sampling": "samples noise seed", "RAYFRONT_PT_light_paths": "clamp caustics",
+        "RAYFRONT_PT_film": "filter_size film_transparent film_transparent_glass", "RAYFRONT_PT_performance": "threads",
+        "RAYFRONT_PT_motion_blur": "use_motion_blur motion_blur_shutter", "RAYFRONT_PT_passes": "use_pass_z",
+        "RAYFRONT_PT_light_groups": "", "RAYFRONT_PT_override": "material_override", "RAYFRONT_PT_world": "lightgroup camera",
+        "RAYFRONT_PT_object": "is_shadow_catcher visible_camera lightgroup",
+        "RAYFRONT_PT_panorama": "latitude_min fisheye_fov fisheye_lens",
+    }.items():  # fmt: skip
+        missing = set(words.split()) - set(drawn.get(name, []))
+        check(f"panel_{name}", name in drawn and not missing, f"without {missing}" if missing else "drawn")
+    names = {name for name in drawn if name.startswith("RAYFRONT")}
+    drawn.clear()
+    for tab in ("render", "view_layer"):
+        draw(tab, engine="CYCLES")
+    check("panels_of_cycles", not names & set(drawn), f"{len(drawn)} with Cycles, none of them rayfront's")
+    scene.render.engine = "CYCLES"
+    bpy.ops.preferences.addon_disable(module="bl_ext.user_default.rayfront")
+    left = [p.__name__ for p in bpy.types.Panel.__subclasses__() if "RAYFRONT" in getattr(p, "COMPAT_ENGINES", ())]
+    left = [name for name in left if hasattr(bpy.types, name)]
+    check("panels_disabled", not left, f"left of the extension: {left or 'nothing'}")
+    bpy.ops.preferences.addon_enable(module="bl_ext.user_default.rayfront")
 
 
 @test
