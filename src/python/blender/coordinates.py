@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from mathutils import Euler, Vector
+from mathutils import Euler, Quaternion, Vector
 
 from .nodes import Input
 from .ron import Ron
@@ -42,6 +42,11 @@ class Coordinates:
         self.scale *= scale
         self.offset = rotation.to_matrix() @ (self.offset * scale) + location
         self.rotation = rotation
+
+    def turned(self, rotation: Quaternion) -> None:
+        """Adds a rotation on top."""
+        self.offset.rotate(rotation)
+        self.rotation = (rotation @ self.rotation.to_quaternion()).to_euler()
 
     def pattern(self, scale: float) -> dict[str, Any]:
         """The fields of a pattern that is `scale` times as fine."""

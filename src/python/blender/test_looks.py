@@ -209,6 +209,26 @@ def checker_of_object():
 
 
 @look()
+def waves():
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    ramp = node(found, "ShaderNodeValToRGB", shader(found).inputs["Base Color"])
+    ramp.color_ramp.elements[0].color = (0.8, 0.1, 0.05, 1)
+    wave = node(found, "ShaderNodeTexWave", ramp.inputs[0], out="Fac", Scale=0.8, Phase_Offset=1.0)
+    wave.bands_direction = "DIAGONAL"
+    node(found, "ShaderNodeTexCoord", wave.inputs["Vector"], out="Object")
+    return found
+
+
+@look()
+def saw_of_uv():
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    wave = node(found, "ShaderNodeTexWave", shader(found).inputs["Base Color"], Scale=1.5)
+    wave.bands_direction, wave.wave_profile = "Y", "SAW"
+    node(found, "ShaderNodeTexCoord", wave.inputs["Vector"], out="UV")
+    return found
+
+
+@look()
 def checker_of_uv():
     m = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
     texture = node(m, "ShaderNodeTexChecker", shader(m).inputs["Base Color"], Color1=(0.8, 0.2, 0.1, 1), Scale=8.0)

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from mathutils import Vector
 
 from .coordinates import Coordinates, MeshSpace, coordinates
 from .images import Images
@@ -21,6 +23,8 @@ SRGB = {"sRGB", "sRGB Texture", "Filmic sRGB"}
 LINEAR = {"Non-Color", "Linear Rec.709", "Linear", "Raw", "Generic Data"}
 BLENDS = {"ADD": "Add", "SUBTRACT": "Subtract", "MULTIPLY": "Multiply", "LIGHTEN": "Max", "DARKEN": "Min"}
 OPERATIONS = {"ADD": "Add", "SUBTRACT": "Subtract", "MULTIPLY": "Multiply", "MINIMUM": "Min", "MAXIMUM": "Max"}
+# The direction of a Wave Texture's bands, and how fast they follow each other, in radians.
+WAVES = {"X": (20, 0, 0), "Y": (0, 20, 0), "Z": (0, 0, 20), "DIAGONAL": (10, 10, 10)}
 XYZ_TO_RGB = np.array(
     ((3.2404542, -1.5371385, -0.4985314), (-0.9692660, 1.8760108, 0.0415560), (0.0556434, -0.2040259, 1.0572252))
 )
@@ -246,14 +250,42 @@ class Maps:
         height = self.constant(source.input("Row Height"))
         length, mortar = (self.constant(source.input(name)) / height for name in ("Brick Width", "Mortar Size"))
         if node.offset_frequency != 2 or abs(node.offset - 0.5) > 1e-3 or node.squash != 1:
-            raise NotCarried("the node Brick Texture with another bond than rows that are shifted by half")
-        self.warn("a Brick Texture: all bricks have Color1, and their mortar is not smooth")
-        a, b = (
-            (0.0, 1.0) if source.socket.name == "Fac" else (self.color(source.input(n)) for n in ("Mortar", "Color1"))
-        )
-        a, b = (b, a) if source.socket.name == "Fac" else (a, b)
+            self.warn("the bond of a Brick Texture: every other row is shifted by half")
+        self.warn("a Brick Texture: all bricks have the mean of Color1 and Color2, and their mortar is not smooth")
+        if source.socket.name == "Fac":
+            a, b = 1.0, 0.0
+        else:
+            a, first, second = (self.color(source.input(name)) for name in ("Mortar", "Color1", "Color2"))
+            part = min(max(0.5 + 0.5 * self.constant(source.input("Bias")), 0.0), 1.0)
+            b = mixed(first, second, part)
         pattern = place.pattern(self.constant(source.input("Scale")) / height)
         return form("Bricks", length=length, mortar=min(2 * mortar, 1.0), **pattern, a=a, b=b)
+
+    def _wave(self, source: Output) -> Map:
+        node = source.node
+        place = self._coordinates(source, "Generated")
+        along = Vector(WAVES[node.bands_direction])
+        if place.space != "Object":
+            along.z = 0.0
+        if node.wave_type != "BANDS" or along.length == 0:
+            raise NotCarried(f"the node Wave Texture ({node.wave_type.title()}, {node.bands_direction.title()})")
+        scale, distortion, phase = (
+            self.constant(source.input(name)) for name in ("Scale", "Distortion", "Phase Offset")
+        )
+        place.turned(along.rotation_difference(Vector((1, 0, 0))))
+        waves = scale * along.length / (2 * math.pi)
+        stops = [(t / 8, 0.5 - 0.5 * math.cos(math.pi * t / 8)) for t in range(9)]
+        fields: dict[str, Any] = {"stops": stops} if node.wave_profile == "SIN" else {}
+        if distortion != 0:
+            self.warn("the Distortion of a Wave Texture: rayfront's own marble, as fine, stands in for it")
+            octaves = min(max(round(self.constant(source.input("Detail"))) + 1, 1), 16)
+            turbulence = 0.25 * abs(distortion) / (2 * math.pi)  # Its noise is finer.
+            return form("Marble", turbulence=turbulence, octaves=octaves, **place.pattern(waves), **fields)
+        # A gradient is half a wave, and its mirror image the other; of a saw it is a whole one.
+        half = 1 if node.wave_profile == "SAW" else 2
+        place.offset.x += 1e-5 + phase / (2 * math.pi * (waves or 1.0))
+        wrap = Ron("Repeat" if half == 1 else "Mirror")
+        return form("Gradient", **place.pattern(half * waves), wrap=wrap, **fields)
 
     def _noise(self, source: Output) -> Map:
         if source.node.noise_dimensions != "3D":
@@ -286,6 +318,7 @@ PATTERNS = {
     "TEX_BRICK": Maps._bricks,
     "TEX_NOISE": Maps._noise,
     "TEX_VORONOI": Maps._voronoi,
+    "TEX_WAVE": Maps._wave,
 }
 FOLDED: dict[str, Callable[[float, float], float]] = {
     "Add": lambda x, y: x + y,
