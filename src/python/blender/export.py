@@ -16,7 +16,7 @@ from .coordinates import MeshSpace
 from .images import Images
 from .lights import light
 from .materials import CATCHER, HELD_OUT, HOLDOUT, Film, Material
-from .meshes import Model
+from .meshes import Model, Shape
 from .ron import Ron, differ, form, moved, placed, text, unscaled, visible
 from .world import surroundings
 
@@ -218,8 +218,10 @@ class Export:
     def _moves(self, moments: Moments, nodes: dict[tuple, tuple[Model, int]], place: Matrix) -> float | None:
         """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves."""
         seen: dict[tuple, list[Matrix]] = {key: [] for key in nodes}
+        shapes = {key: [] for key, (model, node) in nodes.items() if model.is_first(node)}
         eye = self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world
         shift, cameras = unscaled(eye).inverted() @ place, []
+        strands_at: dict[tuple, list[Matrix]] = {}
         try:
             for time in moments.times:
                 moments.go_to(time)
@@ -228,6 +230,10 @@ class Export:
                     key = identity(instance)
                     if key in seen:
                         seen[key].append(instance.matrix_world.copy())
+                    if key in shapes and may_bend(instance.object):
+                        shapes[key].append(Shape.of(instance.object))
+                    if instance.object.type == "CURVES":
+                        strands_at.setdefault(key, []).append(instance.matrix_world.copy())
         finally:
             moments.go_back()
         moving = {
@@ -240,11 +246,21 @@ class Export:
         for key, places in moving.items():
             model, node = nodes[key]
             model.move(node, times, places)
+        bent = [nodes[key][0].bend(nodes[key][1], times, found) for key, found in shapes.items() if found]
+        for (name, *_), places in strands_at.items():
+            if any(differ(places[0], other) for other in places[1:]):
+                self.warn(f"object {name!r}: the motion of its hair")
         if any(differ(cameras[0], other) for other in cameras[1:]):
             self.entities[0]["transform"] = moved(times, [unscaled(m) @ shift for m in cameras])
-        elif not moving:
+        elif not moving and not any(bent):
             return None
         return moments.part
+
+
+def may_bend(ob: Any) -> bool:
+    """True for objects whose vertices may move by themselves."""
+    original = ob.original
+    return bool(ob.modifiers or original.type != "MESH" or original.data.shape_keys)
 
 
 def identity(instance: Any) -> tuple:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from mathutils import Matrix
@@ -45,6 +45,33 @@ class Binary:
         self.accessors.append(found)
         return len(self.accessors) - 1
 
+    def vectors(self, accessor: int) -> np.ndarray:
+        """The vectors of an accessor, (count, 3)."""
+        view = self.views[self.accessors[accessor]["bufferView"]]
+        first = view["byteOffset"]
+        return np.frombuffer(bytes(self.bytes[first : first + view["byteLength"]]), np.float32).reshape(-1, 3)
+
+
+class Shape(NamedTuple):
+    """Where the corners of a mesh are at some time, and their normals."""
+
+    at: np.ndarray
+    normals: np.ndarray
+
+    @classmethod
+    def of(cls, ob: Any) -> Shape | None:
+        mesh = ob.to_mesh()
+        found = cls.read(mesh) if mesh else None
+        ob.to_mesh_clear()
+        return found
+
+    @classmethod
+    def read(cls, mesh: Any) -> Shape:
+        count = len(mesh.loops)
+        corner = _read(mesh.loops, "vertex_index", count, np.int32)
+        at = _read(mesh.vertices, "co", len(mesh.vertices) * 3, np.float32).reshape(-1, 3)
+        return cls(at[corner], _read(mesh.corner_normals, "vector", count * 3, np.float32).reshape(-1, 3))
+
 
 class Model:
     """Meshes, the places where they stand, and their materials."""
@@ -56,6 +83,8 @@ class Model:
         self.nodes: list[dict] = []
         self.animations: list[dict] = []
         self.numbers: dict[tuple, int | None] = {}
+        # The first node of each mesh.
+        self.firsts: dict[int, int] = {}
         self.names: list[str] = []
         self.overrides: dict[str, Ron] = {}
         self.materials: dict[tuple, Material] = {}
@@ -81,6 +110,7 @@ class Model:
         place = TO_Y_UP @ place
         node = {"mesh": number, "name": ob.name, "matrix": [place[r][c] for c in range(4) for r in range(4)]}
         self.nodes.append(node)
+        self.firsts.setdefault(number, len(self.nodes) - 1)
         return len(self.nodes) - 1
 
     def move(self, node: int, times: list[float], places: list[Matrix]) -> None:
@@ -99,16 +129,54 @@ class Model:
             "rotation": np.array([(p[1].x, p[1].y, p[1].z, p[1].w) for p in parts], np.float32),
             "scale": np.array([tuple(p[2]) for p in parts], np.float32),
         }
-        if not self.animations:
-            self.animations.append({"channels": [], "samplers": []})
-        animation = self.animations[0]
         clock = self.binary.add(np.array(times, np.float32), "SCALAR", bounds=True)
         for path, values in columns.items():
             self.nodes[node][path] = values[0].tolist()
-            output = self.binary.add(values, f"VEC{values.shape[1]}")
-            animation["samplers"].append({"input": clock, "output": output, "interpolation": "LINEAR"})
-            target = {"node": node, "path": path}
-            animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
+            self._animate(node, path, clock, self.binary.add(values, f"VEC{values.shape[1]}"))
+
+    def is_first(self, node: int) -> bool:
+        """True for the first node of its mesh."""
+        return self.firsts[self.nodes[node]["mesh"]] == node
+
+    def bend(self, first: int, times: list[float], shapes: list[Shape | None]) -> bool:
+        """Moves the vertices of a node's mesh along with time, wherever it stands. True if they move."""
+        number, name = self.nodes[first]["mesh"], self.nodes[first]["name"]
+        mesh = self.meshes[number]
+        rest = self._rest(mesh)
+        if len(shapes) != len(times) or any(s is None or s.at.shape != rest.at.shape for s in shapes):
+            self.warn(f"object {name!r}: the motion of its vertices, whose number changes")
+            return False
+        size = max(float(np.ptp(rest.at, axis=0).max()), 1e-9)
+        if max(np.abs(s.at - shapes[0].at).max() for s in shapes) < 1e-5 * size:
+            return False
+        targets = [
+            {
+                "POSITION": self.binary.add(s.at - rest.at, "VEC3", VERTICES, bounds=True),
+                "NORMAL": self.binary.add(s.normals - rest.normals, "VEC3", VERTICES),
+            }
+            for s in shapes
+        ]
+        for part in mesh["primitives"]:
+            part["targets"] = targets
+        mesh["weights"] = [1.0] + [0.0] * (len(times) - 1)
+        clock = self.binary.add(np.array(times, np.float32), "SCALAR", bounds=True)
+        weights = self.binary.add(np.eye(len(times), dtype=np.float32).ravel(), "SCALAR")
+        for node, other in enumerate(self.nodes):
+            if other["mesh"] == number:
+                self._animate(node, "weights", clock, weights)
+        return True
+
+    def _rest(self, mesh: dict) -> Shape:
+        attributes = mesh["primitives"][0]["attributes"]
+        return Shape(*(self.binary.vectors(attributes[name]) for name in ("POSITION", "NORMAL")))
+
+    def _animate(self, node: int, path: str, clock: int, output: int) -> None:
+        if not self.animations:
+            self.animations.append({"channels": [], "samplers": []})
+        animation = self.animations[0]
+        animation["samplers"].append({"input": clock, "output": output, "interpolation": "LINEAR"})
+        target = {"node": node, "path": path}
+        animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
 
     def write(self, path: str) -> None:
         """Writes the `.glb`."""
@@ -162,11 +230,10 @@ class Model:
     def _attributes(self, mesh: Any, color: str | None) -> dict[str, int]:
         count = len(mesh.loops)
         corner = _read(mesh.loops, "vertex_index", count, np.int32)
-        at = _read(mesh.vertices, "co", len(mesh.vertices) * 3, np.float32).reshape(-1, 3)
-        normals = _read(mesh.corner_normals, "vector", count * 3, np.float32).reshape(-1, 3)
+        shape = Shape.read(mesh)
         found = {
-            "POSITION": self.binary.add(at[corner], "VEC3", VERTICES, bounds=True),
-            "NORMAL": self.binary.add(normals, "VEC3", VERTICES),
+            "POSITION": self.binary.add(shape.at, "VEC3", VERTICES, bounds=True),
+            "NORMAL": self.binary.add(shape.normals, "VEC3", VERTICES),
         }
         layers = sorted(mesh.uv_layers, key=lambda layer: not layer.active_render)
         for number, layer in enumerate(layers[:2]):

@@ -547,6 +547,36 @@ def motion_blur() -> None:
 
 
 @test
+def bending() -> None:
+    """Shape keys and modifiers that move vertices while the shutter is open; what changes their number is told."""
+    scene = scenes.lamps(SIZE, "SUN", "AREA")
+    red = scenes.material("red", Base_Color=(0.8, 0.1, 0.1), Roughness=1.0, Specular_IOR_Level=0.0)
+    ball = scenes.ball((-1, -2, 1), red, 0.6)
+    ball.shape_key_add(name="Basis")
+    key = ball.shape_key_add(name="long")
+    for point in key.data:
+        point.co.x *= 2.2
+    bpy.ops.mesh.primitive_cube_add(size=0.8, location=(1, -2, 1))
+    cube = bpy.context.object
+    cube.data.materials.append(red)
+    stretch = cube.modifiers.new("stretch", "SIMPLE_DEFORM")
+    stretch.deform_method, stretch.deform_axis = "STRETCH", "Z"
+    bpy.ops.object.metaball_add(location=(-2.6, -2, 0.6), radius=0.5)
+    drop = bpy.context.object.data.elements[0]
+    for frame, part in ((1, 0.0), (3, 1.0)):
+        key.value, stretch.factor, cube.location.x, drop.radius = part, part, 0.8 + part, 0.4 + 0.4 * part
+        for of, what in ((key, "value"), (stretch, "factor"), (cube, "location"), (drop, "radius")):
+            of.keyframe_insert(what, frame=frame)
+    scenes.link(ball.copy()).location = (2.6, -1, 1)
+    scene.frame_set(2)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    compare("bending", scene, 64, 128)
+    lost = engine().last["lost"]
+    told = len(lost) == 1 and "'Mball': the motion of its vertices" in lost[0]
+    check("bending_told", told, f"{lost}")
+
+
+@test
 def scale_zero() -> None:
     """What has no area is not seen, with its material; what is flat is; lamps without a direction are dark."""
     scene = scenes.lamps(SIZE, "AREA")
