@@ -12,7 +12,7 @@ from .coordinates import MeshSpace
 from .images import Images
 from .nodes import Input, Output, surface
 from .ron import Ron, form
-from .textures import Map, Maps, combined, mixed, one
+from .textures import Map, Maps, ObjectInfo, combined, mixed, one
 
 BLACK, GREY, WHITE = (0.0, 0.0, 0.0), (0.8, 0.8, 0.8), (1.0, 1.0, 1.0)
 BLEND = Ron("Blend")
@@ -61,9 +61,10 @@ class Material:
         warn: Callable[[str], None],
         film: Film,
         shown: str | None = None,
+        info: ObjectInfo | None = None,
     ):
         self.material = material
-        self.maps = Maps(images, mesh, f"material {material.name!r}", warn)
+        self.maps = Maps(images, mesh, f"material {material.name!r}", warn, info)
         self.warn = self.maps.warn
         fields = self._nodes() if material.use_nodes and material.node_tree else self._plain()
         fields.setdefault("metallic", 0.0)

@@ -15,8 +15,11 @@ from .coordinates import MeshSpace
 from .images import Images
 from .materials import CATCHER, HELD_OUT, HOLDOUT, Film, Material
 from .ron import TO_Y_UP, Ron, differ, form, steps, visible
+from .textures import ObjectInfo
 
 NO_MATERIAL = {"base_color": 0.8, "metallic": 0.0, "specular": 0.0, "double_sided": True}
+# Different values of Object Info's Random among instances.
+STEPS = 32
 FLOAT, UNSIGNED = 5126, 5125
 VERTICES, INDICES = 34962, 34963
 
@@ -83,6 +86,8 @@ class Model:
         self.nodes: list[dict] = []
         self.animations: list[dict] = []
         self.numbers: dict[tuple, int | None] = {}
+        # Keys of meshes that each object has for itself.
+        self.by_object: set[tuple] = set()
         # The first node of each mesh.
         self.firsts: dict[int, int] = {}
         self.names: list[str] = []
@@ -99,11 +104,20 @@ class Model:
             return None
         slots = tuple(slot.material.name_full if slot.material else "" for slot in ob.material_slots)
         # Copies share the data; but the mesh that modifiers make of it is the object's own.
-        key = (ob.data.as_pointer() if ob.data else 0, ob.name_full if ob.modifiers else "", slots, shown)
+        key = shared = (ob.data.as_pointer() if ob.data else 0, ob.name_full if ob.modifiers else "", slots, shown)
+        info = self._info(instance)
+        if shared in self.by_object:
+            key = (*shared, info)
         if key not in self.numbers:
             mesh = ob.to_mesh()
-            self.numbers[key] = self._mesh(ob, mesh, shown) if mesh else None
+            number, by_object = self._mesh(ob, mesh, shown, info) if mesh else (None, False)
             ob.to_mesh_clear()
+            if by_object:
+                self.by_object.add(shared)
+                key = (*shared, info)
+                if instance.is_instance:
+                    self.warn(f"Object Info of instances of {ob.name!r}: its Random has {STEPS} values")
+            self.numbers[key] = number
         number = self.numbers[key]
         if number is None:
             return None
@@ -112,6 +126,11 @@ class Model:
         self.nodes.append(node)
         self.firsts.setdefault(number, len(self.nodes) - 1)
         return len(self.nodes) - 1
+
+    def _info(self, instance: Any) -> ObjectInfo:
+        """What a material may take from an instance: of many, few numbers, for each is a mesh of its own."""
+        info = ObjectInfo.of(instance)
+        return info._replace(random=(int(info.random * STEPS) + 0.5) / STEPS) if instance.is_instance else info
 
     def move(self, node: int, times: list[float], places: list[Matrix]) -> None:
         """Moves a node along with time."""
@@ -201,16 +220,17 @@ class Model:
             out.write(struct.pack("<I4s", size, b"BIN\0"))
             out.write(self.binary.bytes)
 
-    def _mesh(self, ob: Any, mesh: Any, shown: str | None) -> int | None:
+    def _mesh(self, ob: Any, mesh: Any, shown: str | None, info: ObjectInfo) -> tuple[int | None, bool]:
+        """The number of a mesh, and whether it is that of one object alone, whose materials depend on it."""
         mesh.calc_loop_triangles()
         triangles = len(mesh.loop_triangles)
         if not triangles:
-            return None
+            return None, False
         loops, which = _read(mesh.loop_triangles, "loops", triangles * 3, np.int32), np.empty(triangles, np.int32)
         mesh.loop_triangles.foreach_get("material_index", which)
         which = np.minimum(which, max(len(ob.material_slots) - 1, 0))
         space = MeshSpace.of(mesh)
-        used = {slot: self._material(ob, int(slot), space, shown) for slot in np.unique(which)}
+        used = {slot: self._material(ob, int(slot), space, shown, info) for slot in np.unique(which)}
         colors = {m.maps.vertex_colors for _, m in used.values() if m} - {None}
         attributes = self._attributes(mesh, next(iter(colors), None))
         if len(colors) > 1:
@@ -225,7 +245,7 @@ class Model:
             for slot, (number, _) in used.items()
         ]
         self.meshes.append({"primitives": parts, "name": ob.name})
-        return len(self.meshes) - 1
+        return len(self.meshes) - 1, any(m.maps.object_counts for _, m in used.values() if m)
 
     def _attributes(self, mesh: Any, color: str | None) -> dict[str, int]:
         count = len(mesh.loops)
@@ -249,7 +269,9 @@ class Model:
                 found["COLOR_0"] = self.binary.add(rgba[corner] if layer.domain == "POINT" else rgba, "VEC4", VERTICES)
         return found
 
-    def _material(self, ob: Any, slot: int, space: MeshSpace, shown: str | None) -> tuple[int, Material | None]:
+    def _material(
+        self, ob: Any, slot: int, space: MeshSpace, shown: str | None, info: ObjectInfo
+    ) -> tuple[int, Material | None]:
         """The number of the material of a slot."""
         material = self.override or (ob.material_slots[slot].material if slot < len(ob.material_slots) else None)
         suffix = f" ({shown})" if shown else ""
@@ -258,18 +280,22 @@ class Model:
         if material is None:
             catches = {"shadow_catcher": True} if shown == CATCHER else {}
             return self._number(f"(no material){suffix}", form("Principled", **NO_MATERIAL, **catches)), None
-        key = (material.name_full, shown)
-        found = self.materials.get(key)
-        if found is None or found.maps.mesh_counts:
-            key = (material.name_full, shown, space)
+        first = key = (material.name_full, shown)
+        found = self.materials.get(first)
+        if found and (found.maps.mesh_counts or found.maps.object_counts):
+            key = self._key(first, found, space, info)
             found = self.materials.get(key)
         if found is None:
-            found = Material(material, space, self.images, self.warn, self.film, shown)
-            self.materials[key] = self.materials[(material.name_full, shown)] = found
+            found = Material(material, space, self.images, self.warn, self.film, shown, info)
+            self.materials[first] = self.materials[self._key(first, found, space, info)] = found
             found.number = len(self.names)
             name = f"{material.name_full}{suffix}"
             self._number(name if name not in self.overrides else f"{name} #{len(self.names)}", found.ron)
         return found.number, found
+
+    def _key(self, first: tuple, material: Material, space: MeshSpace, info: ObjectInfo) -> tuple:
+        maps = material.maps
+        return first + (space if maps.mesh_counts else None, info if maps.object_counts else None)
 
     def _number(self, name: str, ron: Ron) -> int:
         if name not in self.overrides:

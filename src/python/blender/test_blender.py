@@ -699,6 +699,30 @@ def kinds_of_objects() -> None:
 
 
 @test
+def object_info() -> None:
+    """Copies of one mesh, and instances of a collection, of different colours by the same material."""
+    scene = scenes.lamps(SIZE, "SUN")
+    by_random, by_color = scenes.material("by random", Roughness=1.0), scenes.material("by color", Roughness=1.0)
+    ramp = scenes.node(by_random, "ShaderNodeValToRGB", scenes.shader(by_random).inputs["Base Color"])
+    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.9, 0.1, 0.1, 1), (0.1, 0.1, 0.9, 1)
+    scenes.node(by_random, "ShaderNodeObjectInfo", ramp.inputs[0], out="Random")
+    scenes.node(by_color, "ShaderNodeObjectInfo", scenes.shader(by_color).inputs["Base Color"], out="Color")
+    for of, height in ((by_random, 1.5), (by_color, 2.3)):
+        ball = scenes.ball((-3, 0, height), of, 0.35)
+        for x in range(-2, 4):
+            copy = scenes.link(ball.copy())
+            copy.location.x, copy.color = x, (0.5 + x / 10, 0.5 - x / 10, 0.2, 1)
+    inner = bpy.data.collections.new("inner")
+    cone = scenes.ball((0, 0, 0), by_random, 0.3)
+    bpy.context.collection.objects.unlink(cone)
+    inner.objects.link(cone)
+    for x in range(-3, 4):
+        copy = scenes.link(bpy.data.objects.new(f"copy {x}", None))
+        copy.instance_type, copy.instance_collection, copy.location = "COLLECTION", inner, (x, -2, 0.3)
+    compare("object_info", scene, 64, 64, rms=0.03)
+
+
+@test
 def hair() -> None:
     scene = scenes.lamps(SIZE, "SUN")
     curves = bpy.data.hair_curves.new("hair")

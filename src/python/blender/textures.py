@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from mathutils import Vector
@@ -37,16 +37,54 @@ class NotCarried(Exception):
     """A texture that rayfront has no counterpart of."""
 
 
-class Maps:
-    """The maps of one material on one mesh.
+class ObjectInfo(NamedTuple):
+    """What a material may take from the object, or the instance, that has it."""
 
-    `mesh_counts` says afterwards whether they depend on the mesh, `vertex_colors` which of its colours they take.
+    random: float
+    color: tuple[float, ...]
+    index: int
+
+    @classmethod
+    def of(cls, instance: Any) -> ObjectInfo:
+        ob = instance.object
+        number = instance.random_id & 0xFFFFFFFF if instance.is_instance else _number_of(ob.name)
+        return cls(number / 0xFFFFFFFF, tuple(ob.color), ob.pass_index)
+
+
+def _number_of(name: str) -> int:
+    """The random number of an object in Cycles: Jenkins' hash (lookup3) of a hash of its name."""
+
+    def turned(x: int, bits: int) -> int:
+        return (x << bits | x >> (32 - bits)) & 0xFFFFFFFF
+
+    text = 0
+    for byte in name.encode():
+        text = (text * 37 + byte) & 0xFFFFFFFF
+    start = 0xDEADBEEF + 8 + 13
+    words = [(start + text) & 0xFFFFFFFF, start, start]
+    for changed, by, bits in ((2, 1, 14), (0, 2, 11), (1, 0, 25), (2, 1, 16), (0, 2, 4), (1, 0, 14), (2, 1, 24)):
+        words[changed] = ((words[changed] ^ words[by]) - turned(words[by], bits)) & 0xFFFFFFFF
+    return words[2]
+
+
+class Maps:
+    """The maps of one material on one mesh of one object.
+
+    `mesh_counts` and `object_counts` say afterwards whether they depend on these, `vertex_colors` which colours of the
+    mesh they take.
     """
 
-    def __init__(self, images: Images, mesh: MeshSpace, user: str, warn: Callable[[str], None]):
-        self.images, self.mesh, self.user = images, mesh, user
+    def __init__(
+        self,
+        images: Images,
+        mesh: MeshSpace,
+        user: str,
+        warn: Callable[[str], None],
+        info: ObjectInfo | None = None,
+    ):
+        self.images, self.mesh, self.user, self.info = images, mesh, user, info
         self.warn = lambda what: warn(f"{user}: {what}")
-        self.mesh_counts = False
+        self.mesh_counts = self.object_counts = False
         self.vertex_colors: str | None = None
 
     def color(self, socket: Input) -> Map:
@@ -102,6 +140,8 @@ class Maps:
             return self._picture(source, None)
         if kind in {"VERTEX_COLOR", "ATTRIBUTE"}:
             return self._vertex(source, "Alpha" if source.socket.name == "Alpha" else None)
+        if kind == "OBJECT_INFO":
+            return self._object(source)
         if kind == "MIX" and node.data_type == "RGBA" or kind == "MIX_RGB":
             return self._mix(source)
         if kind == "INVERT" and not source.input(0).source():
@@ -192,6 +232,16 @@ class Maps:
         self.vertex_colors = name
         return form("Vertex", channel=channel and Ron(channel))
 
+    def _object(self, source: Output) -> Map:
+        name = source.socket.name
+        if self.info is None or name not in {"Random", "Color", "Alpha", "Object Index"}:
+            raise NotCarried(f"the {name} of the node {source.node.bl_label}")
+        self.object_counts = True
+        color = self.info.color
+        return {"Random": self.info.random, "Color": color[:3], "Alpha": color[3], "Object Index": self.info.index}[
+            name
+        ]
+
     def _lerp(self, socket: Input, weight: float) -> Map:
         """weight · x + (1 − weight) · (1 − x)"""
         inner = self.color(socket)
@@ -221,13 +271,15 @@ class Maps:
 
     def _ramp(self, source: Output) -> Map:
         ramp, stops = source.node.color_ramp, []
+        of = self.number(source.input("Fac" if "Fac" in source.node.inputs else 0))
+        if not isinstance(of, Ron):
+            return tuple(ramp.evaluate(of))[:3]
         for element in ramp.elements:
             if ramp.interpolation == "CONSTANT" and stops:
                 stops.append((max(element.position - 1e-5, 0.0), stops[-1][1]))
             stops.append((element.position, tuple(element.color)[:3]))
         if ramp.interpolation not in {"LINEAR", "CONSTANT"} or ramp.color_mode != "RGB":
             self.warn("a Color Ramp that is neither linear nor constant: it is linear here")
-        of = self.number(source.input("Fac" if "Fac" in source.node.inputs else 0))
         return form("Curve", of=of, stops=stops)
 
     def _checker(self, source: Output) -> Map:
