@@ -310,7 +310,9 @@ class Maps:
             a, first, second = (self.color(source.input(name)) for name in ("Mortar", "Color1", "Color2"))
             part = min(max(0.5 + 0.5 * self.constant(source.input("Bias")), 0.0), 1.0)
             b = mixed(first, second, part)
-        pattern = place.pattern(self.constant(source.input("Scale")) / height)
+        scale = self.constant(source.input("Scale")) / height
+        place.offset.x += 0.5 * length / (scale or 1.0)  # Blender shifts even rows, rayfront odd ones.
+        pattern = place.pattern(scale)
         return form("Bricks", length=length, mortar=min(2 * mortar, 1.0), **pattern, a=a, b=b)
 
     def _wave(self, source: Output) -> Map:
