@@ -119,7 +119,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
         """The shutter, if Blender wants things to be blurred that move."""
         scene, layer = depsgraph.scene, depsgraph.view_layer_eval
         render = scene.render
-        if not (render.use_motion_blur and layer.use_motion_blur) or render.motion_blur_shutter <= 0:
+        if not (render.use_motion_blur and getattr(layer, "use_motion_blur", True)) or render.motion_blur_shutter <= 0:
             return None
         part = render.motion_blur_shutter
         before = {"START": 0.0, "CENTER": part / 2, "END": part}[render.motion_blur_position]

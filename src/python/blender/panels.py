@@ -7,7 +7,6 @@ import subprocess
 import tempfile
 
 import bpy
-from bl_ui.properties_view_layer import ViewLayerLightgroupsPanelHelper
 from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
 from . import program
@@ -213,10 +212,20 @@ class RAYFRONT_PT_passes(EnginePanel, bpy.types.Panel):
             layout.prop(context.view_layer, name)
 
 
-class RAYFRONT_PT_light_groups(EnginePanel, ViewLayerLightgroupsPanelHelper, bpy.types.Panel):
+class RAYFRONT_PT_light_groups(EnginePanel, bpy.types.Panel):
     """The light groups of the view layer."""
 
-    bl_parent_id, bl_context = "RAYFRONT_PT_passes", "view_layer"
+    bl_label, bl_context, bl_parent_id = "Light Groups", "view_layer", "RAYFRONT_PT_passes"
+
+    def draw(self, context) -> None:
+        layer, row = context.view_layer, self.layout.row()
+        row.column().template_list(
+            "UI_UL_list", "lightgroups", layer, "lightgroups", layer, "active_lightgroup_index", rows=3
+        )
+        column = row.column(align=True)
+        column.operator("scene.view_layer_add_lightgroup", icon="ADD", text="")
+        column.operator("scene.view_layer_remove_lightgroup", icon="REMOVE", text="")
+        column.operator("scene.view_layer_add_used_lightgroups", icon="FILE_REFRESH", text="")
 
 
 class RAYFRONT_PT_override(EnginePanel, bpy.types.Panel):
