@@ -107,7 +107,7 @@ class Export:
             if ob.type == "LIGHT":
                 self.count += 1
                 name = f"light{self.count}"
-                found = light(ob, instance.matrix_world.copy(), name, self.folder, self.warn)
+                found = light(ob, instance.matrix_world.copy(), self.warn)
                 if found:
                     self.entities.append({"name": f"{ob.name} ({name})"} | self._group(ob) | found)
             elif isinstance(ob.data, bpy.types.Mesh):  # Text and the like come once more, as a mesh.

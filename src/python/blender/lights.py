@@ -4,11 +4,9 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from mathutils import Matrix, Vector
 
 from .nodes import surface
@@ -16,8 +14,8 @@ from .ron import Ron, form, placed, unscaled, upright
 from .textures import black_body
 
 
-def light(ob: Any, place: Matrix, name: str, folder: str, warn: Callable[[str], None]) -> dict[str, Any] | None:
-    """The entity of a lamp at a place in Blender's world; `name` is one for its files. None if it gives no light."""
+def light(ob: Any, place: Matrix, warn: Callable[[str], None]) -> dict[str, Any] | None:
+    """The entity of a lamp at a place in Blender's world. None if it gives no light."""
     data, warn_ = ob.data, lambda what: warn(f"lamp {ob.name!r}: {what}")
     # In Cycles, too, these are dark: what has no direction, and areas without one.
     needed = {"POINT": [], "AREA": [0, 1, 2]}.get(data.type, [2])
@@ -38,7 +36,7 @@ def light(ob: Any, place: Matrix, name: str, folder: str, warn: Callable[[str], 
         warn_("it casts shadows here")
     if ob.visible_camera and data.type != "AREA" and (data.angle if data.type == "SUN" else data.shadow_soft_size) > 0:
         warn_("the camera does not see it")
-    fields = KINDS[data.type](ob, tuple(power), place, name, folder, warn_)
+    fields = KINDS[data.type](ob, tuple(power), place, warn_)
     fields["transform"] = placed(upright(unscaled(place)))
     return fields
 
@@ -64,11 +62,11 @@ def _tint(data: Any, warn: Callable[[str], None]) -> Vector:
     return tint * shade * (strength.value if not strength.source() else 1.0)
 
 
-def _sun(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+def _sun(ob: Any, power: tuple, place: Matrix, warn: Any) -> dict[str, Any]:
     return {"light": form("Directional", irradiance=power, angle_degrees=math.degrees(ob.data.angle))}
 
 
-def _area(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+def _area(ob: Any, power: tuple, place: Matrix, warn: Any) -> dict[str, Any]:
     data = ob.data
     if data.spread < math.pi - 1e-3:
         warn(f"a spread of {math.degrees(data.spread):.0f} degrees: it shines in all directions")
@@ -81,39 +79,19 @@ def _area(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: An
     return {"light": form("Area", power_w=power, size_m=size, outline=outline, visible=seen)}
 
 
-def _point(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+def _point(ob: Any, power: tuple, place: Matrix, warn: Any) -> dict[str, Any]:
     return {"light": form("Point", power_w=power, radius_m=ob.data.shadow_soft_size)}
 
 
-def _spot(ob: Any, power: tuple, place: Matrix, name: str, folder: str, warn: Any) -> dict[str, Any]:
+def _spot(ob: Any, power: tuple, place: Matrix, warn: Any) -> dict[str, Any]:
     data = ob.data
-    if data.shadow_soft_size > 0:
-        warn("the radius of a spot: its shadows are sharp")
     if data.use_square:
         warn("a square cone: it is round")
-    part = _cone(os.path.join(folder, f"{name}.ies"), data.spot_size / 2, data.spot_blend)
-    return {"light": form("Photometric", power_w=tuple(p * part for p in power), profile=f"{name}.ies")}
-
-
-def _cone(path: str, half_angle: float, blend: float) -> float:
-    """Writes Blender's cone, a smoothstep in the cosine, as a profile. Returns its part of the light of a whole sphere."""
-    edge = math.cos(half_angle)
-    width = max((1 - edge) * blend, 1e-4)
-
-    def intensity(cosine: np.ndarray) -> np.ndarray:
-        x = np.clip((cosine - edge) / width, 0, 1)
-        return x * x * (3 - 2 * x)
-
-    cosines = np.concatenate((np.linspace(edge, 1, 120), np.linspace(edge, min(edge + width, 1), 120)))
-    angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
-    angles = np.unique(np.round(np.append(angles, (math.degrees(half_angle) + 1e-3, 180)), 4))
-    candela = intensity(np.cos(np.radians(angles))) * 1000
-    lines = ["IESNA:LM-63-2002", "TILT=NONE", f"1 1000 1 {len(angles)} 1 1 2 0 0 0", "1 1 0"]
-    lines += [f"{angle:.4f}" for angle in angles] + ["0"] + [f"{value:.6f}" for value in candela]
-    with open(path, "w", encoding="ascii") as out:
-        out.write("\n".join(lines) + "\n")
-    fine = intensity(np.linspace(edge, 1, 20001))
-    return float((fine[:-1] + fine[1:]).sum() / 2 * (1 - edge) / 20000 / 2)
+    outer = math.cos(data.spot_size / 2)
+    inner = math.acos(min(outer + (1 - outer) * data.spot_blend, 1.0))
+    angles = {"inner_degrees": math.degrees(inner), "outer_degrees": math.degrees(data.spot_size / 2)}
+    edge, radius = Ron("Smoothstep"), data.shadow_soft_size
+    return {"light": form("Spot", power_w=power, **angles, edge=edge, radius_m=radius)}
 
 
 KINDS = {"SUN": _sun, "AREA": _area, "POINT": _point, "SPOT": _spot}

@@ -166,7 +166,7 @@ def lamps(size: tuple[int, int], *kinds: str) -> Any:
         )
         area.scale = (1.5, 1, 1)
     if "SPOT" in kinds:
-        lamp("SPOT", (0, -3, 3.5), energy=300, spot_size=math.radians(40), spot_blend=0.4, shadow_soft_size=0.0)
+        lamp("SPOT", (0, -3, 3.5), energy=300, spot_size=math.radians(40), spot_blend=0.4, shadow_soft_size=0.3)
     camera((0, -8, 3), (0, 0, 0.9), lens=45)
     return scene
 
