@@ -1,9 +1,8 @@
 //! Values in a world that have no effect, whatever the transport.
 
 use crate::error::{Diagnostic, words};
-use crate::world::{
-    AlphaMode, Background, Light, LightGroup, Material, MaterialId, Principled, Settings, Transport, World,
-};
+use crate::world::ineffective::{self, Cause, FieldContext, Ineffective};
+use crate::world::{Background, Light, Material, MaterialId, Principled, World};
 
 /// One warning for each kind.
 pub(super) fn values(world: &World) -> Vec<Diagnostic> {
@@ -11,43 +10,30 @@ pub(super) fn values(world: &World) -> Vec<Diagnostic> {
     if world.settings.background != Background::default() {
         told.extend(world.hidden_background());
     }
-    let Settings { transparent, backdrop, backplate, .. } = &world.settings;
-    let hidden = match (transparent, backdrop, backplate) {
-        (true, Some(_), _) => {
-            Some("backdrop does nothing in a transparent image, which shows nothing behind things")
+    let context = FieldContext::of(world);
+    let without_effect = |text: String| Diagnostic::warning("value-without-effect", text);
+    for case in ineffective::OF_SETTINGS {
+        if case.is_mistaken(&world.settings, &context) {
+            told.extend(sentence(case).map(without_effect));
         }
-        (true, _, Some(_)) => {
-            Some("backplate does nothing in a transparent image, which shows nothing behind things")
-        }
-        (false, Some(_), Some(_)) => {
-            Some("backdrop does nothing beside a backplate, which is shown in its place")
-        }
-        _ => None,
-    };
-    told.extend(hidden.map(|text| Diagnostic::warning("value-without-effect", text)));
-    let catchers = names(world, |material| material.shadow_catcher);
-    let Settings { light_groups, light_by_bounce, transport, .. } = world.settings;
-    if (light_groups || light_by_bounce) && transport == Transport::Path && !catchers.is_empty() {
-        let (which, names) =
-            (if light_groups { "light_groups" } else { "light_by_bounce" }, catchers.join(", "));
-        let text =
-            format!("{which} does nothing beside shadow catchers, which have sums of their own: {names}");
-        told.push(Diagnostic::warning("value-without-effect", text));
-    } else if light_by_bounce
-        && (light_groups || world.entities.query::<&LightGroup>().iter().next().is_some())
-    {
-        let which = if light_groups { "light_groups does" } else { "the groups of lights do" };
-        let text =
-            format!("{which} nothing beside light_by_bounce: a film sums up light by lamp or by bounce");
-        told.push(Diagnostic::warning("value-without-effect", text));
     }
-    for (what, says) in OF_MATERIALS {
-        let names = names(world, says);
-        if !names.is_empty() {
-            told.push(Diagnostic::warning("value-without-effect", format!("{what}: {}", names.join(", "))));
-        }
+    if ineffective::has_idle_groups(world) {
+        let text = "the groups of lights do nothing beside light_by_bounce: a film sums up light by lamp or by bounce";
+        told.push(without_effect(text.into()));
+    }
+    for case in ineffective::OF_PRINCIPLED {
+        let names = names(world, case);
+        let sentence = sentence(case).filter(|_| !names.is_empty());
+        told.extend(sentence.map(|text| without_effect(format!("{text}: {}", names.join(", ")))));
     }
     told
+}
+
+/// A case as a sentence about its first field; none if a transport is its cause.
+fn sentence<T>(case: &Ineffective<T>) -> Option<String> {
+    let Cause::Reason(reason) = case.cause else { return None };
+    let field = case.fields[0].rsplit('.').next().unwrap_or_default();
+    Some(format!("{field} does nothing {reason}"))
 }
 
 /// A warning about environments and skies after the first one, which counts.
@@ -82,56 +68,12 @@ fn stretched(world: &World) -> Option<Diagnostic> {
     Some(Diagnostic::note("environment-stretched", text))
 }
 
-type IsIneffective = fn(&Principled) -> bool;
-
-const OF_MATERIALS: [(&str, IsIneffective); 6] = [
-    ("metals let no light through (metallic: 0 makes it glass)", |m| {
-        m.metallic.factor >= 1.0 && m.metallic.texture.is_none() && lets_through(m)
-    }),
-    ("alpha does nothing without alpha_mode: Blend or Mask", |m| {
-        m.alpha_mode == AlphaMode::Opaque && (m.alpha.factor < 1.0 || m.alpha.texture.is_some())
-    }),
-    ("dispersion does nothing without a volume: thin glass bends no light", |m| {
-        m.dispersion > 0.0 && lets_through(m) && m.volume.is_none()
-    }),
-    ("attenuation_color does nothing without an attenuation_distance_m", |m| {
-        m.volume.is_some_and(|volume| {
-            volume.attenuation_color.to_array().iter().any(|part| *part < 1.0)
-                && volume.attenuation_distance.is_infinite()
-                && volume.multiscatter_color.is_black()
-        })
-    }),
-    ("a volume does nothing without a transmission or diffuse_transmission", |m| {
-        m.volume.is_some_and(|volume| {
-            volume.attenuation_distance.is_finite() && volume.multiscatter_color.is_black() && !enters(m)
-        })
-    }),
-    (
-        "a multiscatter_color scatters nothing without an attenuation_color below 1, an attenuation_distance_m, and a \
-         transmission or diffuse_transmission",
-        |m| {
-            m.volume.is_some_and(|volume| {
-                let passes = volume.attenuation_color.to_array().iter().all(|part| *part >= 1.0);
-                !volume.multiscatter_color.is_black()
-                    && (passes || volume.attenuation_distance.is_infinite() || !enters(m))
-            })
-        },
-    ),
-];
-
-fn lets_through(m: &Principled) -> bool {
-    m.transmission.factor > 0.0
-}
-
-fn enters(m: &Principled) -> bool {
-    lets_through(m) || m.diffuse_transmission.factor > 0.0
-}
-
-/// Up to four names of materials for which the test holds.
-fn names(world: &World, says: IsIneffective) -> Vec<String> {
+/// Up to four names of materials that are a case.
+fn names(world: &World, case: &Ineffective<Principled>) -> Vec<String> {
+    let context = FieldContext::of(world);
     let materials = (0u32..).zip(&world.assets.materials);
     let found = materials.filter(|(_, named)| match &named.material {
-        Material::Principled(material) => says(material),
+        Material::Principled(material) => case.is_mistaken(material, &context),
         Material::BlinnPhong(_) => false,
     });
     found.map(|(id, _)| words(&world.assets.material_name(MaterialId(id)))).take(4).collect()
@@ -141,8 +83,7 @@ fn names(world: &World, says: IsIneffective) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::math::Rgb;
-    use crate::world::Backplate;
-    use crate::world::{Light, ScalarInput, Volume};
+    use crate::world::{AlphaMode, Backplate, Light, ScalarInput, Transport, Volume};
 
     type Change = Box<dyn Fn(&mut Principled)>;
 
@@ -160,11 +101,14 @@ mod tests {
         let volume = Volume { attenuation_color: Rgb::splat(0.5), ..Volume::default() };
         let thick = Volume { attenuation_distance: 1.0, ..volume };
         let cases: [(&str, Change); 7] = [
-            ("metals", Box::new(move |m| (m.metallic, m.transmission) = (ScalarInput::constant(1.0), half))),
+            (
+                "transmission does nothing on a metal",
+                Box::new(move |m| (m.metallic, m.transmission) = (ScalarInput::constant(1.0), half)),
+            ),
             ("alpha", Box::new(move |m| m.alpha = half)),
             ("dispersion", Box::new(move |m| (m.transmission, m.dispersion) = (half, 1.0))),
             ("attenuation_color", Box::new(move |m| (m.transmission, m.volume) = (half, Some(volume)))),
-            ("a volume", Box::new(move |m| m.volume = Some(thick))),
+            ("volume", Box::new(move |m| m.volume = Some(thick))),
             (
                 "multiscatter",
                 Box::new(move |m| {

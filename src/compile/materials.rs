@@ -339,7 +339,7 @@ fn from_principled(m: &world::Principled, assets: &Assets) -> MaterialRecord {
         diffuse_transmission_color: color(m.diffuse_transmission_color),
         coat: scalar(m.clearcoat),
         coat_roughness: scalar(m.clearcoat_roughness),
-        coat_normal: normal(m.clearcoat_normal),
+        coat_normal: normal(m.clearcoat_normal).filter(|_| m.clearcoat.factor > 0.0),
         coat_f0: [0.04; 3],
         coat_f90: [1.0; 3],
         sheen_color: color(m.sheen_color),
@@ -390,11 +390,9 @@ fn film(m: &Iridescence) -> ThinFilmParam {
 /// part of the surface is absent. (Otherwise the path transport takes materials with an index of refraction for glass,
 /// which has no `diffuse`.)
 pub(super) fn from_dissolve(m: &BlinnPhong) -> Option<MaterialRecord> {
-    let through = m.kt.r;
-    let is_even = m.kt == Rgb::splat(through) && through > 0.0 && through < 1.0;
-    (m.ior == Some(1.0) && is_even && m.alpha_mode == AlphaMode::Opaque).then(|| {
+    m.is_dissolved().then(|| {
         // The part that is present reflects and emits all of the light.
-        let there = 1.0 - through;
+        let there = 1.0 - m.kt.r;
         let whole =
             |color: ColorParam| ColorParam { factor: color.factor.map(|c| (c / there).min(1.0)), ..color };
         let record =

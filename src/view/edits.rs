@@ -7,6 +7,7 @@ use super::scene::{LiveScene, SceneError};
 use crate::error::LoadError;
 use crate::files;
 use crate::formats::ron::{assignment, portrait, with_statements};
+use crate::world::ineffective::{FieldContext, OF_SETTINGS, reason};
 
 impl LiveScene {
     /// The statements by which the page has changed the scene.
@@ -95,6 +96,11 @@ impl LiveScene {
     pub fn form(&self, target: &str) -> Result<Value, SceneError> {
         let gone = || SceneError::Refused(format!("the scene has no {target} by now"));
         forms::form(&self.world, target).ok_or_else(gone)
+    }
+
+    /// The reason why a setting does nothing, as it follows "does nothing".
+    pub fn reason_of_setting(&self, name: &str) -> Option<&'static str> {
+        reason(OF_SETTINGS, &self.world.settings, &FieldContext::of(&self.world), name)
     }
 
     /// True if changed values can be written into the scene's file.

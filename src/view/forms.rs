@@ -8,7 +8,10 @@ use serde_json::{Value, json};
 
 use crate::formats::ron::ValueWriter;
 use crate::world::fields::{Field, Forms, Quantity, Range, Slot, all_fields};
-use crate::world::{Camera, ColorInput, FromModel, Light, MaterialId, World};
+use crate::world::ineffective::{
+    FieldContext, OF_BLINN_PHONG, OF_CAMERAS, OF_LIGHTS, OF_PRINCIPLED, OF_SETTINGS, reason,
+};
+use crate::world::{Camera, ColorInput, FromModel, Light, Material, MaterialId, World};
 
 /// The most forms that the page lists.
 const MOST_FORMS: usize = 2000;
@@ -29,6 +32,15 @@ enum FormPart {
     Material(MaterialId),
     Light(Entity),
     Camera(Entity),
+}
+
+impl FormTarget {
+    fn entity(&self) -> Option<Entity> {
+        match self.part {
+            FormPart::Settings | FormPart::Material(_) => None,
+            FormPart::Light(entity) | FormPart::Camera(entity) => Some(entity),
+        }
+    }
 }
 
 /// The things that have a form: those that a name distinguishes.
@@ -86,91 +98,121 @@ pub fn targets(world: &World) -> Vec<FormTarget> {
 /// The form of a thing: the name of its model or form, and its fields. None if the world has no such thing.
 pub fn form(world: &World, statement: &str) -> Option<Value> {
     let target = targets(world).into_iter().find(|target| target.statement == statement)?;
-    let writer = ValueWriter::new(world);
-    let of_forms =
-        |forms: &mut dyn Forms| (forms.names()[forms.form()].to_owned(), values(forms.fields(), "", &writer));
+    let context = FieldContext { world, entity: target.entity() };
+    let of_forms = |forms: &mut dyn Forms, reason: FieldReason| {
+        let fields = FormWriter::new(world, reason).values(forms.fields(), "");
+        (forms.names()[forms.form()].to_owned(), fields)
+    };
     let (form, fields) = match target.part {
         FormPart::Settings => {
-            ("Settings".to_owned(), values(all_fields(&mut world.settings.clone()), "", &writer))
+            let idle = |path: &str| reason(OF_SETTINGS, &world.settings, &context, path);
+            (
+                "Settings".to_owned(),
+                FormWriter::new(world, &idle).values(all_fields(&mut world.settings.clone()), ""),
+            )
         }
         FormPart::Material(id) => {
-            let mut material = world.assets.materials.get(id.0 as usize)?.material.clone();
-            let part = material.part();
-            (part.what().to_owned(), values(all_fields(part), "", &writer))
+            let material = &world.assets.materials.get(id.0 as usize)?.material;
+            let idle = |path: &str| match material {
+                Material::Principled(material) => reason(OF_PRINCIPLED, material, &context, path),
+                Material::BlinnPhong(material) => reason(OF_BLINN_PHONG, material, &context, path),
+            };
+            let mut copy = material.clone();
+            let part = copy.part();
+            (part.what().to_owned(), FormWriter::new(world, &idle).values(all_fields(part), ""))
         }
-        FormPart::Light(entity) => of_forms(&mut (*world.entities.get::<&Light>(entity).ok()?).clone()),
-        FormPart::Camera(entity) => of_forms(&mut world.entities.get::<&Camera>(entity).ok().map(|it| *it)?),
+        FormPart::Light(entity) => {
+            let light = (*world.entities.get::<&Light>(entity).ok()?).clone();
+            of_forms(&mut light.clone(), &|path| reason(OF_LIGHTS, &light, &context, path))
+        }
+        FormPart::Camera(entity) => {
+            let mut camera = world.entities.get::<&Camera>(entity).ok().map(|it| *it)?;
+            let own = camera;
+            of_forms(&mut camera, &|path| reason(OF_CAMERAS, &own, &context, path))
+        }
     };
     let FormTarget { statement, kind, name, .. } = target;
     Some(json!({"statement": statement, "kind": kind, "name": name, "form": form, "fields": fields}))
 }
 
-fn values(fields: Vec<Field>, prefix: &str, writer: &ValueWriter) -> Vec<Value> {
-    fields
-        .into_iter()
-        .filter(|field| !field.name.is_empty())
-        .map(|field| value(field, prefix, writer))
-        .collect()
+/// The reason why the field at a path does nothing, if it does.
+type FieldReason<'a> = &'a dyn Fn(&str) -> Option<&'static str>;
+
+/// Describes the fields of a form.
+struct FormWriter<'a> {
+    writer: ValueWriter<'a>,
+    reason: FieldReason<'a>,
 }
 
-/// A field with its value. `kind` says how the page edits it: `flag`, `number`, `color`, `choice`, `text`, `part` (fields
-/// of its own), `absent` (a part that may be added) or `fixed`.
-fn value(field: Field, prefix: &str, writer: &ValueWriter) -> Value {
-    let Field { name, doc, slot, .. } = field;
-    let path = format!("{prefix}{name}");
-    let inner = format!("{path}.");
-    let number = |value: Option<f32>, range: Range| {
-        let [least, most] = limits(range);
-        let range = range.to_string();
-        json!({"kind": "number", "value": value, "range": range, "min": least, "max": most})
-    };
-    let whole = |value: Option<i64>, least: i64, most: i64| {
-        let range = format!("from {least} to {most}");
-        json!({"kind": "number", "value": value, "range": range, "min": least, "max": most, "step": 1})
-    };
-    let color =
-        |value: &[f32; 3], range: Range| json!({"kind": "color", "value": value, "range": range.to_string()});
-    let unit = unit_of(name, &slot);
-    let mut described = match slot {
-        Slot::Flag(flag) => json!({"kind": "flag", "value": *flag}),
-        Slot::Number(value, range) => number(Some(*value), range),
-        Slot::OptionalNumber(value, range) => number(*value, range),
-        Slot::Degrees(angle, range) => number(Some(angle.to_degrees()), range),
-        Slot::Azimuth(angle) => number(Some(angle.to_degrees()), Range::Finite),
-        Slot::Whole(value, least, most) => whole(Some((*value).into()), least.into(), most.into()),
-        Slot::OptionalWhole(value, least, most) => whole(value.map(i64::from), least.into(), most.into()),
-        Slot::Priority(value) => json!({"kind": "number", "value": *value, "range": "whole", "step": 1}),
-        Slot::Color(value, range) => color(&value.to_array(), range),
-        Slot::ColorMap(ColorInput::Constant(value), range) => color(&value.to_array(), range),
-        Slot::NumberMap(input, _) if input.texture.is_none() => number(Some(input.factor), Range::UNIT),
-        Slot::Form(forms) => {
-            let (names, at) = (forms.names(), forms.form());
-            let fields = values(forms.fields(), &inner, writer);
-            json!({"kind": "choice", "value": names[at], "names": names, "fields": fields})
-        }
-        Slot::Part(part) => json!({"kind": "part", "fields": values(all_fields(part), &inner, writer)}),
-        Slot::OptionalPart(part) => match part.part() {
-            Some(part) => json!({"kind": "part", "fields": values(all_fields(part), &inner, writer)}),
-            None => json!({"kind": "absent"}),
-        },
-        Slot::ColorMap(..)
-        | Slot::NumberMap(..)
-        | Slot::ChannelMap(..)
-        | Slot::DataMap(_)
-        | Slot::Normals(_)
-        | Slot::Bumps(_)
-        | Slot::Image(_)
-        | Slot::Profile(_)
-        | Slot::Strands(_)
-        | Slot::Mesh(_)
-        | Slot::Font(_) => json!({"kind": "fixed", "why": "pictures are changed in the scene's file"}),
-        other => json!({"kind": "text", "value": writer.text(other)}),
-    };
-    described["path"] = json!(path);
-    described["name"] = json!(name);
-    described["doc"] = json!(doc.trim());
-    described["unit"] = json!(unit);
-    described
+impl<'a> FormWriter<'a> {
+    fn new(world: &'a World, reason: FieldReason<'a>) -> Self {
+        FormWriter { writer: ValueWriter::new(world), reason }
+    }
+
+    fn values(&self, fields: Vec<Field>, prefix: &str) -> Vec<Value> {
+        let named = fields.into_iter().filter(|field| !field.name.is_empty());
+        named.map(|field| self.value(field, prefix)).collect()
+    }
+
+    /// A field with its value. `kind` says how the page edits it: `flag`, `number`, `color`, `choice`, `text`, `part` (fields
+    /// of its own), `absent` (a part that may be added) or `fixed`.
+    fn value(&self, field: Field, prefix: &str) -> Value {
+        let Field { name, doc, slot, .. } = field;
+        let path = format!("{prefix}{name}");
+        let inner = format!("{path}.");
+        let number = |value: Option<f32>, range: Range| {
+            let [least, most] = limits(range);
+            let range = range.to_string();
+            json!({"kind": "number", "value": value, "range": range, "min": least, "max": most})
+        };
+        let whole = |value: Option<i64>, least: i64, most: i64| {
+            let range = format!("from {least} to {most}");
+            json!({"kind": "number", "value": value, "range": range, "min": least, "max": most, "step": 1})
+        };
+        let color = |value: &[f32; 3], range: Range| json!({"kind": "color", "value": value, "range": range.to_string()});
+        let unit = unit_of(name, &slot);
+        let mut described = match slot {
+            Slot::Flag(flag) => json!({"kind": "flag", "value": *flag}),
+            Slot::Number(value, range) => number(Some(*value), range),
+            Slot::OptionalNumber(value, range) => number(*value, range),
+            Slot::Degrees(angle, range) => number(Some(angle.to_degrees()), range),
+            Slot::Azimuth(angle) => number(Some(angle.to_degrees()), Range::Finite),
+            Slot::Whole(value, least, most) => whole(Some((*value).into()), least.into(), most.into()),
+            Slot::OptionalWhole(value, least, most) => whole(value.map(i64::from), least.into(), most.into()),
+            Slot::Priority(value) => json!({"kind": "number", "value": *value, "range": "whole", "step": 1}),
+            Slot::Color(value, range) => color(&value.to_array(), range),
+            Slot::ColorMap(ColorInput::Constant(value), range) => color(&value.to_array(), range),
+            Slot::NumberMap(input, _) if input.texture.is_none() => number(Some(input.factor), Range::UNIT),
+            Slot::Form(forms) => {
+                let (names, at) = (forms.names(), forms.form());
+                let fields = self.values(forms.fields(), &inner);
+                json!({"kind": "choice", "value": names[at], "names": names, "fields": fields})
+            }
+            Slot::Part(part) => json!({"kind": "part", "fields": self.values(all_fields(part), &inner)}),
+            Slot::OptionalPart(part) => match part.part() {
+                Some(part) => json!({"kind": "part", "fields": self.values(all_fields(part), &inner)}),
+                None => json!({"kind": "absent"}),
+            },
+            Slot::ColorMap(..)
+            | Slot::NumberMap(..)
+            | Slot::ChannelMap(..)
+            | Slot::DataMap(_)
+            | Slot::Normals(_)
+            | Slot::Bumps(_)
+            | Slot::Image(_)
+            | Slot::Profile(_)
+            | Slot::Strands(_)
+            | Slot::Mesh(_)
+            | Slot::Font(_) => json!({"kind": "fixed", "why": "pictures are changed in the scene's file"}),
+            other => json!({"kind": "text", "value": self.writer.text(other)}),
+        };
+        described["without_effect"] = json!((self.reason)(&path));
+        described["path"] = json!(path);
+        described["name"] = json!(name);
+        described["doc"] = json!(doc.trim());
+        described["unit"] = json!(unit);
+        described
+    }
 }
 
 /// The least and the greatest number of a range, as far as it has them.
@@ -209,44 +251,4 @@ fn unit_of(name: &str, slot: &Slot) -> &'static str {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::world::{Falloff, Material, Name};
-
-    fn world() -> World {
-        let mut world = World::default();
-        let glass = Material::Principled(Box::default());
-        world.assets.add_material(Some("glass".into()), glass.clone());
-        let own = world.assets.add_material(None, glass);
-        let light =
-            Light::Point { power_w: crate::math::Rgb::WHITE, falloff: Falloff::default(), radius_m: 0.0 };
-        world.entities.spawn((Name("lamp".into()), light, own));
-        world.entities.spawn((Name("lamp*".into()), Camera::Orthographic { height_m: 2.0 }));
-        world
-    }
-
-    #[test]
-    fn things_with_clear_names_have_forms() {
-        let statements: Vec<_> = targets(&world()).into_iter().map(|target| target.statement).collect();
-        assert_eq!(statements, ["settings", r#"Material["glass"]"#, r#""lamp".light"#, r#""lamp".material"#]);
-        assert!(form(&world(), r#"Material["wood"]"#).is_none());
-    }
-
-    #[test]
-    fn fields_have_values_ranges_units_and_meanings() {
-        let form = form(&world(), r#""lamp".light"#).unwrap();
-        let power = &form["fields"][0];
-        assert_eq!(
-            (&power["path"], &power["kind"], &power["unit"]),
-            (&json!("power_w"), &json!("color"), &json!("W"))
-        );
-        assert_eq!((&power["range"], &power["value"]), (&json!("at least 0"), &json!([1.0, 1.0, 1.0])));
-        let form = super::form(&world(), r#"Material["glass"]"#).unwrap();
-        let fields = form["fields"].as_array().unwrap();
-        let field = |path: &str| fields.iter().find(|field| field["path"] == path).unwrap();
-        assert_eq!((&field("roughness")["min"], &field("roughness")["max"]), (&json!(0.0), &json!(1.0)));
-        assert_eq!((&field("volume")["kind"], &field("normal")["kind"]), (&json!("absent"), &json!("fixed")));
-        assert!(field("anisotropy")["fields"][0]["path"].as_str().unwrap().starts_with("anisotropy."));
-        assert!(fields.iter().all(|field| field["doc"] != ""));
-    }
-}
+mod tests;

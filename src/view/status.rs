@@ -105,6 +105,7 @@ impl Described {
                 "wave": work.wave,
                 "depth": settings.max_depth,
                 "spp": settings.samples,
+                "sampler_without_effect": scene.reason_of_setting("sampler"),
             },
             "camera": {
                 "name": scene.camera_name(),

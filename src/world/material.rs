@@ -152,6 +152,13 @@ impl BlinnPhong {
         }
     }
 
+    /// True if it transmits the same part of each colour without refraction, as `d` in an OBJ's library means it.
+    pub(crate) fn is_dissolved(&self) -> bool {
+        let through = self.kt.r;
+        let is_even = self.kt == Rgb::splat(through) && through > 0.0 && through < 1.0;
+        self.ior == Some(1.0) && is_even && self.alpha_mode == AlphaMode::Opaque
+    }
+
     /// Returns the defaults of a material; `is_given` is true for the keys that a file gives.
     pub(crate) fn with_keys(is_given: &dyn Fn(&str) -> bool) -> BlinnPhong {
         if is_given("ior") { BlinnPhong::glass() } else { BlinnPhong::default() }

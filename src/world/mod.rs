@@ -15,6 +15,7 @@ mod camera;
 pub(crate) mod components;
 pub(crate) mod copies;
 pub(crate) mod fields;
+pub(crate) mod ineffective;
 pub(crate) mod material;
 pub(crate) mod modifiers;
 pub(crate) mod names;

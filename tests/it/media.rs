@@ -113,7 +113,7 @@ fn volumes_that_scatter_nothing_are_reported() {
               material: Principled(metallic: 0, {more} volume: ({volume})))])"
         );
         let scene = rayfront::compile::compile(&crate::support::world(&text), None).unwrap();
-        scene.warnings.iter().any(|warning| warning.text.contains("scatters nothing"))
+        scene.warnings.iter().any(|warning| warning.text.contains("multiscatter_color does nothing"))
     };
     let milk = "multiscatter_color: 0.9, attenuation_color: 0.5, attenuation_distance_m: 0.1";
     assert!(!told(milk, "transmission: 1,") && !told(milk, "diffuse_transmission: 1,"));

@@ -249,12 +249,10 @@ fn index_square(scene: &CompiledScene, bodies: u32) -> f32 {
 fn photons(scene: &CompiledScene, settings: &Settings) -> Result<(f32, f32), NoPhotons> {
     let numbers = settings.caustics.numbers().ok_or(NoPhotons::Off)?;
     let makes_caustics = |material: &MaterialRecord| material.makes_caustics_under(settings.transport);
-    // Paths find caustics only after a diffuse bounce.
-    let is_forbidden = settings.transport == Transport::Path && settings.depth_limits.diffuse == Some(0);
     // Whitted images have no noise; photons, which add some, must be requested explicitly.
     if settings.transport == Transport::Whitted && settings.caustics == Caustics::Auto {
         Err(NoPhotons::Whitted)
-    } else if settings.max_depth == 0 || is_forbidden {
+    } else if !settings.allows_caustics() {
         Err(NoPhotons::NoBounces)
     } else if !scene.materials.iter().any(makes_caustics) {
         Err(NoPhotons::NoCaustics)

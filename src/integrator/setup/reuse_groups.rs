@@ -33,8 +33,8 @@ impl ReuseGroups {
         };
         // An unsupported size becomes the next smaller one.
         let log2 = pixels.clamp(1, Sharing::SIZES[Sharing::SIZES.len() - 1]).ilog2();
-        let of_each = settings.clamp.is_some() || settings.depth_limits.given().next().is_some();
-        let shares = settings.transport == Transport::Path && !of_each && any_takes(materials);
+        let is_possible = settings.transport == Transport::Path && !settings.is_for_single_paths();
+        let shares = is_possible && any_takes(materials);
         let chooses = settings.sharing == Sharing::Auto;
         (shares && log2 > 0).then_some(Self { log2, chooses })
     }

@@ -63,10 +63,21 @@ function fieldRow(statement, field) {
   Object.assign(label, { htmlFor: id, title: field.doc });
   const set = (value) => send({ set: `${statement}.${field.path} = ${value}` });
   const control = CONTROLS[field.kind](field, set, id);
-  const facts = [field.unit, field.range].filter((it) => it).join(", ");
-  const row = element("div", "field", label, control, element("span", "fact", facts));
+  const isIdle = field.without_effect !== null;
+  const facts = isIdle ? `does nothing ${field.without_effect}` : [field.unit, field.range].filter((it) => it).join(", ");
+  const row = element("div", isIdle ? "field is-idle" : "field", label, control, element("span", "fact", facts));
+  if (isIdle) greyOut(row, field);
   const inner = (field.fields ?? []).map((part) => fieldRow(statement, part));
   return inner.length > 0 ? element("div", "part", row, ...inner) : row;
+}
+
+/** Disables the controls of a field that does nothing; the reason stands below them. */
+function greyOut(row, { name, without_effect }) {
+  const controls = row.querySelectorAll("input, select, button");
+  for (const control of controls) {
+    control.disabled = true;
+    control.setAttribute("aria-description", `${name} does nothing ${without_effect}`);
+  }
 }
 
 const input = (id, type, value, facts = {}) => Object.assign(element("input"), { id, type, value: value ?? "", ...facts });

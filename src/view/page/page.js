@@ -520,6 +520,8 @@ function show(id, value) {
 function showControls() {
   showCamera();
   for (const name of ["schedule", "transport", "sampler", "wave", "depth", "spp"]) show(name, state.settings[name]);
+  const idle = state.settings.sampler_without_effect;
+  enable("sampler", idle === null, `It does nothing ${idle}`, "");
   const hasWaves = state.settings.schedule === "wavefront";
   enable("wave", hasWaves, "The recursive schedule has no waves", "How many paths go through the stages together");
 }

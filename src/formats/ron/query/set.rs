@@ -312,9 +312,11 @@ impl Statement<'_> {
                     return Ok(format!("{}{new}{}", &old[..start], &old[start + value.len()..]));
                 }
                 Some(value) => body = value,
-                None if is_last && (self.operator == Operator::Set || default_of(name).is_some()) => {
-                    // Values at their defaults are not written.
+                None if self.operator == Operator::Set || (is_last && default_of(name).is_some()) => {
+                    // Values at their defaults are not written, nor are structures of such values.
                     let new = self.combined(default_of(name).unwrap_or_default())?;
+                    let inner = self.path[depth + 1..].iter().rev();
+                    let new = inner.fold(new, |value, key| format!("({key}: {value})"));
                     let at = scan::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
                     let Some(at) = at else { return Ok(format!("{old}({name}: {new})")) };
                     return Ok(format!("{}{name}: {new}, {}", &old[..=at], &old[at + 1..]));
@@ -398,7 +400,8 @@ impl Statement<'_> {
     fn explained(&self, error: &LoadError) -> QueryError {
         let (part, reason) = match error {
             LoadError::At { reason, .. } if reason.contains("unknown field") => {
-                (*self.path.last().unwrap_or(&self.value), reason.clone())
+                let name = self.path.iter().find(|name| reason.contains(&format!("\"{name}\"")));
+                (*name.or(self.path.last()).unwrap_or(&self.value), reason.clone())
             }
             LoadError::At { reason, .. } => (self.value, reason.clone()),
             other => (self.value, other.to_string()),

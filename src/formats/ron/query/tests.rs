@@ -126,6 +126,11 @@ fn materials_keep_fields_that_a_statement_does_not_set() {
         of(&changed("Material[\"glass\"].volume = (attenuation_color: (1, 0.5, 0.5))").unwrap()).ior,
         before.ior
     );
+    // A part that the file leaves out.
+    let brushed = of(&changed("Material[\"glass\"].anisotropy.strength = 0.5").unwrap());
+    assert_eq!((brushed.anisotropy.strength, brushed.ior), (0.5, before.ior));
+    let unknown = changed("Material[\"glass\"].anisotropi.strength = 0.5").err().unwrap().to_string();
+    assert!(unknown.contains("did you mean \"anisotropy\"") && unknown.contains("^^^^^^^^^^"), "{unknown}");
 }
 
 #[test]
