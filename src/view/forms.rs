@@ -1,17 +1,19 @@
-//! The forms of the page, made from the tables of components ([`crate::world::fields`]): the fields of the settings and
-//! of materials, lights and cameras, each with its value, unit and range.
+//! The forms of the page, made from the tables of components ([`crate::world::fields`]): the fields of the settings, of
+//! materials with their textures, of lights, cameras, shapes and transforms, each with its value, unit and range.
+
+mod texture;
 
 use std::collections::HashMap;
 
 use hecs::Entity;
 use serde_json::{Value, json};
 
-use crate::formats::ron::ValueWriter;
+use crate::formats::ron::{ValueWriter, transform_parts};
 use crate::world::fields::{Field, Forms, Quantity, Range, Slot, all_fields};
 use crate::world::ineffective::{
     FieldContext, OF_BLINN_PHONG, OF_CAMERAS, OF_LIGHTS, OF_PRINCIPLED, OF_SETTINGS, reason,
 };
-use crate::world::{Camera, ColorInput, FromModel, Light, Material, MaterialId, World};
+use crate::world::{Camera, ColorInput, FromModel, Light, Material, MaterialId, Shape, Transform, World};
 
 /// The most forms that the page lists.
 const MOST_FORMS: usize = 2000;
@@ -20,7 +22,7 @@ const MOST_FORMS: usize = 2000;
 pub struct FormTarget {
     /// The part of a statement before the field, such as `"lamp".light`.
     pub statement: String,
-    /// `settings`, `material`, `light` or `camera`.
+    /// One of [`KINDS`].
     pub kind: &'static str,
     /// The name of the material or entity.
     pub name: String,
@@ -32,13 +34,21 @@ enum FormPart {
     Material(MaterialId),
     Light(Entity),
     Camera(Entity),
+    Shape(Entity),
+    Transform(Entity),
 }
+
+/// The kinds of things, in their order.
+const KINDS: [&str; 6] = ["settings", "material", "light", "camera", "shape", "transform"];
 
 impl FormTarget {
     fn entity(&self) -> Option<Entity> {
         match self.part {
             FormPart::Settings | FormPart::Material(_) => None,
-            FormPart::Light(entity) | FormPart::Camera(entity) => Some(entity),
+            FormPart::Light(entity)
+            | FormPart::Camera(entity)
+            | FormPart::Shape(entity)
+            | FormPart::Transform(entity) => Some(entity),
         }
     }
 }
@@ -90,7 +100,15 @@ pub fn targets(world: &World) -> Vec<FormTarget> {
         if let Some(id) = own.filter(|id| !is_from_model && is_unnamed(id)) {
             add(format!("{name:?}.material"), "material", &name, FormPart::Material(id));
         }
+        if world.entities.satisfies::<&Shape>(entity) && !is_from_model {
+            add(format!("{name:?}.shape"), "shape", &name, FormPart::Shape(entity));
+        }
+        let is_camera = world.entities.satisfies::<&Camera>(entity);
+        let query = if is_camera { format!("Camera[name={name:?}]") } else { format!("{name:?}") };
+        add(format!("{query}.transform"), "transform", &name, FormPart::Transform(entity));
     }
+    // The first ones are those of which there are few.
+    found.sort_by_key(|target| KINDS.iter().position(|kind| *kind == target.kind));
     found.truncate(MOST_FORMS);
     found
 }
@@ -130,9 +148,37 @@ pub fn form(world: &World, statement: &str) -> Option<Value> {
             let own = camera;
             of_forms(&mut camera, &|path| reason(OF_CAMERAS, &own, &context, path))
         }
+        FormPart::Shape(entity) => {
+            of_forms(&mut (*world.entities.get::<&Shape>(entity).ok()?).clone(), &|_| None)
+        }
+        FormPart::Transform(entity) => {
+            let own = world.entities.get::<&Transform>(entity).map(|it| *it).unwrap_or_default();
+            ("Transform".to_owned(), of_transform(&own))
+        }
     };
     let FormTarget { statement, kind, name, .. } = target;
     Some(json!({"statement": statement, "kind": kind, "name": name, "form": form, "fields": fields}))
+}
+
+/// The fields of a transform, in parts.
+fn of_transform(transform: &Transform) -> Vec<Value> {
+    let field = |name: &str, doc: &str, unit: &str, range: &str, value: [f64; 3]| {
+        json!({
+            "kind": "vector", "path": name, "name": name, "doc": doc, "unit": unit, "range": range, "value": value,
+            "is_double": name == "translate", "without_effect": null,
+        })
+    };
+    let Some([translate, rotate, scale]) = transform_parts(transform) else {
+        let why = "a matrix that shears is changed in the scene's file";
+        return vec![
+            json!({"kind": "fixed", "path": "", "name": "matrix", "doc": "", "why": why, "without_effect": null}),
+        ];
+    };
+    vec![
+        field("translate", "moves it, after scale and rotation", "m", "", translate),
+        field("rotate_degrees", "about the fixed X axis, then Y, then Z", "°", "", rotate),
+        field("scale", "a factor for each axis; negative values mirror", "", "not 0", scale),
+    ]
 }
 
 /// The reason why the field at a path does nothing, if it does.
@@ -140,13 +186,13 @@ type FieldReason<'a> = &'a dyn Fn(&str) -> Option<&'static str>;
 
 /// Describes the fields of a form.
 struct FormWriter<'a> {
-    writer: ValueWriter<'a>,
+    world: &'a World,
     reason: FieldReason<'a>,
 }
 
 impl<'a> FormWriter<'a> {
     fn new(world: &'a World, reason: FieldReason<'a>) -> Self {
-        FormWriter { writer: ValueWriter::new(world), reason }
+        FormWriter { world, reason }
     }
 
     fn values(&self, fields: Vec<Field>, prefix: &str) -> Vec<Value> {
@@ -154,11 +200,33 @@ impl<'a> FormWriter<'a> {
         named.map(|field| self.value(field, prefix)).collect()
     }
 
-    /// A field with its value. `kind` says how the page edits it: `flag`, `number`, `color`, `choice`, `text`, `part` (fields
-    /// of its own), `absent` (a part that may be added) or `fixed`.
+    /// A field with its value. `kind` says how the page edits it: `flag`, `number`, `color`, `vector`, `choice`, `texture`,
+    /// `text`, `part` (fields of its own), `absent` (a part that may be added) or `fixed`.
     fn value(&self, field: Field, prefix: &str) -> Value {
-        let Field { name, doc, slot, .. } = field;
+        let Field { name, doc, mut slot, .. } = field;
         let path = format!("{prefix}{name}");
+        let unit = unit_of(name, &slot);
+        let may_be_pattern = matches!(slot, Slot::ColorMap(..) | Slot::NumberMap(..));
+        let mut described = match self.texture_of(&mut slot, &path) {
+            Some(texture) => texture,
+            None => {
+                let mut plain = self.plain(slot, &path);
+                if may_be_pattern {
+                    plain["textures"] = json!(texture::names());
+                }
+                plain
+            }
+        };
+        described["without_effect"] = json!((self.reason)(&path));
+        described["path"] = json!(path);
+        described["name"] = json!(name);
+        described["doc"] = json!(doc.trim());
+        described["unit"] = json!(unit);
+        described
+    }
+
+    /// The value of a field that is no texture.
+    fn plain(&self, slot: Slot, path: &str) -> Value {
         let inner = format!("{path}.");
         let number = |value: Option<f32>, range: Range| {
             let [least, most] = limits(range);
@@ -170,8 +238,8 @@ impl<'a> FormWriter<'a> {
             json!({"kind": "number", "value": value, "range": range, "min": least, "max": most, "step": 1})
         };
         let color = |value: &[f32; 3], range: Range| json!({"kind": "color", "value": value, "range": range.to_string()});
-        let unit = unit_of(name, &slot);
-        let mut described = match slot {
+        let vector = |value: &[f32], range: Range| json!({"kind": "vector", "value": value, "range": range.to_string()});
+        match slot {
             Slot::Flag(flag) => json!({"kind": "flag", "value": *flag}),
             Slot::Number(value, range) => number(Some(*value), range),
             Slot::OptionalNumber(value, range) => number(*value, range),
@@ -193,25 +261,15 @@ impl<'a> FormWriter<'a> {
                 Some(part) => json!({"kind": "part", "fields": self.values(all_fields(part), &inner)}),
                 None => json!({"kind": "absent"}),
             },
-            Slot::ColorMap(..)
-            | Slot::NumberMap(..)
-            | Slot::ChannelMap(..)
-            | Slot::DataMap(_)
-            | Slot::Normals(_)
-            | Slot::Bumps(_)
-            | Slot::Image(_)
-            | Slot::Profile(_)
-            | Slot::Strands(_)
-            | Slot::Mesh(_)
-            | Slot::Font(_) => json!({"kind": "fixed", "why": "pictures are changed in the scene's file"}),
-            other => json!({"kind": "text", "value": self.writer.text(other)}),
-        };
-        described["without_effect"] = json!((self.reason)(&path));
-        described["path"] = json!(path);
-        described["name"] = json!(name);
-        described["doc"] = json!(doc.trim());
-        described["unit"] = json!(unit);
-        described
+            Slot::Vector(value, _) => vector(&value.to_array(), Range::Finite),
+            Slot::Extents(value) => vector(&value.to_array(), Range::Above0),
+            Slot::Sides(value) => vector(&value.to_array(), Range::Above0),
+            Slot::Pair(value, range) => vector(&value.to_array(), range),
+            Slot::Image(_) | Slot::Profile(_) | Slot::Strands(_) | Slot::Mesh(_) | Slot::Font(_) => {
+                json!({"kind": "fixed", "why": "files are named in the scene's file"})
+            }
+            other => json!({"kind": "text", "value": ValueWriter::new(self.world).text(other)}),
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use hecs::Entity;
 use super::components::{Falloff, Light, LightGroup, Pattern};
 use super::material::{AlphaMode, BlinnPhong, ColorInput, Material, Principled, ScalarInput, Volume};
 use super::settings::{Caustics, DepthLimits, Settings, Sharing, Transport};
-use super::{Camera, FocusOn, World};
+use super::{Camera, FocusOn, PatternTexture, World};
 use crate::math::Rgb;
 
 /// A case in which fields of a component do nothing.
@@ -289,6 +289,11 @@ pub(crate) const OF_CAMERAS: &[Ineffective<Camera>] = &[
         |camera| matches!(camera, Camera::ThinLens { pattern, .. } if *pattern != Pattern::default()),
     ),
 ];
+
+/// The cases of patterns.
+#[cfg_attr(not(feature = "cli"), allow(dead_code, reason = "the page shows it"))]
+pub(crate) const OF_PATTERNS: &[Ineffective<PatternTexture>] =
+    &[idle(&["a", "b"], "beside stops", |texture, _| !texture.placement.stops.is_empty())];
 
 const CATCHERS: &str = "beside shadow catchers, which have sums of their own";
 const TRANSPARENT: &str = "in a transparent image, which shows nothing behind things";

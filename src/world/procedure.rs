@@ -2,7 +2,7 @@
 
 use crate::math::{DAffine3, DMat3, Rgb, Vec3};
 
-use super::assets::{TextureId, Wrap};
+use super::assets::{ColorSpace, TextureFilter, TextureId, Wrap};
 use super::fields::{Fields, Forms, Range, fields, forms, names};
 use super::material::{Channel, ColorInput, ScalarInput};
 
@@ -166,6 +166,9 @@ pub enum TextureSpace {
 
 names!(TextureSpace, "space", [Uv, Uv1, Object]);
 names!(Wrap, "wrap", [Repeat, Clamp, Mirror]);
+names!(TextureFilter, "filter", [Nearest, Bilinear, Trilinear]);
+names!(ColorSpace, "colour space", [Srgb, Linear]);
+names!(Channel, "channel", [Red, Green, Blue, Alpha]);
 
 fields! {
     /// The place and colours of a pattern. The pattern is evaluated at rotate(coordinates · scale) + offset.

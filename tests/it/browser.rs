@@ -350,9 +350,17 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     browser.when("the form", "return document.getElementById('form-of').value === 'Material[\"paint\"]';");
     browser.when("a field", "return document.getElementById('field-diffuse') !== null;");
     browser.drag([0.5, 0.95], [0, 0]);
-    let floor = "return document.getElementById('picked-row').textContent.includes('floor') && \
-        document.getElementById('picked-fact').textContent;";
-    assert_eq!(browser.when("a thing without a form", floor), "It has no values to change here.");
+    let floor = "return document.getElementById('picked').textContent === 'floor' && \
+        document.getElementById('picked-forms').innerText;";
+    let forms = browser.when("the forms of what is picked", floor);
+    assert_eq!(
+        forms.as_str().map(|text| text.split_whitespace().collect()),
+        Some(vec!["shape", "transform"])
+    );
+    choose("form-of", "Material[\"paint\"]");
+    browser.when("the form again", "return document.getElementById('field-diffuse') !== null;");
+    let why = browser.run("return document.getElementById('field-kt').closest('.field').innerText;");
+    assert!(why.as_str().is_some_and(|why| why.contains("does nothing without an ior")), "{why}");
     choose("field-diffuse", "0.05");
     shown.when("the change", |status| status["edits"][0].is_string() && status["is_done"] == true);
     browser.when("another image", &changed(&first));

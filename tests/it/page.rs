@@ -351,3 +351,33 @@ fn animated_scenes_are_shown_at_any_time() {
     let still = Shown::new();
     assert_eq!(still.json("/status")["time"], Value::Null);
 }
+
+/// A shape, a place and a texture change within a second, and are saved where the file has them.
+#[test]
+fn shapes_transforms_and_textures_are_saved_where_the_file_has_them() {
+    let scene = SCENE.replace("diffuse: (0.8, 0.2, 0.1)", "diffuse: Checker(scale: 4 /* wide */)");
+    let shown = Shown::with(&scene, &[]);
+    let before = shown.image();
+    let fields = form(&shown, r#"Material["paint"]"#)["fields"].clone();
+    let diffuse = fields.as_array().and_then(|all| all.iter().find(|field| field["path"] == "diffuse"));
+    assert_eq!(diffuse.map(|field| &field["value"]), Some(&json!("Checker")));
+    let moved = &form(&shown, r#""lamp".transform"#)["fields"][0];
+    assert_eq!((&moved["kind"], &moved["unit"]), (&json!("vector"), &json!("m")));
+    let set = |statement: &str| assert_eq!(shown.wish(json!({"set": statement})).0, 200, "{statement}");
+    set(r#"Material["paint"].diffuse.scale = (9, 9, 1)"#);
+    let start = Instant::now();
+    shown.when("the change", |status| status["shown"] != json!([0, 0]));
+    assert!(start.elapsed() < Duration::from_secs(1));
+    set(r#""ball".shape.radius_m = 0.75"#);
+    set(r#""ball".transform.translate = (0.25, 0, 0)"#);
+    let changed = shown.image();
+    assert!(changed != before);
+    assert_eq!(shown.wish(json!({"save_edits": true})).0, 200);
+    let text = std::fs::read_to_string(shown.scene()).expect("the scene");
+    assert!(
+        text.contains("Checker(scale: (9, 9, 1) /* wide */)") && text.contains("radius_m: 0.75"),
+        "{text}"
+    );
+    assert!(text.contains("(0.25, 0, 0)") && text.contains("// Where we stand."), "{text}");
+    assert!(rendered(&shown.scene()) == changed, "the file says what was seen");
+}

@@ -28,7 +28,7 @@ use serde::de::DeserializeOwned;
 
 pub use self::edit::with_keys;
 use self::parts::{BYTES_OF_TEXT, TextPart, text_of};
-pub use self::query::{assignment, with_statements};
+pub use self::query::{assignment, transform_parts, with_statements};
 use self::source::SceneText;
 pub use self::write::{Portrait, ValueWriter, WrittenPart, camera, look_at, portrait, save, write};
 use super::AssetFiles;

@@ -1,5 +1,5 @@
 
-// ---- Forms: the values of materials, lights, cameras and settings ----
+// ---- Forms: the values of settings, materials, lights, cameras, shapes and transforms ----
 
 let targets = []; // the things that have a form: {statement, kind, name}
 let formOf = null; // the statement of the thing that is shown
@@ -13,7 +13,7 @@ async function askServer(command) {
   return JSON.parse((await (await request("/do", {}, options)).json()).said);
 }
 
-const KINDS = { settings: "Settings", material: "Materials", light: "Lights", camera: "Cameras" };
+const KINDS = { settings: "Settings", material: "Materials", light: "Lights", camera: "Cameras", shape: "Shapes", transform: "Places" };
 
 /** Takes the things that have a form, and lists them. */
 function takeTargets(found) {
@@ -65,7 +65,9 @@ function fieldRow(statement, field) {
   const control = CONTROLS[field.kind](field, set, id);
   const isIdle = field.without_effect !== null;
   const facts = isIdle ? `does nothing ${field.without_effect}` : [field.unit, field.range].filter((it) => it).join(", ");
-  const row = element("div", isIdle ? "field is-idle" : "field", label, control, element("span", "fact", facts));
+  const fact = element("span", "fact", facts);
+  if (field.textures) fact.append(textureSelect(field, set));
+  const row = element("div", isIdle ? "field is-idle" : "field", label, control, fact);
   if (isIdle) greyOut(row, field);
   const inner = (field.fields ?? []).map((part) => fieldRow(statement, part));
   return inner.length > 0 ? element("div", "part", row, ...inner) : row;
@@ -80,7 +82,8 @@ function greyOut(row, { name, without_effect }) {
   }
 }
 
-const input = (id, type, value, facts = {}) => Object.assign(element("input"), { id, type, value: value ?? "", ...facts });
+// The value comes last: a slider rounds it to its step.
+const input = (id, type, value, facts = {}) => Object.assign(element("input"), { id, type, ...facts, value: value ?? "" });
 
 const ROOM = 8; // the characters of a number that fit beside a slider or a unit
 const ROOM_OF_COLORS = 7; // those that fit beside two other numbers and a colour
@@ -96,8 +99,8 @@ function fitted(value, room) {
 }
 
 /** A control that shows a number in little room, and all of its digits while it has the focus. */
-function numberInput(id, value, room, facts) {
-  const control = Object.assign(input(id, "number", null, facts), { room });
+function numberInput(id, value, room, facts, isDouble = false) {
+  const control = Object.assign(input(id, "number", null, facts), { room, digitsOf: isDouble ? Number : shortest });
   setNumber(control, value);
   control.addEventListener("focus", () => {
     if (control.value === control.shown) control.value = control.exact;
@@ -109,15 +112,15 @@ function numberInput(id, value, room, facts) {
 }
 
 function setNumber(control, value) {
-  control.exact = value === null ? "" : String(shortest(value));
-  control.value = control.shown = value === null ? "" : fitted(shortest(value), control.room);
+  control.exact = value === null ? "" : String(control.digitsOf(value));
+  control.value = control.shown = value === null ? "" : fitted(control.digitsOf(value), control.room);
   control.title = control.exact === control.shown ? "" : control.exact;
 }
 
 /** A number as in a scene file, not as rounded for display; an empty control is no number. */
 function written(control) {
   if (control.value === "") return "None";
-  return control.value === control.shown ? control.exact : String(shortest(control.valueAsNumber));
+  return control.value === control.shown ? control.exact : String(control.digitsOf(control.valueAsNumber));
 }
 
 const CONTROLS = {
@@ -156,6 +159,28 @@ const CONTROLS = {
     });
     return element("span", "with-color rgb", ...parts, color);
   },
+  vector(field, set, id) {
+    const parts = field.value.map((value, axis) => {
+      const facts = { step: "any", ariaLabel: `${field.name}, ${"xyz"[axis]}` };
+      return numberInput(axis ? `${id}-${axis}` : id, value, ROOM, facts, field.is_double);
+    });
+    const send = () => {
+      if (parts.every((part) => part.value !== "" && part.checkValidity())) set(`(${parts.map(written).join(", ")})`);
+      else tell(`${field.name}: a number for each axis.`, true);
+    };
+    for (const part of parts) part.addEventListener("change", send);
+    return element("span", "vector", ...parts);
+  },
+  texture(field, set, id) {
+    const select = element("select");
+    select.id = id;
+    const names = field.value === "None" ? ["None", ...field.names] : [...field.names, field.constant === "None" ? "None" : "constant"];
+    select.append(...names.map((name) => new Option(name, name)));
+    select.value = field.value;
+    const text = (name) => (field.template ?? "{}").replace("{}", `${name}()`);
+    select.addEventListener("change", () => set(["None", "constant"].includes(select.value) ? field.constant : text(select.value)));
+    return select;
+  },
   choice(field, set, id) {
     const select = element("select");
     select.id = id;
@@ -180,6 +205,15 @@ const CONTROLS = {
     return input(id, "text", field.why, { disabled: true, title: field.why });
   },
 };
+
+/** Puts a pattern in the place of a constant. */
+function textureSelect(field, set) {
+  const select = element("select");
+  select.ariaLabel = `${field.name}: a constant or a pattern`;
+  select.append(...["constant", ...field.textures].map((name) => new Option(name, name)));
+  select.addEventListener("change", () => set(select.value === "constant" ? "0.5" : `${select.value}()`));
+  return select;
+}
 
 /** The nearest colour of a screen, as the browser's control writes it. */
 function hexOf(linear) {
@@ -215,12 +249,25 @@ const pick = newestOnly(async ([x, y]) => {
   askForOutline();
   if (entity === null) return;
   byId("picked").textContent = entity;
+  showPickedForms([]);
   takeTargets(await askServer({ forms: true }));
   const has = (kind, name) => targets.find((it) => it.kind === kind && it.name === name);
-  const found = has("light", entity) ?? has("material", entity) ?? has("material", material);
+  const found = has("light", entity) ?? has("material", entity) ?? has("material", material) ?? has("shape", entity) ?? has("transform", entity);
+  showPickedForms([has("light", entity), has("material", entity) ?? has("material", material), has("shape", entity), has("transform", entity)]);
   byId("picked-fact").textContent = found ? "" : "It has no values to change here.";
   if (found) chooseForm(found.statement);
 });
+
+/** A button for each form about what is picked. */
+function showPickedForms(forms) {
+  const button = ({ kind, statement }) => {
+    const made = element("button", "", kind);
+    made.type = "button";
+    made.addEventListener("click", () => chooseForm(statement));
+    return made;
+  };
+  byId("picked-forms").replaceChildren(...forms.filter((it) => it).map(button));
+}
 
 const askForOutline = newestOnly(async () => {
   const canvas = byId("outline");

@@ -12,6 +12,7 @@ mod settings;
 mod texture;
 mod transform;
 
+pub(super) use self::transform::from_degrees;
 use std::collections::HashMap;
 
 use self::assets::LoweredAssets;

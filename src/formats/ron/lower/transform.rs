@@ -74,7 +74,7 @@ fn scale<'a>(source: &SceneText<'a>, raw: Raw<'a>) -> Result<Vec3, LoadError> {
 }
 
 /// The rotation by three angles in degrees, about the fixed X axis first, then Y, then Z.
-fn from_degrees(degrees: [f64; 3]) -> Quat {
+pub fn from_degrees(degrees: [f64; 3]) -> Quat {
     let about = |axis: DVec3, degrees: f64| {
         let half = degrees.to_radians() / 2.0;
         let vector = axis * libm::sin(half);

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
+use super::rotation::in_parts;
 use super::select::select;
 use super::set::{Operator, Statement, statement};
 use super::{QueryReader, Selected};
@@ -11,7 +12,7 @@ use crate::formats::ron::lower::reread::Component;
 use crate::formats::ron::parts::TextPart;
 use crate::formats::ron::scan;
 use crate::formats::ron::source::{Raw, SceneText};
-use crate::world::World;
+use crate::world::{Transform, World};
 
 /// Returns the text of the scene file at `path` with statements carried out in it. If `in_place` is true, a value that
 /// the text writes, or could write in the component that it belongs to, is replaced there; all other statements are
@@ -73,6 +74,7 @@ impl<'a> SceneFile<'_, 'a> {
     /// Carries out a statement in the component that it changes. None if the text does not contain it as a structure.
     fn change(&self, world: &World, text: &str, changes: &mut Vec<TextChange>) -> Option<()> {
         let mut reader = QueryReader::new(text).ok()?;
+        let mut transform = None;
         let (component, parsed) = if reader.accept("settings.") {
             // The dot belongs to the path.
             reader.rest = &text[scan::offset_of(text, reader.rest)? - 1..];
@@ -86,7 +88,12 @@ impl<'a> SceneFile<'_, 'a> {
                     _ => return None,
                 },
                 Selected::Entities(entities) => match entities[..] {
-                    [entity] => self.component(world.subject(entity), parsed.component(&query).ok()?)?,
+                    [entity] => {
+                        let component = parsed.component(&query).ok()?;
+                        let own = world.entities.get::<&Transform>(entity).ok().map(|it| *it);
+                        transform = own.filter(|_| component == Component::Transform);
+                        self.component(world.subject(entity), component)?
+                    }
                     _ => return None,
                 },
             };
@@ -95,8 +102,8 @@ impl<'a> SceneFile<'_, 'a> {
         let start = scan::offset_of(self.text, component)?;
         let place = start..start + component.len();
         match changes.iter_mut().find(|(changed, _)| *changed == place) {
-            Some((_, new)) => *new = edited(&parsed, new)?,
-            None => changes.push((place, edited(&parsed, component)?)),
+            Some((_, new)) => *new = edited(&parsed, new, transform)?,
+            None => changes.push((place, edited(&parsed, component, transform)?)),
         }
         Some(())
     }
@@ -156,9 +163,14 @@ impl<'a> SceneFile<'_, 'a> {
     }
 }
 
-/// A component's text with a statement carried out; none for a field of what is no structure, but a name or a variable.
-fn edited(statement: &Statement, component: &str) -> Option<String> {
-    let (_, rest) = scan::split_identifier(component);
+/// A component's text with a statement carried out; none for a field of what is no structure, but a name or a variable,
+/// or of a transform that is not in parts.
+fn edited(statement: &Statement, component: &str, transform: Option<Transform>) -> Option<String> {
+    let (form, rest) = scan::split_identifier(component);
+    if let (Some(transform), Some(part)) = (transform, statement.path.first()) {
+        let text = form.is_empty().then(|| in_parts(component.to_owned(), &transform, part).ok())??;
+        return statement.edited(&text).ok();
+    }
     let is_structure = scan::skip_blank(rest).starts_with('(');
     (statement.path.is_empty() || is_structure).then(|| statement.edited(component).ok()).flatten()
 }
@@ -209,6 +221,35 @@ mod tests {
             .replace("(diffuse: 0.5)), // grey", "(diffuse: 0.25)), // grey")
             .replace("samples: 4 /*", "samples: 16 /*");
         assert_eq!(edited(SCENE, &statements, true), expected);
+    }
+
+    #[test]
+    fn shapes_transforms_and_textures_change_where_they_are_written() {
+        let text = r#"(
+    entities: [
+        (name: "a", shape: Box(size_m: 1 /* cube */), transform: (translate: (1, 0, 0), // here
+            rotate_quaternion: (0, 0, 0, 1))),
+        (name: "b", shape: Sphere, material: (diffuse: Checker(scale: 2 /* wide */), alpha: 0.5)),
+        (name: "c", light: Point(power_w: 1), transform: LookAt(from: (0, 1, 2), to: (0, 0, 0))),
+    ],
+)"#;
+        let statements = [
+            r#""a".shape.size_m = (1, 2, 3)"#,
+            r#""a".transform.translate = (4, 0, 0)"#,
+            r#""a".transform.rotate_degrees = (0, 45, 0)"#,
+            r#""b".material.diffuse.scale = (5, 5, 1)"#,
+            r#""b".material.alpha = Noise()"#,
+        ];
+        let expected = text
+            .replace("size_m: 1 /*", "size_m: (1, 2, 3) /*")
+            .replace("translate: (1, 0, 0)", "translate: (4, 0, 0)")
+            .replace("rotate_quaternion: (0, 0, 0, 1)", "rotate_degrees: (0, 45, 0)")
+            .replace("scale: 2 /*", "scale: (5, 5, 1) /*")
+            .replace("alpha: 0.5", "alpha: Noise()");
+        assert_eq!(edited(text, &statements, true), expected);
+        // A transform of another form stays as it is.
+        let moved = edited(text, &[r#""c".transform.translate = (4, 0, 0)"#], true);
+        assert!(moved.contains("LookAt(from: (0, 1, 2)") && moved.contains("edits: ["), "{moved}");
     }
 
     #[test]

@@ -25,6 +25,7 @@ use crate::world::{Camera, Light, Shape};
 
 pub use in_text::{assignment, with_statements};
 pub use mix::mix;
+pub use rotation::transform_parts;
 pub use select::{Selected, list, select};
 pub use set::{EditRunner, no_match, set};
 

@@ -173,6 +173,16 @@ pub fn no_match(world: &World, query: &Query) -> String {
     format!("nothing in the scene matches this{hint}: rayfront ls lists what there is")
 }
 
+/// A text in which one value, `Image("path")` or `Image("path", Green)`, is a `Texture(image: …)` that may have fields.
+fn with_keys_of_image(old: &str, image: &str, values: &mut dyn Iterator<Item = &str>) -> Option<String> {
+    let image = scan::without_trailing_blanks(image);
+    let start = scan::offset_of(old, image)?;
+    let path = values.next()?.trim();
+    let channel = values.next().map_or(String::new(), |channel| format!(", channel: {}", channel.trim()));
+    let texture = format!("Texture(image: {path}{channel})");
+    Some(format!("{}{texture}{}", &old[..start], &old[start + image.len()..]))
+}
+
 /// The defaults of numbers that files mostly leave out.
 fn default_of(name: &str) -> Option<&'static str> {
     match name {
@@ -180,6 +190,11 @@ fn default_of(name: &str) -> Option<&'static str> {
         "scale" | "radiance" => Some("1"),
         _ => None,
     }
+}
+
+/// The form of values with fields that files mostly leave out.
+fn default_form(name: &str) -> &'static str {
+    if name == "filter" { "BlackmanHarris" } else { "" }
 }
 
 pub(super) fn statement<'a>(text: &'a str, mut reader: QueryReader<'a>) -> Result<Statement<'a>, QueryError> {
@@ -298,8 +313,13 @@ impl Statement<'_> {
         }
         let (tree, mut body) = (BracketTree::new(old), old);
         for (depth, name) in self.path.iter().enumerate() {
-            let (_, rest) = scan::split_identifier(body);
+            let (form, rest) = scan::split_identifier(body);
             let brackets = scan::skip_blank(rest);
+            if form == "Image"
+                && let Some(opened) = with_keys_of_image(old, body, &mut tree.values(old, brackets))
+            {
+                return self.edited(&opened);
+            }
             let found = tree.values(old, brackets).find_map(|item| {
                 scan::key_and_value(item).filter(|(key, _)| key == name).map(|(_, value)| value)
             });
@@ -317,6 +337,7 @@ impl Statement<'_> {
                     let new = self.combined(default_of(name).unwrap_or_default())?;
                     let inner = self.path[depth + 1..].iter().rev();
                     let new = inner.fold(new, |value, key| format!("({key}: {value})"));
+                    let new = if is_last { new } else { format!("{}{new}", default_form(name)) };
                     let at = scan::offset_of(old, brackets).filter(|_| brackets.starts_with('('));
                     let Some(at) = at else { return Ok(format!("{old}({name}: {new})")) };
                     return Ok(format!("{}{name}: {new}, {}", &old[..=at], &old[at + 1..]));

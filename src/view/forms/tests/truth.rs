@@ -86,6 +86,8 @@ const CLAIMS: &[Claim] = &[
     ["principled", "edge_tint", "(0.3, 0.5, 0.9)", "Wmetallic: 0.7", "metallic: 0.7"],
     ["principled", "specular", "0.4", "Wmetallic: 0", "metallic: 0"],
     ["principled", "specular_color", "(0.2, 0.9, 0.4)", "Wmetallic: 0", "metallic: 0"],
+    ["principled", "roughness.a", "0.9", "roughness: Gradient(stops: [(0, 0.2), (1, 0.6)])", "roughness: Gradient(a: 0.1, b: 0.6)"],
+    ["principled", "roughness.b", "0.9", "roughness: Gradient(stops: [(0, 0.2), (1, 0.6)])", "roughness: Gradient(a: 0.1, b: 0.6)"],
     ["classic", "alpha", "0.4", "", "alpha_mode: Blend"],
     ["classic", "kt", "(0.3, 0.5, 0.9)", "", "ior: 1.5"],
     ["classic", "priority", "3", "", ""],
