@@ -23,6 +23,7 @@
 //! | `GET /photons?sample=N` | the end points of a sample's photons, with their positions in the image |
 //! | `POST /do` | carries out a request ([`request::ViewRequest`]) |
 
+mod boxes;
 mod camera;
 mod costs;
 mod edits;

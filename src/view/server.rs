@@ -29,6 +29,7 @@ use tokio::time::{sleep, timeout};
 use tokio_stream::wrappers::WatchStream;
 use tokio_stream::{Stream, StreamExt};
 
+use super::boxes::boxes;
 use super::explanation::explanation;
 use super::mix;
 use super::photons::photons_of;
@@ -48,6 +49,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/page.js"),
     include_str!("page/explanation.js"),
     include_str!("page/zoom.js"),
+    include_str!("page/boxes.js"),
     include_str!("page/compare.js"),
     include_str!("page/forms.js"),
     include_str!("page/time.js"),
@@ -130,6 +132,7 @@ impl Server {
             .route("/pixel", get(one_pixel))
             .route("/explain", get(explain))
             .route("/photons", get(photons))
+            .route("/boxes", get(boxes_at))
             .route("/do", post(carry_out))
             .route("/reference", post(take_reference).get(reference).layer(DefaultBodyLimit::max(MOST_BYTES)))
             .layer(from_fn_with_state(site.clone(), guard))
@@ -451,6 +454,18 @@ async fn photons(State(site): State<Arc<Site>>, Query(Which { sample }): Query<W
     match aside(move || photons_of(&site.viewer.shown(), sample.unwrap_or(0))).await {
         Some(found) => axum::Json(found).into_response(),
         None => refuse(StatusCode::INTERNAL_SERVER_ERROR, "the photons could not be traced"),
+    }
+}
+
+#[derive(Deserialize)]
+struct WantedLevel {
+    level: usize,
+}
+
+async fn boxes_at(State(site): State<Arc<Site>>, Query(wanted): Query<WantedLevel>) -> Response {
+    match aside(move || boxes(&site.viewer.shown(), wanted.level)).await {
+        Some(found) => axum::Json(found).into_response(),
+        None => refuse(StatusCode::INTERNAL_SERVER_ERROR, "the boxes could not be drawn"),
     }
 }
 

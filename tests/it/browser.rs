@@ -361,6 +361,17 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     browser.when("the form again", "return document.getElementById('field-diffuse') !== null;");
     let why = browser.run("return document.getElementById('field-kt').closest('.field').innerText;");
     assert!(why.as_str().is_some_and(|why| why.contains("does nothing without an ior")), "{why}");
+
+    // The boxes of the tree.
+    browser.run(
+        "document.body.dispatchEvent(new KeyboardEvent('keydown', {key: 'b', bubbles: true})); return true;",
+    );
+    browser.when("boxes", "return document.querySelectorAll('#boxes path').length >= 2;");
+    let said = browser.run("return document.getElementById('boxes-state').textContent;");
+    assert!(said.as_str().is_some_and(|said| said.starts_with("level 1 of")), "{said}");
+    browser.photograph("boxes.png");
+    browser.run("document.getElementById('show-boxes').click(); return true;");
+    browser.when("no boxes", "return document.querySelectorAll('#boxes path').length === 0;");
     choose("field-diffuse", "0.05");
     shown.when("the change", |status| status["edits"][0].is_string() && status["is_done"] == true);
     browser.when("another image", &changed(&first));

@@ -381,3 +381,25 @@ fn shapes_transforms_and_textures_are_saved_where_the_file_has_them() {
     assert!(text.contains("(0.25, 0, 0)") && text.contains("// Where we stand."), "{text}");
     assert!(rendered(&shown.scene()) == changed, "the file says what was seen");
 }
+
+/// The boxes of the tree move with the camera, and have levels up to the last one.
+#[test]
+fn boxes_of_the_tree_are_lines_over_the_image() {
+    let shown = Shown::new();
+    shown.image();
+    let whole = shown.json("/boxes?level=0");
+    assert_eq!(
+        (&whole["level"], &whole["count"], &whole["is_complete"]),
+        (&json!(0), &json!(1), &json!(true))
+    );
+    let lines = whole["boxes"][0][1].as_array().expect("lines");
+    assert!((1..=12).contains(&lines.len()), "{whole}");
+    let last = shown.json("/boxes?level=99");
+    assert_eq!(last["level"], last["last"]);
+    assert!(last["boxes"].as_array().is_some_and(|all| all.iter().any(|it| it[0] == 1)), "{last}");
+    assert_eq!(shown.wish(json!({"orbit": [0.1, 0.0]})).0, 200);
+    shown.when("another camera", |status| status["camera"]["is_moved"] == true && status["is_done"] == true);
+    let moved = shown.json("/boxes?level=0");
+    assert!(moved["boxes"] != whole["boxes"] && moved["generation"] != whole["generation"]);
+    assert_eq!(shown.get("/boxes?level=-1").0, 400);
+}

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use super::sidedness::PrimitiveRef;
-use super::{BLOCK, Bvh, Child, ChildKind, WIDTH};
+use super::{BLOCK, Bvh, Child, ChildKind, Instance, WIDTH};
+use crate::math::{Aabb, Vec3};
 
 /// The shape of all trees together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +15,14 @@ pub struct TreeShape {
     pub filled_blocks: f64,
     /// The largest number of nodes on a way from the world's topmost node to a primitive, placed subtrees included.
     pub depth: usize,
+}
+
+/// A box of the tree.
+pub struct TreeBox {
+    /// Its corners; those whose numbers differ in one bit share an edge. The boxes of a placed subtree are turned.
+    pub corners: [Vec3; 8],
+    /// True if it holds primitives, and no other boxes.
+    pub is_leaf: bool,
 }
 
 impl Bvh {
@@ -29,8 +38,37 @@ impl Bvh {
         TreeShape {
             filled_nodes: part(used_boxes, WIDTH * self.nodes.len()),
             filled_blocks: part(triangles + spheres, BLOCK * blocks),
-            depth: self.root.map_or(0, |root| self.depth(root.child, &mut HashMap::new())),
+            depth: self.levels(),
         }
+    }
+
+    /// The largest level of [`Bvh::visit_level`] at which there are boxes.
+    pub fn levels(&self) -> usize {
+        self.root.map_or(0, |root| self.depth(root.child, &mut HashMap::new()))
+    }
+
+    /// Calls a function with the boxes at a level: that of the world's tree at level 0, those of its topmost node's
+    /// children at level 1, and so on. Returns false if there are more, because it visits at most `most` boxes.
+    pub fn visit_level(&self, level: usize, most: usize, visit: &mut dyn FnMut(TreeBox)) -> bool {
+        let mut waiting: Vec<_> =
+            self.root.iter().map(|root| (root.child, root.bounds, 0, None::<&Instance>)).collect();
+        for _ in 0..most {
+            let Some((mut child, mut bounds, depth, mut place)) = waiting.pop() else { return true };
+            if child.kind() == ChildKind::Instance {
+                let instance = &self.instances[child.index()];
+                (child, bounds, place) = (instance.root.child, instance.root.bounds, Some(instance));
+            }
+            if depth == level {
+                let is_leaf = child.kind() != ChildKind::Node;
+                visit(TreeBox { corners: corners(&bounds, place), is_leaf });
+            } else if child.kind() == ChildKind::Node {
+                let node = &self.nodes[child.index()];
+                let slots = (0..WIDTH).rev().filter(|slot| is_used(node, *slot));
+                waiting
+                    .extend(slots.map(|slot| (Child(node.child[slot]), node.bounds(slot), depth + 1, place)));
+            }
+        }
+        waiting.is_empty()
     }
 
     /// The depth of a subtree; `known` holds those of placed subtrees, by their topmost children.
@@ -55,6 +93,17 @@ impl Bvh {
     }
 }
 
+/// The corners of a box in the world, from the space of an instance.
+fn corners(bounds: &Aabb, place: Option<&Instance>) -> [Vec3; 8] {
+    std::array::from_fn(|corner| {
+        let side = |axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+        let local = [0, 1, 2].map(side);
+        let Some(instance) = place else { return Vec3::from_array(local) };
+        let row = |[a, b, c, d]: [f32; 4]| a * local[0] + b * local[1] + c * local[2] + d;
+        Vec3::from_array(instance.to_world.map(row))
+    })
+}
+
 /// True if a node's box holds something.
 fn is_used(node: &super::Node, slot: usize) -> bool {
     node.planes[0][0][slot] <= node.planes[0][1][slot]
@@ -62,9 +111,9 @@ fn is_used(node: &super::Node, slot: usize) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Instance, Node, Root, TriangleBlock};
+    use super::super::{Node, Root, TriangleBlock};
     use super::*;
-    use crate::math::{Aabb, DAffine3, Vec3};
+    use crate::math::DAffine3;
 
     #[test]
     fn shape_of_a_node_with_a_block_and_a_placed_node() {

@@ -223,6 +223,7 @@ function takeState(next) {
     askForImage();
     refreshReadout();
     followPhotons();
+    followBoxes();
     followOutline();
     refreshForms();
     refreshOther();
@@ -905,6 +906,7 @@ const KEYS = {
   0: () => send({ reset: true }),
   a: () => setAutoExposure(!view.isAuto),
   c: copyLine,
+  b: () => setBoxes(!byId("show-boxes").checked),
   p: () => setPhotons(!byId("show-photons").checked),
   f: () => setFocusing(!isFocusing),
   r: () => send({ restart: true }),

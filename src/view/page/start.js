@@ -6,6 +6,7 @@ connectControls();
 connectPointer();
 connectExplanation();
 connectPhotons();
+connectBoxes();
 connectZoom();
 connectCompare();
 connectForms();

@@ -1,0 +1,63 @@
+
+// ---- The boxes of the tree at one level, over the image ----
+
+const KINDS_OF_BOX = ["node", "leaf"];
+
+let boxes = null; // the BOXES that are shown
+
+const boxesChanged = () => boxes !== null && boxes.generation !== state.generation;
+
+function setBoxes(areShown) {
+  byId("show-boxes").checked = areShown;
+  if (areShown) return askForBoxes();
+  boxes = null;
+  showBoxes();
+}
+
+const askForBoxes = newestOnly(async () => {
+  const level = byId("boxes-level");
+  if (!byId("show-boxes").checked || level.value === "" || !level.checkValidity()) return;
+  const answer = await (await request("/boxes", { level: level.value })).json();
+  if (!byId("show-boxes").checked) return;
+  boxes = answer;
+  showBoxes();
+});
+
+/** Requests the boxes again after a restart: scene or camera may have changed. */
+function followBoxes() {
+  byId("boxes").style.visibility = boxesChanged() ? "hidden" : "";
+  if (boxesChanged()) askForBoxes();
+}
+
+function showBoxes() {
+  byId("boxes-state").textContent = boxes === null ? "" : boxesText(boxes);
+  byId("boxes-state").title = boxes === null ? "" : "Solid: boxes that hold boxes; dashed: boxes that hold triangles or spheres";
+  if (boxes) byId("boxes-level").max = boxes.last;
+  drawBoxes();
+  followBoxes();
+}
+
+function boxesText({ level, last, count: all, is_complete, is_limited, boxes: drawn }) {
+  const number = `${is_complete ? "" : "at least "}${count(all)} ${all === 1 ? "box" : "boxes"}`;
+  const some = is_limited ? `, the first ${count(drawn.length)} drawn` : drawn.length < all ? `, ${count(drawn.length)} seen` : "";
+  return `level ${level} of ${last}: ${number}${some}`;
+}
+
+/** Lines with a dark outline, so that they are visible on a bright ground; those of leaves are dashed. */
+function drawBoxes() {
+  const svg = byId("boxes");
+  svg.replaceChildren();
+  if (boxes === null) return;
+  svg.setAttribute("viewBox", `0 0 ${state.size.join(" ")}`);
+  const pathOf = (line) => line.map((at, index) => `${index === 0 ? "M" : index % 2 ? " " : "L"}${at}`).join("");
+  for (const [kind, name] of KINDS_OF_BOX.entries()) {
+    const lines = boxes.boxes.filter(([own]) => own === kind).flatMap(([, lines]) => lines);
+    const d = lines.map(pathOf).join("");
+    if (d) svg.append(shape("path", "box-outline", { d }), shape("path", `box-${name}`, { d }));
+  }
+}
+
+function connectBoxes() {
+  on("show-boxes", "change", (event) => setBoxes(event.target.checked));
+  on("boxes-level", "input", () => setBoxes(true));
+}
