@@ -245,13 +245,20 @@ pub(crate) const OF_BLINN_PHONG: &[Ineffective<BlinnPhong>] = &[
 /// The cases of lights.
 pub(crate) const OF_LIGHTS: &[Ineffective<Light>] = &[
     idle(&["radius_m"], "with constant falloff", |light, _| {
-        matches!(light, Light::Point { falloff: Falloff::Constant, .. })
+        use Light::{Point, Spot};
+        matches!(light, Point { falloff: Falloff::Constant, .. } | Spot { falloff: Falloff::Constant, .. })
     }),
+    idle(&["sun_degrees"], "without a sun", |light, _| matches!(light, Light::Sky { sun: 0.0, .. })),
     whitted(&["radius_m"], "radius_m", |_| false),
     whitted(
         &["angle_degrees"],
         "the angle of directional lights",
         |light| matches!(light, Light::Directional { angle, .. } if *angle > 0.0),
+    ),
+    whitted(
+        &["sun_degrees"],
+        "sun_degrees",
+        |light| matches!(light, Light::Sky { sun_angle, .. } if *sun_angle != Light::SUN_ANGLE),
     ),
     path(
         &["samples"],
