@@ -159,7 +159,7 @@ impl CommandLine {
     }
 
     /// Adds the options for reading a scene. Each field is named, so that a new one cannot be forgotten.
-    fn loading(&mut self, options: &LoadOptions) {
+    pub fn loading(&mut self, options: &LoadOptions) {
         let LoadOptions {
             var,
             time_s,

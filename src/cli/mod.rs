@@ -119,7 +119,7 @@ impl Command {
             Command::Trace(trace) => (&[], trace.out.as_ref()),
             Command::Compare(compare) => (&[], compare.heatmap.as_ref()),
             Command::Furnace(furnace) => (&[], furnace.html.as_ref()),
-            Command::Profile(profile) => (&[], profile.trace.as_ref()),
+            Command::Profile(profile) => return profile.outputs(),
             Command::Plan(plan) => (&plan.output, plan.folder.as_ref()),
             Command::Study(study) => (&[], study.output.as_ref()),
             Command::Man(man) => (&[], Some(&man.folder)),

@@ -6,10 +6,13 @@
 use std::io::Write;
 use std::path::Path;
 
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::bvh::Rays;
 use crate::error::{LoadError, SaveError};
 use crate::files::atomic_write::write_whole;
 use crate::formats::fill;
-use crate::math::{NONE, Vec3};
+use crate::math::{Hit, NONE, Vec3};
 use crate::query::RayBatch;
 
 /// Bytes of a ray in a file.
@@ -38,6 +41,21 @@ impl HitRecord {
     pub const MISS: HitRecord = HitRecord { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: NONE };
     /// The record of an any-hit query's hit: the primitive's id is not needed.
     pub const BLOCKED: HitRecord = HitRecord { t: 0.0, u: 0.0, v: 0.0, primitive: 0 };
+
+    /// Returns the record of a nearest-hit query's hit.
+    pub fn new(hit: &Hit) -> HitRecord {
+        HitRecord { t: hit.t, u: hit.u, v: hit.v, primitive: hit.primitive }
+    }
+
+    /// Returns the record of an any-hit query's result.
+    pub fn any(is_blocked: bool) -> HitRecord {
+        if is_blocked { HitRecord::BLOCKED } else { HitRecord::MISS }
+    }
+
+    /// The words of the record in a file.
+    fn words(self) -> [u32; HIT_BYTES / 4] {
+        [self.t.to_bits(), self.u.to_bits(), self.v.to_bits(), self.primitive]
+    }
 
     /// True if nothing was hit.
     pub fn is_miss(&self) -> bool {
@@ -115,23 +133,54 @@ fn read_records<T, const SIZE: usize>(
     }
 }
 
+/// Writes a file of rays.
+pub fn save_rays(path: &Path, rays: &RayBatch) -> Result<(), SaveError> {
+    let Rays { origin: [x, y, z], direction: [dx, dy, dz], t_min, t_max, .. } = rays.rays();
+    let columns = [x, y, z, dx, dy, dz, t_min, t_max];
+    save_records(path, (0..rays.len()).map(|i| columns.map(|column| column[i].to_bits())))
+}
+
 /// Writes a file of hits.
 pub fn save_hits(path: &Path, hits: impl Iterator<Item = HitRecord>) -> Result<(), SaveError> {
+    save_records(path, hits.map(HitRecord::words))
+}
+
+/// The number of hits, and a hash of their records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HitSummary {
+    /// The number of records that are no misses.
+    pub hits: usize,
+    /// XXH3 of the bytes of all records.
+    pub hash: u64,
+}
+
+impl HitSummary {
+    /// Summarizes the hits of some rays.
+    pub fn of(records: impl Iterator<Item = HitRecord>) -> HitSummary {
+        let (mut hits, mut hasher) = (0, Xxh3::new());
+        for record in records {
+            hits += usize::from(!record.is_miss());
+            record.words().into_iter().for_each(|word| hasher.update(&word.to_le_bytes()));
+        }
+        HitSummary { hits, hash: hasher.digest() }
+    }
+
+    /// The hash in hexadecimal digits.
+    pub fn digits(&self) -> String {
+        format!("{:016x}", self.hash)
+    }
+}
+
+fn save_records<const N: usize>(
+    path: &Path,
+    records: impl Iterator<Item = [u32; N]>,
+) -> Result<(), SaveError> {
     write_whole(path, |mut file| {
-        for hit in hits {
-            file.write_all(&bytes(&hit))?;
+        for word in records.flatten() {
+            file.write_all(&word.to_le_bytes())?;
         }
         file.flush()
     })
-}
-
-fn bytes(hit: &HitRecord) -> [u8; HIT_BYTES] {
-    let words = [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive];
-    let mut bytes = [0; HIT_BYTES];
-    for (to, word) in bytes.chunks_exact_mut(4).zip(words) {
-        to.copy_from_slice(&word.to_le_bytes());
-    }
-    bytes
 }
 
 #[cfg(test)]
@@ -163,6 +212,9 @@ mod tests {
         }
         let error = load_rays(&path, count as u64 - 1).expect_err("too many").to_string();
         assert!(error.contains(&format!("{count} rays")) && error.contains("split the file"), "{error}");
+        let saved = folder.path().join("saved.f32");
+        save_rays(&saved, &rays).expect("written");
+        assert_eq!(std::fs::read(saved).expect("a file"), bytes);
         let path = write(&folder, "cut.f32", &bytes[..bytes.len() - 1]);
         let error = load_rays(&path, u64::MAX).expect_err("cut off").to_string();
         let at = (count - 1) * RAY_BYTES;
@@ -182,6 +234,8 @@ mod tests {
         save_hits(&path, hits.iter().copied()).expect("written");
         assert_eq!(load_hits(&path, u64::MAX).expect("hits"), hits);
         let bytes = std::fs::read(&path).expect("a file");
+        let summary = HitSummary { hits: hits.len() - 1, hash: xxhash_rust::xxh3::xxh3_64(&bytes) };
+        assert_eq!(HitSummary::of(hits.iter().copied()), summary);
         assert_eq!(bytes.len(), hits.len() * HIT_BYTES);
         let miss = [0, 0, 0x80, 0x7f, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff, 0xff, 0xff];
         assert_eq!(bytes[bytes.len() - 32..][..16], miss);

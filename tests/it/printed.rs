@@ -188,3 +188,89 @@ fn what_is_missing_is_rendered_by_what_is_printed() {
     let merged = here.hash(&["merge", "it's 0.2.film", "it's 1.2.film", "it's 2.2.film"]);
     assert_eq!(merged, here.hash("scene.ron --time 2 -o w.png"), "{line}");
 }
+
+/// Whatever the tree depends on: size, camera, changes, and an origin that is not the world's.
+#[test]
+fn captured_queues_are_traced_again_by_the_printed_command() {
+    let far = |x: f64| format!("({}, 0.5, 5412345.75)", 450_123.25 + x);
+    let here = folder(&format!(
+        r#"(
+            settings: (samples: 2, max_depth: 4),
+            materials: {{"clear": Principled(metallic: 0, transmission: 1, roughness: 0, volume: ())}},
+            entities: [
+                (name: "eye", camera: Pinhole(), transform: LookAt(from: (450123.25, 1.5, 5412350), to: {})),
+                (name: "ear", camera: Pinhole(), transform: LookAt(from: (450125.25, 1.5, 5412348), to: {})),
+                (name: "ring", shape: Torus(radius_m: 0.7, tube_radius_m: 0.3), transform: (translate: {})),
+                (name: "glass", shape: Sphere(radius_m: 0.4), material: "clear", transform: (translate: {})),
+                (name: "egg", shape: Sphere(radius_m: 0.4), transform: (translate: {})),
+                (shape: Plane(corners: ((450120, -0.3, 5412340), (450120, -0.3, 5412350), (450130, -0.3, 5412350), (450130, -0.3, 5412340)))),
+                (light: Area(power_w: 100, size_m: 1), transform: LookAt(from: (450123, 4, 5412346), to: {})),
+            ],
+        )"#,
+        far(0.0),
+        far(0.0),
+        far(0.0),
+        far(-0.5),
+        far(1.0),
+        far(0.0)
+    ));
+    let mut hashes = std::collections::BTreeSet::new();
+    for more in [
+        "",
+        "--size 60x40 --camera ear",
+        "--stage shadow --bounce 1 --simd portable",
+        "--transport path --bounce 3 --wave 200 --set 'settings.build_quality = High'",
+        "--transport path --stage shadow --hide '\"egg\"' --orbit 20,5",
+    ] {
+        let line = format!("profile scene.ron --size 24x18 --capture \"it's q.rays\" {more} --spp 2");
+        let line = if more.contains("--size") { line.replace("--size 24x18 ", "") } else { line };
+        let captured = here.json(&line);
+        let traced = typed(&here, captured["command"].as_str().expect("a command"), "--json");
+        let traced: Value = serde_json::from_str(&traced).expect("JSON");
+        for name in ["rays", "hits", "hits_hash"] {
+            assert_eq!(captured[name], traced[name], "{more}: {captured}");
+        }
+        assert_eq!(captured["differing"], 0, "{more}: {captured}");
+        assert!(captured["hits"].as_u64() > Some(3) && captured["hits"] != captured["rays"], "{captured}");
+        let rays = captured["rays_by_bounce"].as_array().expect("a list").iter().filter_map(Value::as_u64);
+        assert_eq!(captured["rays"], rays.sum::<u64>());
+        assert_eq!(here.bytes("it's q.rays").len() as u64, 32 * captured["rays"].as_u64().expect("a number"));
+        hashes.insert(captured["hits_hash"].to_string());
+        let text = here.out(&line);
+        let command = text.split("replay     ").nth(1).and_then(|rest| rest.lines().next());
+        assert_eq!(command, captured["command"].as_str(), "{text}");
+    }
+    assert_eq!(hashes.len(), 5);
+}
+
+/// The replay has no any-hit filter.
+#[test]
+fn captured_queues_say_where_their_replay_ends_elsewhere() {
+    let here = folder(
+        &SPARK
+            .replace("\"glow\": ", "\"leaf\": (diffuse: 0.5, alpha: 0.5, alpha_mode: Blend), \"glow\": ")
+            .replace("material: (diffuse: 0.6)", "material: \"leaf\""),
+    );
+    let line = "profile scene.ron --size 24x18 --spp 2 --capture q.rays --bounce 1";
+    let captured = here.json(line);
+    let differing = captured["differing"].as_u64().expect("a number");
+    assert!(differing > 3, "{captured}");
+    let traced = typed(&here, captured["command"].as_str().expect("a command"), "--json");
+    let traced: Value = serde_json::from_str(&traced).expect("JSON");
+    assert_eq!(traced["hits"], captured["replayed_hits"]);
+    assert_eq!(traced["hits_hash"], captured["replayed_hits_hash"]);
+    assert!(traced["hits"] != captured["hits"], "{captured}");
+    let note = format!("note       {differing} rays end elsewhere when replayed ({} hits", traced["hits"]);
+    assert!(here.out(line).contains(&note), "{note}");
+    for (code, options, part) in [
+        (2, "--capture q.rays --bounce 99", "after more than 4 bounces: choose 0 to 4"),
+        (2, "--capture q.rays --stage shade", "possible values: intersect, shadow"),
+        (2, "--capture q.rays --stage shadow --hide Light --hide '\"spark\"'", "choose another stage"),
+        (2, "--capture scene.ron", "scene.ron is read: name another --capture"),
+        (2, "--capture q.rays --html p.html", "cannot be used with"),
+        (2, "--bounce 1", "--capture <FILE>"),
+        (3, "--capture none/q.rays", "none/q.rays"),
+    ] {
+        here.fails(code, &format!("profile scene.ron --size 24x18 --spp 2 {options}"), &[part]);
+    }
+}

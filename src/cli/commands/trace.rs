@@ -9,11 +9,13 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
-use crate::cli::args::{COHERENCES, ModelOptions, QUALITIES, name_of, one_of, parse_level};
+use crate::cli::args::{
+    COHERENCES, ImageSize, ModelOptions, QUALITIES, name_of, one_of, parse_level, parse_size,
+};
 use crate::cli::{failure::Failure, output, process_times};
 use crate::files::are_same;
 use crate::files::atomic_write::writable;
-use crate::formats::rays::{HIT_BYTES, HitRecord, RAY_BYTES, load_hits, load_rays, save_hits};
+use crate::formats::rays::{HIT_BYTES, HitRecord, HitSummary, RAY_BYTES, load_hits, load_rays, save_hits};
 use crate::math::Hit;
 use crate::query::{HitBatch, RayBatch};
 use crate::render::thread_pool;
@@ -39,6 +41,10 @@ pub struct Trace {
     /// Only test whether each ray hits anything: 0 0 0 and primitive 0 for each that does
     #[arg(long)]
     pub any: bool,
+    /// Take the rays as relative to the origin of the compiled scene, as profile --capture writes them where that is
+    /// not the world's
+    #[arg(long)]
+    pub relative: bool,
     /// Trace this many times; the best time counts
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub repeat: u32,
@@ -57,6 +63,12 @@ pub struct Trace {
     /// Hits to compare with, in the format of --out
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
+    /// Size of the image in pixels, for which curved shapes are fine enough [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<ImageSize>,
+    /// Name of the camera for which curved shapes are fine enough [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
     /// Print one JSON object instead
     #[arg(long)]
     pub json: bool,
@@ -70,7 +82,9 @@ pub fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     let mut rays = load_rays(&arguments.rays, most_rays())?;
     let reference = reference(arguments, rays.len())?;
     let scene = threads.install(|| load(arguments))?;
-    rays.relative_to(scene.compiled.origin);
+    if !arguments.relative {
+        rays.relative_to(scene.compiled.origin);
+    }
     arguments.out.iter().try_for_each(|path| writable(path))?;
     if let Some(out) = &arguments.out
         && [&arguments.scene, &arguments.rays].into_iter().any(|read| are_same(read, out))
@@ -100,7 +114,7 @@ pub fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
         scene: &scene,
         query: &query,
         rays: rays.len(),
-        hits: answers.hits(),
+        hits: HitSummary::of(answers.records()),
         best,
         mismatches,
     };
@@ -138,12 +152,13 @@ struct TracedScene {
 
 fn load(arguments: &Trace) -> Result<TracedScene, Failure> {
     let start = Instant::now();
-    let mut world = crate::formats::load_with(&arguments.scene, &arguments.model.of_size(None))?;
+    let mut world = crate::formats::load_with(&arguments.scene, &arguments.model.of_size(arguments.size))?;
     world.settings.build_quality = arguments.quality.unwrap_or(world.settings.build_quality);
     let load = start.elapsed();
     let start = Instant::now();
     give_camera(&mut world);
-    let compiled = crate::compile::compile(&world, None).map_err(Failure::compile(&arguments.scene))?;
+    let compiled = crate::compile::compile(&world, arguments.camera.as_deref())
+        .map_err(Failure::compile(&arguments.scene))?;
     Ok(TracedScene { compiled, load, compile: start.elapsed() })
 }
 
@@ -255,20 +270,11 @@ impl Answers {
 
     fn records(&self) -> Box<dyn Iterator<Item = HitRecord> + '_> {
         match self {
-            Answers::Hits(hits) => Box::new(hits.iter().map(|hit| HitRecord {
-                t: hit.t,
-                u: hit.u,
-                v: hit.v,
-                primitive: hit.primitive,
-            })),
+            Answers::Hits(hits) => Box::new(hits.iter().map(|hit| HitRecord::new(&hit))),
             Answers::Blocked(blocked) => {
-                Box::new(blocked.iter().map(|b| if *b == 0 { HitRecord::MISS } else { HitRecord::BLOCKED }))
+                Box::new(blocked.iter().map(|blocked| HitRecord::any(*blocked != 0)))
             }
         }
-    }
-
-    fn hits(&self) -> usize {
-        self.records().filter(|record| !record.is_miss()).count()
     }
 }
 
@@ -287,7 +293,7 @@ struct TraceReport<'a> {
     scene: &'a TracedScene,
     query: &'a TraceQuery<'a>,
     rays: usize,
-    hits: usize,
+    hits: HitSummary,
     best: Time,
     mismatches: Option<usize>,
 }
@@ -316,7 +322,8 @@ impl TraceReport<'_> {
             "rays_file": output::path_json(&self.arguments.rays),
             "query": self.name(),
             "rays": self.rays,
-            "hits": self.hits,
+            "hits": self.hits.hits,
+            "hits_hash": self.hits.digits(),
             "coherence": name_of(COHERENCES, &self.arguments.coherence),
             "simd": self.query.isa.name(),
             "threads": self.query.threads,
@@ -372,7 +379,13 @@ impl TraceReport<'_> {
                 megabytes(memory.bvh),
                 megabytes(memory.geometry)
             ),
-            format!("rays       {}, {} hits, query {}", self.rays, self.hits, self.name()),
+            format!(
+                "rays       {}, {} hits, hash {}, query {}",
+                self.rays,
+                self.hits.hits,
+                self.hits.digits(),
+                self.name()
+            ),
             format!(
                 "speed      {per_cpu} rays a CPU second, {:.2} M a second; best of {}, threads: {}, {}",
                 self.speed(self.best.wall.as_secs_f64()),

@@ -1,5 +1,6 @@
 //! Profiles: both schedules under equal conditions, and the flow through the stages of the wavefront.
 
+pub mod capture;
 pub mod counters;
 pub mod flow;
 pub mod page;

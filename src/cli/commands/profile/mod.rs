@@ -1,5 +1,6 @@
-//! `rayfront profile SCENE`: measures where the time goes in both schedules.
+//! `rayfront profile SCENE`: measures where the time goes in both schedules, or captures a queue of the wavefront.
 
+mod capture;
 mod costs;
 mod report;
 
@@ -11,6 +12,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 
+use self::capture::CaptureOptions;
 use crate::cli::args::{ImageSize, SCHEDULES, StudyOptions, name_of, parse_level, parse_size};
 use crate::cli::{failure::Failure, output, process_times, progress::styled};
 use crate::integrator::{RenderSetup, Schedule, Stage, Stop};
@@ -50,9 +52,20 @@ pub struct ProfileArguments {
     /// File for a page with diagrams and plots (.html)
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+    /// The options of a capture.
+    #[command(flatten)]
+    pub capture: CaptureOptions,
     /// The other options.
     #[command(flatten)]
     pub options: StudyOptions,
+}
+
+impl ProfileArguments {
+    /// Returns the output files.
+    pub fn outputs(&self) -> Vec<&Path> {
+        let outputs = [&self.trace, &self.html, &self.capture.capture];
+        outputs.into_iter().flatten().map(PathBuf::as_path).collect()
+    }
 }
 
 pub fn run(arguments: &ProfileArguments) -> Result<ExitCode, Failure> {
@@ -66,6 +79,10 @@ pub fn run(arguments: &ProfileArguments) -> Result<ExitCode, Failure> {
         isa: arguments.simd.unwrap_or(Isa::detect()),
         cpu_seconds: process_times::process_cpu_seconds,
     };
+    if let Some(file) = &arguments.capture.capture {
+        output::print(&capture::run(file, arguments, &setup, &plan)?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let bar = ProgressBar::new(u64::from(arguments.runs) + 4);
     let bar = styled(bar, "measuring {bar:32} {pos} of {len}  {eta} left");
     let times = profile::time(&setup, &plan, &mut |round| bar.set_position(u64::from(round) + 1))?;
