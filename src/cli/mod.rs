@@ -122,13 +122,13 @@ impl Command {
             Command::Profile(profile) => return profile.outputs(),
             Command::Plan(plan) => (&plan.output, plan.folder.as_ref()),
             Command::Study(study) => (&[], study.output.as_ref()),
+            Command::View(view) => (&[], view.output.as_ref()),
             Command::Man(man) => (&[], Some(&man.folder)),
             // These write nothing, or to names derived from others.
             Command::Info(_)
             | Command::Verify(_)
             | Command::Explain(_)
             | Command::Reproduce(_)
-            | Command::View(_)
             | Command::Check(_)
             | Command::Ls(_)
             | Command::Diff(_)

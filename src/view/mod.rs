@@ -29,6 +29,7 @@ mod costs;
 mod edits;
 mod explanation;
 mod forms;
+pub mod layer_image;
 mod mix;
 mod photons;
 pub mod picture;

@@ -55,25 +55,29 @@ pub enum Layer {
     PathLength,
 }
 
+impl Layer {
+    /// All layers, with their names; the image comes first, with and without noise.
+    pub const ALL: [(&str, Layer); 12] = [
+        ("light", Layer::Light),
+        ("denoised", Layer::Denoised),
+        ("depth", Layer::Depth),
+        ("normal", Layer::Normal),
+        ("albedo", Layer::Albedo),
+        ("entity", Layer::Entity),
+        ("material", Layer::Material),
+        ("noise", Layer::Noise),
+        ("samples", Layer::Samples),
+        ("nodes", Layer::Nodes),
+        ("tests", Layer::Tests),
+        ("path-length", Layer::PathLength),
+    ];
+}
+
 impl FromStr for Layer {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        const ALL: [(&str, Layer); 12] = [
-            ("light", Layer::Light),
-            ("denoised", Layer::Denoised),
-            ("depth", Layer::Depth),
-            ("normal", Layer::Normal),
-            ("albedo", Layer::Albedo),
-            ("entity", Layer::Entity),
-            ("material", Layer::Material),
-            ("noise", Layer::Noise),
-            ("samples", Layer::Samples),
-            ("nodes", Layer::Nodes),
-            ("tests", Layer::Tests),
-            ("path-length", Layer::PathLength),
-        ];
-        let found = ALL.iter().find(|(known, _)| *known == name);
+        let found = Layer::ALL.iter().find(|(known, _)| *known == name);
         found.map(|(_, layer)| *layer).ok_or_else(|| format!("there is no layer {name:?}"))
     }
 }

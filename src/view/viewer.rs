@@ -78,7 +78,7 @@ pub struct Aside {
 }
 
 impl Snapshot {
-    fn new(
+    pub(super) fn new(
         scene: &LiveScene,
         setup: Arc<RenderSetup>,
         gathered: RenderState,

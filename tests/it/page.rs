@@ -204,6 +204,48 @@ fn layers_have_numbers_and_a_bar_of_their_colours() {
     assert_eq!(shown.get("/outline?entity=bell").0, 404);
 }
 
+/// A file of a layer has the pixels of the page, and below them the bar, if there is one.
+#[test]
+fn layers_in_files_have_the_pixels_of_the_page() {
+    let shown = Shown::new();
+    shown.image();
+    for (layer, bar) in [
+        ("depth", true),
+        ("normal", true),
+        ("albedo", true),
+        ("entity", false),
+        ("material", false),
+        ("noise", true),
+        ("samples", true),
+        ("nodes", true),
+        ("tests", true),
+        ("path-length", true),
+    ] {
+        let (code, pixels) = shown.get(&format!("/image?layer={layer}"));
+        assert_eq!((code, pixels.len()), (200, 4 * 96 * 54), "{layer}");
+        let page: Vec<u8> = pixels.chunks(4).flat_map(|pixel| &pixel[..3]).copied().collect();
+        let name = format!("{layer}.png");
+        assert_eq!(
+            shown.folder.out(&format!("view scene.ron --layer {layer} -o {name}")),
+            format!("{name}\n")
+        );
+        let file = image::open(shown.folder.join(&name)).expect("a picture").into_rgb8();
+        assert_eq!(file.dimensions(), (96, if bar { 54 + 28 } else { 54 }), "{layer}");
+        let (image, below) = file.as_raw().split_at(page.len());
+        assert!(image == page, "{layer}");
+        assert!(!bar || below.chunks(3).any(|pixel| pixel != [255; 3]), "{layer}: a bar");
+    }
+    for (code, line, part) in [
+        (2, "view scene.ron --layer nodes", "--output <FILE>"),
+        (2, "view scene.ron -o a.png", "--layer <NAME>"),
+        (2, "view scene.ron --layer light -o a.png", "light is what rayfront SCENE renders"),
+        (2, "view scene.ron --layer nodes -o a.png --port 8421", "cannot be used with"),
+        (3, "view scene.ron --layer nodes -o none/a.png", "none/a.png"),
+    ] {
+        shown.folder.fails(code, line, &[part]);
+    }
+}
+
 /// The OpenEXR file has the radiance of the image that a command renders.
 #[test]
 fn saved_openexr_has_the_radiance_of_the_rendering() {
