@@ -776,6 +776,7 @@ class _Sky(Variant):
 
 Sky: _Sky
 Smooth: Variant
+Smoothstep: Variant
 Sobol: Variant
 
 class _Sphere(Variant):
@@ -800,6 +801,7 @@ class _Spot(Variant):
     ) -> Variant: ...
 
 Spot: _Spot
+Squared: Variant
 Srgb: Variant
 Step: Variant
 Stereographic: Variant
