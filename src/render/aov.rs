@@ -63,14 +63,19 @@ impl Session {
     /// Returns the channels of some variables in their order: one for a number, three for a colour or a vector. Values
     /// go row by row from the top of the film's region. [`Aov::Variance`] needs [`super::Options::variance`], and is
     /// infinite without. [`Aov::Nodes`], [`Aov::Tests`] and [`Aov::PathLength`] render all samples again, with each ray
-    /// traced by itself; the others, without [`Aov::Samples`] and [`Aov::Variance`], trace camera rays again.
+    /// traced by itself, and [`Aov::Time`] renders them twice, path by path; the others, without [`Aov::Samples`] and
+    /// [`Aov::Variance`], trace camera rays again.
     pub fn channels(&self, aovs: &[Aov]) -> Vec<FilmChannel> {
         let geometric = aovs.iter().any(|aov| !aov.is_of_film() && !aov.is_cost());
         let features = if geometric { self.features() } else { Vec::new() };
-        let costs = if aovs.iter().any(|aov| aov.is_cost()) { self.costs() } else { Vec::new() };
-        let channels = |aov: &Aov| match aov.is_cost() {
-            true => cost_channels(*aov, &costs, self.samples_of_layers().count()),
-            false => self.channels_of(*aov, &features),
+        let is_counted = |aov: &Aov| aov.is_cost() && *aov != Aov::Time;
+        let costs = if aovs.iter().any(is_counted) { self.costs() } else { Vec::new() };
+        let channels = |aov: &Aov| match aov {
+            Aov::Time => {
+                vec![FilmChannel { name: "time".into(), values: Values::Float(self.microseconds()) }]
+            }
+            _ if aov.is_cost() => cost_channels(*aov, &costs, self.samples_of_layers().count()),
+            _ => self.channels_of(*aov, &features),
         };
         aovs.iter().flat_map(channels).collect()
     }
@@ -116,7 +121,7 @@ impl Session {
             })],
             Aov::Coverage => vec![floats("coverage.A", &|f| f.coverage)],
             Aov::Samples | Aov::Variance => film_channels(self.state(), &[aov]),
-            Aov::Nodes | Aov::Tests | Aov::PathLength => Vec::new(),
+            Aov::Nodes | Aov::Tests | Aov::PathLength | Aov::Time => Vec::new(),
         }
     }
 }

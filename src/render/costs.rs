@@ -1,7 +1,8 @@
-//! The cost of pixels: the work of their samples' rays.
+//! The cost of pixels: the work of their samples' rays, and the time of their samples.
 
 use std::ops::Range;
 use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
@@ -10,7 +11,9 @@ use super::passes::take_worker;
 use super::session::lock;
 use crate::film::{FilmChannel, Region, Values};
 use crate::integrator::observe::visits::VisitCounter;
-use crate::integrator::observe::{Event, EventKind, FnObserver};
+use crate::integrator::observe::{Event, EventKind, FnObserver, NoObserver};
+use crate::integrator::reuse::probe::plain;
+use crate::integrator::schedule::recursive::Recursion;
 use crate::integrator::{RayStatistics, Work};
 use crate::world::Aov;
 
@@ -61,22 +64,39 @@ impl Session {
     /// Renders the samples of [`Session::features`] again and returns the sums of their work, row by row.
     #[doc(hidden)]
     pub fn costs(&self) -> Vec<PixelCost> {
+        self.sums(PixelCost::add, |work, tile, samples| self.costs_of_tile(work, tile, samples))
+    }
+
+    /// Renders the same samples again, path by path and without path reuse; returns the mean time of a sample in
+    /// microseconds, row by row. Other load on the machine can only add time, so the lesser of two measurements counts.
+    pub(crate) fn microseconds(&self) -> Vec<f32> {
+        let times = self.sums(|sum, more: &Duration| *sum += *more, times_of_tile);
+        let samples = f64::from(self.samples_of_layers().count());
+        times.iter().map(|time| (time.as_secs_f64() * 1e6 / samples) as f32).collect()
+    }
+
+    /// Returns the sums over all samples of what a function returns for the pixels of tiles.
+    fn sums<T: Clone + Default + Send>(
+        &self,
+        add: impl Fn(&mut T, &T) + Sync,
+        of_tile: impl Fn(Work, Region, Range<u32>) -> Vec<T> + Sync,
+    ) -> Vec<T> {
         let region = self.film().region();
-        let costs = Mutex::new(vec![PixelCost::default(); region.area()]);
+        let sums = Mutex::new(vec![T::default(); region.area()]);
         for range in self.samples_of_layers().iter() {
             self.for_samples(&self.prepared(), range, &mut |work, samples, _| {
                 self.tiles().into_par_iter().for_each(|tile| {
-                    let found = self.costs_of_tile(work, tile, samples.clone());
+                    let found = of_tile(work, tile, samples.clone());
                     let width = (tile.width() as usize).max(1);
-                    let mut costs = lock(&costs);
+                    let mut sums = lock(&sums);
                     for (y, row) in (tile.y0..tile.y1).zip(found.chunks(width)) {
                         let start = region.index(tile.x0, y);
-                        costs[start..start + width].iter_mut().zip(row).for_each(|(sum, more)| sum.add(more));
+                        sums[start..start + width].iter_mut().zip(row).for_each(|(sum, more)| add(sum, more));
                     }
                 });
             });
         }
-        costs.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
+        sums.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     fn costs_of_tile(&self, work: Work, tile: Region, samples: Range<u32>) -> Vec<PixelCost> {
@@ -100,4 +120,26 @@ impl Session {
         lock(&self.workers).push(worker);
         costs
     }
+}
+
+/// The times of a tile's pixels. The clock is read twice for all samples of a pixel; photons that it sees directly are
+/// not drawn.
+fn times_of_tile(work: Work, tile: Region, samples: Range<u32>) -> Vec<Duration> {
+    let setup = &plain(work.setup);
+    let work = Work { setup, pilot: None, ..work };
+    let mut recursion = Recursion::new(setup);
+    let mut times = vec![Duration::MAX; tile.area()];
+    // The second measurement of a pixel comes after all others, so that the first does not fill the caches for it.
+    for _ in 0..2 {
+        for y in tile.y0..tile.y1 {
+            for x in tile.x0..tile.x1 {
+                let mut film = setup.film(Region { x0: x, y0: y, x1: x + 1, y1: y + 1 });
+                let (start, mut ignored) = (Instant::now(), RayStatistics::default());
+                recursion.render(work, &mut film, samples.clone(), &mut ignored, &mut NoObserver);
+                let time = &mut times[tile.index(x, y)];
+                *time = start.elapsed().min(*time);
+            }
+        }
+    }
+    times
 }

@@ -53,11 +53,13 @@ pub enum Layer {
     Tests,
     /// The rays of a sample's path.
     PathLength,
+    /// The time of a sample.
+    Time,
 }
 
 impl Layer {
     /// All layers, with their names; the image comes first, with and without noise.
-    pub const ALL: [(&str, Layer); 12] = [
+    pub const ALL: [(&str, Layer); 13] = [
         ("light", Layer::Light),
         ("denoised", Layer::Denoised),
         ("depth", Layer::Depth),
@@ -70,6 +72,7 @@ impl Layer {
         ("nodes", Layer::Nodes),
         ("tests", Layer::Tests),
         ("path-length", Layer::PathLength),
+        ("time", Layer::Time),
     ];
 }
 
@@ -163,7 +166,9 @@ pub fn picture(shown: &Snapshot, layer: Layer, display: Display, factors: &[Rgb]
             let colors = film.pixels().iter().map(|sums| heat(samples(sums) as f64 / most as f64));
             own(colors.collect(), Some(bar))
         }
-        Layer::Nodes | Layer::Tests | Layer::PathLength => CostMap::of(shown).picture(layer),
+        Layer::Nodes | Layer::Tests | Layer::PathLength | Layer::Time => {
+            CostMap::of(shown, layer).picture(layer)
+        }
         _ => {
             let features = all_features(shown);
             let range = depth_range(&features);
@@ -408,8 +413,8 @@ pub fn values(shown: &Snapshot, layer: Layer, [x0, y0, x1, y1]: [u32; 4]) -> Opt
             let features = all_features(shown);
             features.get(place[1] as usize * shown.size[0] as usize + place[0] as usize).map(of_features)
         }
-        Layer::Nodes | Layer::Tests | Layer::PathLength => {
-            let map = Some(CostMap::of(shown)).filter(|map| map.size == shown.size)?;
+        Layer::Nodes | Layer::Tests | Layer::PathLength | Layer::Time => {
+            let map = Some(CostMap::of(shown, layer)).filter(|map| map.size == shown.size)?;
             map.values(layer, place).map(<[f32]>::to_vec)
         }
         Layer::Denoised | Layer::Entity | Layer::Material => None,

@@ -126,7 +126,7 @@ names!(
     "output variable",
     [
         Depth, Normal, Albedo, Position, Entity, Material, Coverage, Samples, Variance, Nodes, Tests,
-        PathLength
+        PathLength, Time
     ]
 );
 
@@ -158,11 +158,14 @@ pub enum Aov {
     Tests,
     /// The mean number of rays along a sample's path and its forks, without shadow rays.
     PathLength,
+    /// The time of a sample in microseconds, as measured on one thread under the recursive schedule: no two measurements
+    /// are equal.
+    Time,
 }
 
 impl Aov {
     /// All output variables; those of [`Aov::IMAGE`] come first.
-    pub const ALL: [Aov; 12] = [
+    pub const ALL: [Aov; 13] = [
         Aov::Depth,
         Aov::Normal,
         Aov::Albedo,
@@ -175,6 +178,7 @@ impl Aov {
         Aov::Nodes,
         Aov::Tests,
         Aov::PathLength,
+        Aov::Time,
     ];
 
     /// All output variables except the costs of pixels, which take another rendering: `All` in scene files.
@@ -195,6 +199,7 @@ impl Aov {
             Aov::Nodes => "nodes",
             Aov::Tests => "tests",
             Aov::PathLength => "path-length",
+            Aov::Time => "time",
         }
     }
 
@@ -203,9 +208,9 @@ impl Aov {
         matches!(self, Aov::Samples | Aov::Variance)
     }
 
-    /// True if the variable describes the work of the pixel's rays.
+    /// True if the variable describes the work of the pixel's samples.
     pub(crate) fn is_cost(self) -> bool {
-        matches!(self, Aov::Nodes | Aov::Tests | Aov::PathLength)
+        matches!(self, Aov::Nodes | Aov::Tests | Aov::PathLength | Aov::Time)
     }
 }
 

@@ -325,7 +325,7 @@ fn exr_files_contain_all_output_variables() {
         "A", "B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "coverage.A", "depth.Z", "entity.id",
         "material.id", "nodes.camera", "nodes.path", "nodes.shadow", "normal.X", "normal.Y", "normal.Z",
         "path-length", "position.X", "position.Y", "position.Z", "samples", "tests.camera", "tests.path",
-        "tests.shadow", "variance.B", "variance.G", "variance.R",
+        "tests.shadow", "time", "variance.B", "variance.G", "variance.R",
     ];
     assert_eq!(names, expected);
     for FilmChannel { name, values } in &channels {
@@ -346,4 +346,27 @@ fn exr_files_contain_all_output_variables() {
     let wrong = rayfront::internals::formats::picture::Output { channels: &wrong, ..output };
     let error = rayfront::internals::formats::picture::save(&path, &wrong).unwrap_err().to_string();
     assert!(error.contains("3 values of depth.Z for 64 pixels"), "{error}");
+}
+
+#[test]
+fn paths_through_glass_take_longer_than_those_that_hit_nothing() {
+    let scene = r#"(
+        settings: (size: (16, 16), samples: 8, max_depth: 32, transport: Path, background: 0.5),
+        entities: [
+            (camera: Orthographic(height_m: 2), transform: (translate: (0, 0, 5))),
+            (shape: Sphere(radius_m: 0.7), material: (ior: 1.5)),
+        ],
+    )"#;
+    let session = support::session(&support::world(scene), Options::default());
+    let channels = session.channels(&[Aov::Time]);
+    let Values::Float(times) = &channels[0].values else { panic!("times are floats") };
+    assert!(times.iter().all(|time| time.is_finite() && *time > 0.0));
+    let square = |from: usize| {
+        let mut times: Vec<f32> =
+            (0..4).flat_map(|y| times[16 * (from + y) + from..][..4].iter().copied()).collect();
+        times.sort_by(f32::total_cmp);
+        times[8]
+    };
+    let (nothing, glass) = (square(0), square(6));
+    assert!(glass > 2.0 * nothing, "{glass} µs, {nothing} µs");
 }

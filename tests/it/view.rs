@@ -172,7 +172,7 @@ fn view_serves_all_layers_and_explains_pixels() {
     shown.image();
     let layers = [
         "light", "denoised", "depth", "normal", "albedo", "entity", "material", "noise", "samples", "nodes",
-        "tests", "path-length",
+        "tests", "path-length", "time",
     ];
     for layer in layers {
         let (code, pixels) = shown.get(&format!("/image?layer={layer}&exposure=auto"));

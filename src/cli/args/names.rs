@@ -73,7 +73,7 @@ pub const PROGRESS_FORMS: NamedValues<ProgressForm> = &[
 ];
 
 pub const AOVS: NamedValues<Aovs> = &[
-    ("all", "All except nodes, tests and path-length, which take another rendering", Aov::IMAGE),
+    ("all", "All except nodes, tests, path-length and time, which take another rendering", Aov::IMAGE),
     ("none", "None, even if the scene has some", &[]),
     (Aov::Depth.name(), "Distance along the camera's axis", &[Aov::Depth]),
     (Aov::Normal.name(), "Shading normal", &[Aov::Normal]),
@@ -87,6 +87,7 @@ pub const AOVS: NamedValues<Aovs> = &[
     (Aov::Nodes.name(), "Nodes of the tree that a sample's rays visit", &[Aov::Nodes]),
     (Aov::Tests.name(), "Triangles and spheres that they are tested against", &[Aov::Tests]),
     (Aov::PathLength.name(), "Rays of a sample's path", &[Aov::PathLength]),
+    (Aov::Time.name(), "Microseconds of a sample", &[Aov::Time]),
 ];
 
 /// Returns a parser of these names.

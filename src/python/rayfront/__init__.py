@@ -181,7 +181,7 @@ class World:
         """Renders the scene. Arguments override its settings.
 
         size: width and height in pixels. spp: samples per pixel. layers: some of depth, normal, albedo, position, entity,
-        material, coverage, samples, variance, nodes, tests, path-length. schedule: wavefront or recursive; the image is the same. threads: 0 is one for
+        material, coverage, samples, variance, nodes, tests, path-length, time. schedule: wavefront or recursive; the image is the same. threads: 0 is one for
         each core. denoise: also returns an image without noise. crop: only the columns x0 to x1 and rows y0 to y1, as (x0, y0, x1, y1).
         noise: stops once the noise is below this fraction of the image's brightness, such as 0.01. depth: bounces. exposure (in stops, or
         "auto") and tonemap (clamp, scale-by-maximum, reinhard, aces, agx, pbr-neutral): the display of images, not the
@@ -380,7 +380,7 @@ _FORMS = """
     Panorama Path PathLength PbrNeutral Phong Photographic Photometric Pinhole Plane Point Position Principled Prism
     Rectangle Red Regular Reinhard Repeat Ridged Right Round Samples ScaleByMaximum SideBySide Sky Smooth
     Smoothstep Sobol Sphere Spot Squared Srgb Step Stereographic Strands Subdivide Subtract Tent Tests Text Texture
-    ThinLens Torus Triangle Trilinear Tube Turbulence Unbiased Uniform Uv Uv1 Variance Vertex Voronoi Whitted Wood
+    ThinLens Time Torus Triangle Trilinear Tube Turbulence Unbiased Uniform Uv Uv1 Variance Vertex Voronoi Whitted Wood
 """.split()
 globals().update({name: Variant(name) for name in _FORMS})
 

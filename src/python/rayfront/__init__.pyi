@@ -10,7 +10,7 @@ __version__: str
 _Path = str | PathLike[str]
 _Number = float | Variant
 _Color = ArrayLike | str | Variant
-Layer = Literal["depth", "normal", "albedo", "position", "entity", "material", "coverage", "samples", "variance", "nodes", "tests", "path-length"]
+Layer = Literal["depth", "normal", "albedo", "position", "entity", "material", "coverage", "samples", "variance", "nodes", "tests", "path-length", "time"]
 Tonemap = Literal["clamp", "scale-by-maximum", "reinhard", "aces", "agx", "pbr-neutral"]
 Coherence = Literal["unknown", "coherent", "scattered"]
 Quality = Literal["fast", "default", "high"]
@@ -879,6 +879,7 @@ class _ThinLens(Variant):
     ) -> Variant: ...
 
 ThinLens: _ThinLens
+Time: Variant
 
 class _Torus(Variant):
     def __call__(  # type: ignore[override]

@@ -304,7 +304,7 @@ function showBar(bar) {
 }
 
 /** The layers of work, which are coarse until the image is finished. */
-const WORK = ["nodes", "tests", "path-length"];
+const WORK = ["nodes", "tests", "path-length", "time"];
 
 function showLayerState(layer, headers) {
   const samples = Number(headers.get("X-Samples"));

@@ -94,7 +94,7 @@ fn written_text_is_compact_and_omits_defaults() {
         "        (name: \"child\", parent: \"ball\", shape: Sphere(radius_m: 0.25), material: \"glass\"),",
         "        (name: \"kn\\\"o\\\"t\", shape: Mesh(\"../assets/knot.ply\"), material: (diffuse: (0.8, 0.3, 0.2))),",
         "        (shape: Mesh(\"../assets/knot.ply\"), transform: Matrix(((1, 0, 0, 1), (0, 2, 0, 0), (0, 0, 3, 0)))),",
-        "        (light: Spot(power_w: 100, inner_degrees: 20, outer_degrees: 40)),",
+        "        (light: Spot(power_w: 100, inner_degrees: 20, outer_degrees: 40, radius_m: 0)),",
         "        (camera: Pinhole(vertical_fov_degrees: 60.5)),",
     ] {
         let transform_first = line.replacen("(shape: Mesh(\"../assets/knot.ply\"), transform: Matrix(((1, 0, 0, 1), (0, 2, 0, 0), (0, 0, 3, 0))))",
