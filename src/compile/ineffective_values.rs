@@ -38,13 +38,17 @@ fn sentence<T>(case: &Ineffective<T>) -> Option<String> {
 
 /// A warning about environments and skies after the first one, which counts.
 fn around(world: &World) -> Option<Diagnostic> {
-    let mut all = world.surroundings().map(|entity| words(&world.name_of(entity)));
-    let first = all.next()?;
-    let others: Vec<String> = all.take(4).collect();
+    let mut all = world.surroundings();
+    let first = words(&world.name_of(all.next()?));
+    let others: Vec<_> = all.take(4).collect();
+    let is_sky =
+        |entity| world.entities.get::<&Light>(entity).is_ok_and(|light| matches!(*light, Light::Sky { .. }));
+    let suns = if others.iter().copied().any(is_sky) { ", except for the sun of a sky" } else { "" };
     (!others.is_empty()).then(|| {
+        let names: Vec<String> = others.iter().map(|entity| words(&world.name_of(*entity))).collect();
+        let names = names.join(", ");
         let text = format!(
-            "a scene has one environment or sky, and \"{first}\" is the first: no light comes from {}",
-            others.join(", ")
+            "a scene has one environment or sky, and \"{first}\" is the first: no light comes from {names}{suns}"
         );
         Diagnostic::warning("several-surroundings", text)
     })
