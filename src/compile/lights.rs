@@ -195,6 +195,14 @@ pub(super) fn compile(
         lamps.without_caustics.resize(lamps.all.len(), sends_none);
         lamps.groups.resize(lamps.all.len(), groups.of(entity));
     }
+    if world.settings.transport == Transport::Whitted {
+        // Its lights have no extent but that of areas.
+        for lamp in &mut lamps.all {
+            if let WorldLight::Directional { angle, .. } = lamp {
+                *angle = 0.0;
+            }
+        }
+    }
     lamps.around_without_caustics = around.unwrap_or(false);
     Ok((lamps, panels))
 }

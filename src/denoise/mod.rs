@@ -89,7 +89,8 @@ pub struct Denoised {
     /// The radiance of each pixel, in W m⁻² sr⁻¹, row by row from the top of the film's region.
     pub radiance: Vec<Rgb>,
     /// The part of what is behind the scene that each pixel shows, of each colour, in films that count opacity, if shadow
-    /// catchers or blended surfaces make it as noisy as light. Otherwise that of the film has no noise worth removing.
+    /// catchers, blended surfaces or blurred edges make it as noisy as light. Otherwise that of the film has no noise worth
+    /// removing.
     pub let_through: Option<Vec<Rgb>>,
     /// The root mean square of the remaining noise in a component, in W m⁻² sr⁻¹, estimated from the difference of both
     /// halves. Detail that was smoothed away does not count.

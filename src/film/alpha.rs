@@ -7,8 +7,8 @@ use super::sums::{Film, PixelSum, QUANTUM};
 use super::tonemap::srgb_encode;
 use crate::math::Rgb;
 
-/// Pixels that show more and less of what is behind the scene than these are wholly there or not at all.
-const PARTLY_SHOWN: std::ops::Range<f32> = 0.02..0.98;
+/// The opacities of pixels of which a part is there.
+const PARTIAL: std::ops::Range<f32> = 0.02..0.98;
 
 impl Film {
     /// The opacity of each pixel, from 0 to 1, row by row from the top: 1 less the mean part of what is behind the scene
@@ -86,11 +86,11 @@ impl Film {
         })
     }
 
-    /// True if a thousandth of the pixels, with all their neighbours, show a part of what is behind the scene: at edges
-    /// of opaque things, no such areas are.
+    /// True if in a thousandth of the pixels, and in all their neighbours, a part is there: on blended surfaces and along
+    /// blurred edges. Along sharp edges, pixels have neighbours that are wholly there or not at all.
     fn has_partial_areas(&self) -> bool {
         let [width, height] = [self.region.width() as usize, self.region.height() as usize];
-        let is_partial = |index: usize| PARTLY_SHOWN.contains(&self.alpha_of(index));
+        let is_partial = |index: usize| PARTIAL.contains(&self.alpha_of(index));
         let partial: Vec<bool> = (0..self.pixels.len()).map(is_partial).collect();
         let within = |x: usize, y: usize| {
             (y - 1..=y + 1).all(|y| partial[y * width + x - 1..=y * width + x + 1].iter().all(|is| *is))

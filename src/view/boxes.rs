@@ -11,6 +11,8 @@ use crate::world::StereoLayout;
 
 /// The largest number of boxes sent: the first ones of the tree that the image shows.
 const MOST_BOXES: usize = 1_000;
+/// The largest number of boxes that are projected: of many, the image may show none.
+const MOST_PROJECTED: usize = 1 << 14;
 /// The largest number of boxes of the tree that are visited.
 const MOST_VISITED: usize = 1 << 19;
 /// The farthest from the bend of an edge that a line may lie, in pixels.
@@ -26,10 +28,11 @@ pub fn boxes(shown: &Snapshot, level: usize) -> Value {
     let (setup, bvh) = (&*shown.setup, &shown.setup.scene.bvh);
     let last = bvh.levels();
     let level = level.min(last);
-    let (mut count, mut drawn) = (0, Vec::new());
+    let (mut count, mut drawn, mut is_limited) = (0, Vec::new(), false);
     let is_complete = bvh.visit_level(level, MOST_VISITED, &mut |tree_box| {
         count += 1;
-        if drawn.len() < MOST_BOXES {
+        is_limited = drawn.len() == MOST_BOXES || count > MOST_PROJECTED;
+        if !is_limited {
             let lines = lines(setup, &tree_box);
             drawn.extend((!lines.is_empty()).then(|| json!([u8::from(tree_box.is_leaf), in_tenths(&lines)])));
         }
@@ -40,7 +43,7 @@ pub fn boxes(shown: &Snapshot, level: usize) -> Value {
         "last": last,
         "count": count,
         "is_complete": is_complete,
-        "is_limited": drawn.len() == MOST_BOXES,
+        "is_limited": is_limited,
         "boxes": drawn,
     })
 }

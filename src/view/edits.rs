@@ -38,11 +38,18 @@ impl LiveScene {
             self.rig = None;
         }
         let same = |earlier: &String| field(earlier) == field(statement);
-        let given = self.given;
-        match self.options.edits.set[given..].iter().position(same) {
-            Some(at) => self.options.edits.set[given + at] = statement.to_owned(),
-            None => self.options.edits.set.push(statement.to_owned()),
+        let mut own = self.options.edits.set.split_off(self.given);
+        match own.iter().position(same) {
+            Some(at) => {
+                own[at] = statement.to_owned();
+                // What came later about parts of the old value has nothing to be about.
+                let parts = format!("{}.", field(statement));
+                let mut place = 0..;
+                own.retain(|later| place.next() <= Some(at) || !field(later).starts_with(&parts));
+            }
+            None => own.push(statement.to_owned()),
         }
+        self.options.edits.set.append(&mut own);
         self.reload_or(before)
     }
 

@@ -18,6 +18,7 @@
 //! | `GET /command?layer=L&exposure=E&tonemap=T&mix=M` | the command that renders the image; with a mix, also the one that mixes its film |
 //! | `GET /values?layer=L&x0=…&y0=…&x1=…&y1=…` | the numbers of a layer's pixels in a region |
 //! | `GET /outline?entity=NAME` | a byte per pixel: 1 at the entity's border, 2 just outside it |
+//! | `GET /boxes?level=N` | the boxes of the tree at a level, as lines in the image |
 //! | `GET /pixel?x=X&y=Y` | the values of a pixel |
 //! | `GET /explain?x=X&y=Y&sample=N` | a sample's paths, with their positions in the image |
 //! | `GET /photons?sample=N` | the end points of a sample's photons, with their positions in the image |

@@ -166,6 +166,11 @@ impl LiveScene {
         Ok(live)
     }
 
+    /// The files that the scene was read from.
+    pub fn sources(&self) -> &SourceFiles {
+        &self.world.assets.files
+    }
+
     /// The files of the scene, for another thread to check.
     pub fn files(&self) -> Arc<Mutex<Watched>> {
         self.files.clone()

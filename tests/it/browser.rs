@@ -372,6 +372,18 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     browser.photograph("boxes.png");
     browser.run("document.getElementById('show-boxes').click(); return true;");
     browser.when("no boxes", "return document.querySelectorAll('#boxes path').length === 0;");
+    // A pattern takes the place of a constant, whose control has the focus, and a constant that of the pattern.
+    browser.run(
+        "const l = document.getElementById('field-diffuse-texture'); l.focus(); l.value = 'Checker'; \
+         l.dispatchEvent(new Event('change', {bubbles: true})); return true;",
+    );
+    let patterned = "return document.getElementById('field-diffuse.scale') !== null && \
+        document.activeElement.id === 'field-diffuse';";
+    browser.when("the form of a pattern", patterned);
+    choose("field-diffuse", "constant");
+    browser.when("a constant", "return document.getElementById('field-diffuse').matches('input');");
+    browser.run("document.getElementById('undo-all').click(); return true;");
+    browser.when("the old constant", "return document.getElementById('field-diffuse').value === '0.8';");
     choose("field-diffuse", "0.05");
     shown.when("the change", |status| status["edits"][0].is_string() && status["is_done"] == true);
     browser.when("another image", &changed(&first));

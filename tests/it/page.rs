@@ -233,14 +233,24 @@ fn layers_in_files_have_the_pixels_of_the_page() {
         assert_eq!(file.dimensions(), (96, if bar { 54 + 28 } else { 54 }), "{layer}");
         let (image, below) = file.as_raw().split_at(page.len());
         assert!(image == page, "{layer}");
-        assert!(!bar || below.chunks(3).any(|pixel| pixel != [255; 3]), "{layer}: a bar");
+        // The bar goes from its first colour to its last, and the number of its end stands below.
+        if bar {
+            let row = |y: usize| &below[3 * 96 * y..3 * 96 * (y + 1)];
+            let (first, last) = (&row(6)[..3], &row(6)[3 * 95..]);
+            assert!(first != last || layer == "normal", "{layer}: {first:?} {last:?}");
+            let is_text = |pixel: &[u8]| pixel.iter().all(|part| *part < 100);
+            assert!((14..27).any(|y| row(y).chunks(3).skip(48).any(is_text)), "{layer}: a number");
+        }
     }
+    let scene = r#"(entities: [(camera: Pinhole()), (shape: Sphere(radius_m: 1), material: (diffuse: Image("depth.png")))])"#;
+    shown.folder.write("picture.ron", scene);
     for (code, line, part) in [
         (2, "view scene.ron --layer nodes", "--output <FILE>"),
         (2, "view scene.ron -o a.png", "--layer <NAME>"),
         (2, "view scene.ron --layer light -o a.png", "light is what rayfront SCENE renders"),
         (2, "view scene.ron --layer nodes -o a.png --port 8421", "cannot be used with"),
         (3, "view scene.ron --layer nodes -o none/a.png", "none/a.png"),
+        (2, "view picture.ron --layer nodes -o depth.png", "depth.png is read for this scene"),
     ] {
         shown.folder.fails(code, line, &[part]);
     }
@@ -324,6 +334,11 @@ fn changed_values_show_and_are_saved_where_the_file_has_them() {
     assert_eq!(shown.wish(json!({"undo": "last"})).0, 200);
     assert!(shown.image() == changed);
     assert_eq!(shown.wish(json!({"undo": "all"})).0, 400);
+    // Another value leaves nothing of the parts of the one before.
+    for value in [" = Checker()", ".scale = (9, 9, 1)", " = Gradient()", ".scale = (2, 2, 1)", " = 0.5"] {
+        assert_eq!(set(&format!(r#"Material["paint"].diffuse{value}"#)).0, 200, "{value}");
+    }
+    assert_eq!(shown.json("/status")["edits"], json!([r#"Material["paint"].diffuse = 0.5"#]));
 }
 
 /// A value of a camera that was moved by hand changes from there, and both are saved.

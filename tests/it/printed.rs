@@ -263,10 +263,10 @@ fn captured_queues_say_where_their_replay_ends_elsewhere() {
     let note = format!("note       {differing} rays end elsewhere when replayed ({} hits", traced["hits"]);
     assert!(here.out(line).contains(&note), "{note}");
     for (code, options, part) in [
-        (2, "--capture q.rays --bounce 99", "after more than 4 bounces: choose 0 to 4"),
+        (2, "--capture q.rays --bounce 99", "traces no ray after so many bounces, but after 0, 1, 2, 3, 4"),
         (2, "--capture q.rays --stage shade", "possible values: intersect, shadow"),
         (2, "--capture q.rays --stage shadow --hide Light --hide '\"spark\"'", "choose another stage"),
-        (2, "--capture scene.ron", "scene.ron is read: name another --capture"),
+        (2, "--capture scene.ron", "scene.ron is read for this scene: name another --capture"),
         (2, "--capture q.rays --html p.html", "cannot be used with"),
         (2, "--bounce 1", "--capture <FILE>"),
         (3, "--capture none/q.rays", "none/q.rays"),

@@ -10,8 +10,6 @@ use super::{load, save_plain};
 use crate::cli::args::{ModelOptions, PictureOptions};
 use crate::cli::job::default_image;
 use crate::cli::{failure::Failure, output};
-use crate::error::in_one_line;
-use crate::files::are_same;
 use crate::film::exposure::exposure_ev;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::DisplayTransform;
@@ -91,10 +89,8 @@ pub fn run(arguments: &Ab) -> Result<ExitCode, Failure> {
     let difference =
         ImageDifference::new(&a.film, &b.film).ok_or_else(|| Failure::command_line(FEW_SAMPLES))?;
     for output in ["a", "b", "diff"].map(&path) {
-        let mut read = [&a, &b].into_iter().flat_map(|side| side.sources.all().into_keys());
-        if read.any(|read| are_same(&read, &output)) {
-            let output = in_one_line(&output.to_string_lossy());
-            return Err(Failure::command_line(format!("{output} is read for this scene: name another -o")));
+        for side in [&a, &b] {
+            super::check_is_not_read(&output, &side.sources, "-o")?;
         }
     }
     let radiances = [&a, &b].map(|side| side.film.radiance());

@@ -28,7 +28,8 @@ use std::time::Duration;
 use super::args::{ImageSize, OutputOptions, RunOptions, StudyOptions};
 use super::failure::Failure;
 use super::job::{LiveViews, Outputs, RunRequest, StopLimits};
-use crate::error::SaveError;
+use crate::error::{SaveError, in_one_line};
+use crate::files::are_same;
 use crate::film::Region;
 use crate::film::tonemap::DisplayTransform;
 use crate::formats::LoadOptions;
@@ -36,7 +37,7 @@ use crate::formats::picture::{Output, save};
 use crate::integrator::RenderSetup;
 use crate::math::Rgb;
 use crate::render::MemoryEstimate;
-use crate::world::World;
+use crate::world::{SourceFiles, World};
 
 /// Reads and compiles a scene; `change` applies options to the world.
 fn load(
@@ -66,6 +67,17 @@ fn setup(
     })?;
     MemoryEstimate::usual(Region::whole(size)).check(&setup, &world.settings)?;
     Ok((world, Arc::new(setup)))
+}
+
+/// Checks that a file to be written is none that the scene was read from.
+fn check_is_not_read(output: &Path, files: &SourceFiles, option: &str) -> Result<(), Failure> {
+    match files.all().keys().any(|read| are_same(read, output)) {
+        true => {
+            let output = in_one_line(&output.to_string_lossy());
+            Err(Failure::command_line(format!("{output} is read for this scene: name another {option}")))
+        }
+        false => Ok(()),
+    }
 }
 
 /// Saves an image without metadata.

@@ -91,6 +91,7 @@ pub fn run(arguments: ViewArguments) -> Result<ExitCode, Failure> {
             output::note(format_args!("warning: {warning}"));
         }
         if let (Some(layer), Some(file)) = (layer, &file) {
+            super::check_is_not_read(file, scene.sources(), "-o")?;
             return save_layer(&scene, layer, file);
         }
         let cannot = |error: std::io::Error| {

@@ -164,26 +164,28 @@ pub fn pixels(figure: &Figure) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// Draws a bar of evenly spaced colours between two texts, in sRGB, three bytes per pixel, row by row.
+/// Draws a bar of evenly spaced colours above the texts of its ends, in sRGB, three bytes per pixel, row by row. Where
+/// there is no room for both texts, the first is left out.
 pub fn color_bar(size: [u32; 2], colors: &[[u8; 3]], [low, high]: [&str; 2]) -> Result<Vec<u8>, String> {
-    const TEXT: u32 = 13;
+    const TEXT: u32 = 11;
     register_font()?;
     let mut bytes = vec![255; 3 * size[0] as usize * size[1] as usize];
     let area = BitMapBackend::with_buffer(&mut bytes, (size[0], size[1])).into_drawing_area();
     let failed = |error: DrawingAreaErrorKind<_>| error.to_string();
-    let (from, to) = (2 * MARGIN + width(low, TEXT), size[0].saturating_sub(2 * MARGIN + width(high, TEXT)));
-    let (top, bottom) = (MARGIN as i32 / 2, (size[1] - MARGIN / 2) as i32);
-    for x in from..to {
-        let place = (x - from) as f32 / (to - from).max(2) as f32 * (colors.len() - 1) as f32;
+    let bottom = size[1].saturating_sub(TEXT + 5) as i32;
+    for x in 0..size[0] {
+        let place = x as f32 / size[0].max(2).saturating_sub(1) as f32 * (colors.len() - 1) as f32;
         let (first, part) = (place as usize, place.fract());
         let [a, b] = [first, first + 1].map(|at| colors[at.min(colors.len() - 1)]);
         let mixed = |i: usize| (f32::from(a[i]) * (1.0 - part) + f32::from(b[i]) * part + 0.5) as u8;
         let color = RGBColor(mixed(0), mixed(1), mixed(2));
-        let column = Rectangle::new([(x as i32, top), (x as i32 + 1, bottom)], color.filled());
+        let column = Rectangle::new([(x as i32, 2), (x as i32 + 1, bottom)], color.filled());
         area.draw(&column).map_err(failed)?;
     }
-    for (text, x) in [(low, MARGIN), (high, to.max(from) + MARGIN)] {
-        area.draw(&Text::new(text, (x as i32, top + 2), (FONT, TEXT))).map_err(failed)?;
+    let right = size[0].saturating_sub(width(high, TEXT) + 2);
+    let has_room = right > width(low, TEXT) + 2 * MARGIN;
+    for (text, x) in [(low, 2), (high, right)].into_iter().skip(usize::from(!has_room)) {
+        area.draw(&Text::new(text, (x as i32, bottom + 2), (FONT, TEXT))).map_err(failed)?;
     }
     area.present().map_err(failed)?;
     drop(area);

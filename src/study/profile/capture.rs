@@ -1,5 +1,6 @@
 //! Captures one queue of the wavefront: its rays, which can then be traced again by themselves, and their hits.
 
+use std::collections::BTreeSet;
 use std::mem::take;
 use std::sync::Arc;
 
@@ -53,8 +54,8 @@ pub struct StageCapture {
     pub fullest: CapturedQueue,
     /// The number of queues.
     pub queues: usize,
-    /// The largest number of bounces before any ray of the stage; none without rays.
-    pub most_bounces: Option<usize>,
+    /// The numbers of bounces after which the stage traces rays.
+    pub all_bounces: BTreeSet<usize>,
 }
 
 impl StageCapture {
@@ -73,7 +74,7 @@ impl StageCapture {
             current: nothing.clone(),
             fullest: nothing,
             queues: 0,
-            most_bounces: None,
+            all_bounces: BTreeSet::new(),
         };
         session.observe(None, &mut |event| capture.take(event));
         capture
@@ -103,7 +104,8 @@ impl StageCapture {
             return;
         }
         self.queues += 1;
-        self.most_bounces = self.most_bounces.max(Some(queue.rays_by_bounce.len() - 1));
+        let counts = queue.rays_by_bounce.iter().enumerate();
+        self.all_bounces.extend(counts.filter(|(_, rays)| **rays > 0).map(|(bounces, _)| bounces));
         if queue.rays_after(self.bounces) > self.fullest.rays_after(self.bounces) {
             self.fullest = queue;
         }

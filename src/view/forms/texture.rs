@@ -20,7 +20,7 @@ pub(super) fn names() -> &'static [&'static str] {
 enum TextureUse<'a> {
     /// A colour, with its factor.
     Color,
-    /// A number: its factor, the channel, and the channel in use if the file names none.
+    /// A number: its factor and channel.
     Number(&'a mut f32, &'a mut Channel),
     /// A channel of values as they are stored.
     Channel(&'a mut Channel),
@@ -77,8 +77,10 @@ impl FormWriter<'_> {
     /// A map that is a texture and a number.
     fn map(&self, path: &str, texture: Slot, number: Field) -> Value {
         let inner = format!("{path}.");
-        let texture = self.value(Field { doc: "the map", ..Field::plain("texture", true, texture) }, &inner);
-        json!({"kind": "part", "fields": [texture, self.value(number, &inner)]})
+        let texture = Field { doc: "the map", ..Field::plain("texture", true, texture) };
+        let mut texture = self.value(texture, &inner);
+        texture["constant"] = Value::Null;
+        json!({"kind": "part", "is_removable": true, "fields": [texture, self.value(number, &inner)]})
     }
 
     /// The form of a texture.

@@ -23,18 +23,26 @@ const askForBoxes = newestOnly(async () => {
   showBoxes();
 });
 
+function hideOldBoxes() {
+  byId("boxes").style.visibility = boxesChanged() ? "hidden" : "";
+}
+
 /** Requests the boxes again after a restart: scene or camera may have changed. */
 function followBoxes() {
-  byId("boxes").style.visibility = boxesChanged() ? "hidden" : "";
+  hideOldBoxes();
   if (boxesChanged()) askForBoxes();
 }
 
 function showBoxes() {
   byId("boxes-state").textContent = boxes === null ? "" : boxesText(boxes);
   byId("boxes-state").title = boxes === null ? "" : "Solid: boxes that hold boxes; dashed: boxes that hold triangles or spheres";
-  if (boxes) byId("boxes-level").max = boxes.last;
+  if (boxes) {
+    const level = byId("boxes-level");
+    level.max = boxes.last;
+    if (level.valueAsNumber > boxes.last) level.value = boxes.level;
+  }
   drawBoxes();
-  followBoxes();
+  hideOldBoxes();
 }
 
 function boxesText({ level, last, count: all, is_complete, is_limited, boxes: drawn }) {

@@ -42,18 +42,27 @@ const refreshForms = newestOnly(async () => {
 
 function showForm(form) {
   const text = JSON.stringify(form);
-  const isBeingEdited = byId("form").contains(document.activeElement) && document.activeElement.matches("input, select");
-  if (text === formText || (isBeingEdited && formText && JSON.parse(formText).statement === form.statement)) return;
+  if (text === formText) return;
+  const focused = byId("form").contains(document.activeElement) ? document.activeElement : null;
+  const isSame = formText !== "" && JSON.parse(formText).statement === form.statement;
+  // What is being typed stays; the form is drawn again when the control loses the focus.
+  if (isSame && focused?.matches("input:not([type=checkbox])")) return;
   formText = text;
   byId("form-name").textContent = form.form;
   byId("form").replaceChildren(...form.fields.map((field) => fieldRow(form.statement, field)));
+  if (isSame && focused) (byId(focused.id) ?? byId(focused.id.replace(/-texture$/, "")))?.focus();
+}
+
+/** Draws the form again as the last changes have made it. */
+function redrawForm() {
+  formsGeneration = -1;
+  refreshForms();
 }
 
 function chooseForm(statement) {
   formOf = statement;
-  formsGeneration = -1;
   formText = "";
-  refreshForms();
+  redrawForm();
 }
 
 /** A field: its name, its control, and its unit and range. */
@@ -66,7 +75,7 @@ function fieldRow(statement, field) {
   const isIdle = field.without_effect !== null;
   const facts = isIdle ? `does nothing ${field.without_effect}` : [field.unit, field.range].filter((it) => it).join(", ");
   const fact = element("span", "fact", facts);
-  if (field.textures) fact.append(textureSelect(field, set));
+  if (field.textures) fact.append(textureSelect(field, set, `${id}-texture`));
   const row = element("div", isIdle ? "field is-idle" : "field", label, control, fact);
   if (isIdle) greyOut(row, field);
   const inner = (field.fields ?? []).map((part) => fieldRow(statement, part));
@@ -174,11 +183,15 @@ const CONTROLS = {
   texture(field, set, id) {
     const select = element("select");
     select.id = id;
-    const names = field.value === "None" ? ["None", ...field.names] : [...field.names, field.constant === "None" ? "None" : "constant"];
+    const others = field.constant === null ? [] : [field.constant === "None" ? "None" : "constant"];
+    const names = field.value === "None" ? ["None", ...field.names] : [...field.names, ...others];
     select.append(...names.map((name) => new Option(name, name)));
     select.value = field.value;
     const text = (name) => (field.template ?? "{}").replace("{}", `${name}()`);
-    select.addEventListener("change", () => set(["None", "constant"].includes(select.value) ? field.constant : text(select.value)));
+    select.addEventListener("change", () => {
+      if (select.value === field.value) return;
+      set(["None", "constant"].includes(select.value) ? field.constant : text(select.value));
+    });
     return select;
   },
   choice(field, set, id) {
@@ -194,7 +207,13 @@ const CONTROLS = {
     text.addEventListener("change", () => set(text.value));
     return text;
   },
-  part: (field) => element("span", "fact", field.value ?? ""),
+  part(field, set, id) {
+    if (!field.is_removable) return element("span", "fact", field.value ?? "");
+    const button = element("button", "", "Remove");
+    Object.assign(button, { id, type: "button" });
+    button.addEventListener("click", () => set("None"));
+    return button;
+  },
   absent(field, set, id) {
     const button = element("button", "", "Add");
     Object.assign(button, { id, type: "button" });
@@ -207,11 +226,14 @@ const CONTROLS = {
 };
 
 /** Puts a pattern in the place of a constant. */
-function textureSelect(field, set) {
+function textureSelect(field, set, id) {
   const select = element("select");
+  select.id = id;
   select.ariaLabel = `${field.name}: a constant or a pattern`;
   select.append(...["constant", ...field.textures].map((name) => new Option(name, name)));
-  select.addEventListener("change", () => set(select.value === "constant" ? "0.5" : `${select.value}()`));
+  select.addEventListener("change", () => {
+    if (select.value !== "constant") set(`${select.value}()`);
+  });
   return select;
 }
 
@@ -304,6 +326,7 @@ function unpick() {
 function connectForms() {
   on("form-of", "change", (event) => chooseForm(event.target.value));
   on("edit-panel", "toggle", refreshForms);
+  on("form", "focusout", redrawForm);
   on("save-edits", "click", () => send({ save_edits: true }));
   on("undo", "click", () => undo("last"));
   on("undo-all", "click", () => undo("all"));

@@ -11,7 +11,6 @@ use crate::cli::args::{NamedValues, name_of, one_of};
 use crate::cli::command_line::{CommandLine, not_an_option};
 use crate::cli::failure::Failure;
 use crate::cli::output;
-use crate::files::are_same;
 use crate::files::atomic_write::writable;
 use crate::formats::rays::{HitSummary, RAY_BYTES, save_rays};
 use crate::integrator::{RenderSetup, Stage};
@@ -47,9 +46,6 @@ pub(super) fn run(
     setup: &Arc<RenderSetup>,
     plan: &ProfilePlan,
 ) -> Result<String, Failure> {
-    if are_same(&arguments.scene, file) {
-        return Err(Failure::command_line(format!("{} is read: name another --capture", file.display())));
-    }
     writable(file)?;
     let CaptureOptions { stage, bounce, .. } = arguments.capture;
     let bounces = bounce.map(|bounce| bounce as usize);
@@ -98,10 +94,11 @@ fn nothing(capture: &StageCapture, arguments: &ProfileArguments) -> String {
     let scene = arguments.scene.display();
     let CaptureOptions { stage, bounce, .. } = &arguments.capture;
     let stage = name_of(TRACING, stage);
-    match (capture.most_bounces, bounce) {
-        (Some(most), Some(bounce)) => format!(
-            "--bounce {bounce}: in {scene}, stage {stage} traces no ray after more than {most} bounces: choose 0 to \
-             {most}"
+    let known: Vec<String> = capture.all_bounces.iter().map(usize::to_string).collect();
+    match bounce {
+        Some(bounce) if !known.is_empty() => format!(
+            "--bounce {bounce}: in {scene}, stage {stage} traces no ray after so many bounces, but after {}",
+            known.join(", ")
         ),
         _ => format!("--stage {stage}: {scene} has no such rays: choose another stage"),
     }

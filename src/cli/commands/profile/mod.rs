@@ -79,6 +79,13 @@ pub fn run(arguments: &ProfileArguments) -> Result<ExitCode, Failure> {
         isa: arguments.simd.unwrap_or(Isa::detect()),
         cpu_seconds: process_times::process_cpu_seconds,
     };
+    for (option, file) in [
+        ("--trace", &arguments.trace),
+        ("--html", &arguments.html),
+        ("--capture", &arguments.capture.capture),
+    ] {
+        file.iter().try_for_each(|file| super::check_is_not_read(file, &world.assets.files, option))?;
+    }
     if let Some(file) = &arguments.capture.capture {
         output::print(&capture::run(file, arguments, &setup, &plan)?)?;
         return Ok(ExitCode::SUCCESS);

@@ -17,7 +17,7 @@ use crate::world::ineffective::{
 use crate::world::{Camera, Light, Material, World};
 
 /// A component, a field of it and a new value; the component's text where the field does nothing, and where it does
-/// something. A W before a text: under the Whitted transport.
+/// something. A W before a text: under the Whitted transport; `first`: without a sky before it.
 type Claim = [&'static str; 5];
 
 #[rustfmt::skip]
@@ -104,10 +104,10 @@ const CLAIMS: &[Claim] = &[
     ["light", "radius_m", "0.4", "Spot(power_w: 90, falloff: Constant)", "Spot(power_w: 90)"],
     ["light", "sun_degrees", "20", "Sky(sun: 0)", "Sky()"],
     ["light", "sun_degrees", "20", "WSky()", "Sky()"],
-    ["light", "angle_degrees", "0.53", "WDirectional(irradiance: 2)", "Directional(irradiance: 2)"],
+    ["light", "angle_degrees", "20", "WDirectional(irradiance: 2)", "Directional(irradiance: 2)"],
     ["light", "samples", "4", "Area(power_w: 90, size_m: 1)", "WArea(power_w: 90, size_m: 1)"],
     ["light", "pattern", "Regular", "Area(power_w: 90, size_m: 1)", "WArea(power_w: 90, size_m: 1)"],
-    ["light", "radiance", "3", "Environment(radiance: 2)", "Area(power_w: 90, size_m: 1)"],
+    ["light", "radiance", "3", "Environment(radiance: 2)", "first Environment(radiance: 2)"],
     ["camera", "focus_distance_m", "1.5", "ThinLens(lens_radius_m: 0, focus_distance_m: 4)", "ThinLens(lens_radius_m: 0.2, focus_distance_m: 4)"],
     ["camera", "pattern", "Center", "WThinLens(lens_radius_m: 0, focus_distance_m: 4)", "WThinLens(lens_radius_m: 0.2, focus_distance_m: 4)"],
     ["camera", "pattern", "Center", "ThinLens(lens_radius_m: 0.2, focus_distance_m: 4)", "WThinLens(lens_radius_m: 0.2, focus_distance_m: 4)"],
@@ -145,7 +145,8 @@ type Shown = HashSet<(&'static str, usize, &'static str)>;
 
 fn scene(component: &str, text: &str) -> String {
     let is_whitted = text.starts_with('W');
-    let text = text.trim_start_matches('W');
+    let is_first = text.starts_with("first ");
+    let text = text.trim_start_matches('W').trim_start_matches("first ");
     let of = |kind: &str, usual: &str| {
         let own = if component == kind { text } else { usual };
         if own.is_empty() { usual.to_owned() } else { own.to_owned() }
@@ -166,8 +167,11 @@ fn scene(component: &str, text: &str) -> String {
     let depth = if settings.contains("max_depth") { "" } else { "max_depth: 4," };
     let catcher =
         if text == "catcher" { "Principled(metallic: 0, shadow_catcher: true)" } else { "(diffuse: 0.6)" };
-    let around =
-        if text == "dark" || is_whitted { "" } else { "(name: \"sky\", light: Environment(radiance: 0.3))," };
+    let around = if text == "dark" || is_whitted || is_first {
+        ""
+    } else {
+        "(name: \"sky\", light: Environment(radiance: 0.3)),"
+    };
     let transport = if is_whitted { "Whitted" } else { "Path" };
     format!(
         "(settings: (size: (10, 8), samples: 2, transport: {transport}, {depth} {settings}),
