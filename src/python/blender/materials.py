@@ -12,7 +12,7 @@ from .coordinates import MeshSpace
 from .images import Images
 from .nodes import Input, Output, surface
 from .ron import Ron, form
-from .textures import Map, Maps, ObjectInfo, combined, mixed, one
+from .textures import Map, Maps, ObjectInfo, combined, mixed, one, share
 
 BLACK, GREY, WHITE = (0.0, 0.0, 0.0), (0.8, 0.8, 0.8), (1.0, 1.0, 1.0)
 BLEND = Ron("Blend")
@@ -136,7 +136,7 @@ class Material:
             fields["bump"] = {"texture": height, "height_m": self.maps.constant(source.input("Scale"))}
 
     def _shader(self, source: Output | None) -> Fields:
-        if source is None or source.node is None:
+        if source is None:
             return {**DARK}
         convert = SHADERS.get(source.type)
         if convert:
@@ -222,7 +222,7 @@ class Material:
             tint = {} if one(b["base_color"]) else {"specular_color": b["base_color"]}
             rest = {key: value for key, value in a.items() if key != "specular"}
             return rest | keep | tint | {"ior": self.maps.constant(by_source.input("IOR"))}
-        by = self.maps.number(factor)
+        by = share(self.maps.number(factor))
         if by in (0, 1):
             return b if by else a
         for shown, hidden, weight in ((b, a, by), (a, b, combined("Subtract", 1.0, by))):

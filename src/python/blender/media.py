@@ -20,7 +20,7 @@ def of_volume(source: Output, maps: Maps) -> dict[str, Any]:
     while pending:
         part = pending.pop()
         if part.type == "ADD_SHADER":
-            pending += [s for s in (part.input(i).source() for i in range(2)) if s and s.node]
+            pending += [s for s in (part.input(i).source() for i in range(2)) if s]
             continue
         if part.type not in {"VOLUME_ABSORPTION", "VOLUME_SCATTER", "PRINCIPLED_VOLUME"}:
             maps.warn(f"the node {part.node.bl_label}")
@@ -32,8 +32,9 @@ def of_volume(source: Output, maps: Maps) -> dict[str, Any]:
             else:
                 scattering[c] += density * color[c]
         if part.type == "VOLUME_SCATTER":
-            if part.node.phase != "HENYEY_GREENSTEIN":
-                maps.warn(f"the phase function {part.node.phase.replace('_', ' ').title()}")
+            phase = getattr(part.node, "phase", "HENYEY_GREENSTEIN")  # Blender 4.2 has this one alone.
+            if phase != "HENYEY_GREENSTEIN":
+                maps.warn(f"the phase function {phase.replace('_', ' ').title()}")
         if part.type == "PRINCIPLED_VOLUME":
             tint = maps.constant(part.input("Absorption Color"))
             for c in range(3):

@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+# Sockets of three numbers.
+WIDE = {"RGBA", "VECTOR", "ROTATION"}
+
 
 class Input(NamedTuple):
     """An input of a node. `groups` are the group nodes that it lies within, the innermost last."""
@@ -14,12 +17,25 @@ class Input(NamedTuple):
 
     @property
     def value(self) -> Any:
-        """The value that it has when nothing is linked: a number or a tuple. A colour has no alpha."""
-        value = getattr(self.socket, "default_value", None)
-        return tuple(value)[:3] if hasattr(value, "__len__") and not isinstance(value, str) else value
+        """The value that it has when nothing is linked: a number or a tuple. A colour has no alpha.
+
+        If it takes what comes into a group, and nothing does, that is the value of the group's input.
+        """
+        end = self._end()
+        value = getattr((end if isinstance(end, Input) else self).socket, "default_value", None)
+        if not hasattr(value, "__len__") or isinstance(value, str):
+            is_spread = self.socket.type in WIDE and isinstance(value, (int, float))
+            return (value,) * 3 if is_spread else value
+        value = tuple(value)[:3]
+        return value if self.socket.type in WIDE else sum(value) / 3
 
     def source(self) -> Output | None:
         """The output that feeds it, or None."""
+        end = self._end()
+        return end if isinstance(end, Output) else None
+
+    def _end(self) -> Output | Input:
+        """Follows the links, to an output or to the input whose value counts."""
         socket, groups = self.socket, self.groups
         while socket.is_linked and not socket.links[0].is_muted:
             output = socket.links[0].from_socket
@@ -30,36 +46,35 @@ class Input(NamedTuple):
                 # What it passes on, as in Blender.
                 through = next((link.from_socket for link in node.internal_links if link.to_socket == output), None)
                 if through is None:
-                    return None
+                    return self
                 socket = through
             elif node.type == "GROUP" and node.node_tree:
                 inner = next((n for n in node.node_tree.nodes if n.type == "GROUP_OUTPUT" and n.is_active_output), None)
                 found = inner and next((i for i in inner.inputs if i.identifier == output.identifier), None)
                 if not found:
-                    return None
+                    return self
                 socket, groups = found, groups + (node,)
             elif node.type == "GROUP_INPUT" and groups:
                 socket = next(i for i in groups[-1].inputs if i.identifier == output.identifier)
                 groups = groups[:-1]
             else:
                 return Output(output, groups)
-        return None if socket is self.socket else Output(None, groups, Input(socket, groups).value)
+        return Input(socket, groups)
 
 
 class Output(NamedTuple):
-    """An output of a node; or, without a socket, the value of an input of a group that nothing is linked to."""
+    """An output of a node."""
 
     socket: Any
     groups: tuple = ()
-    value: Any = None
 
     @property
     def node(self) -> Any:
-        return self.socket.node if self.socket else None
+        return self.socket.node
 
     @property
     def type(self) -> str:
-        return self.socket.node.type if self.socket else "CONSTANT"
+        return self.socket.node.type
 
     def input(self, name: str | int) -> Input:
         """An input of the same node."""
@@ -75,7 +90,7 @@ def leads_to(source: Output | None, kinds: set[str]) -> bool:
     pending, seen = [source], set()
     while pending:
         part = pending.pop()
-        if part is None or part.node is None or part in seen:
+        if part is None or part in seen:
             continue
         if part.type in kinds:
             return True

@@ -648,14 +648,76 @@ def node_values() -> None:
         tree.links.new(to.links[0].from_socket, curves.inputs["Color"])
         tree.links.new(curves.outputs[0], to)
 
+    def shaders(scene: Any, of: Any) -> None:
+        tree = of.node_tree
+        inner = scenes.group(
+            tree, "ShaderNodeBsdfPrincipled", tree.nodes["Material Output"].inputs[0],
+            Normal=None, Base_Color=None, Roughness=0.25, Coat_Normal=None, Tangent=None, Coat_Weight=1.0, Anisotropic=0.5,
+        )  # fmt: skip
+        scenes.group(tree, "ShaderNodeTexImage", inner.inputs["Base Color"], Vector=None).node_tree.nodes[
+            "Image Texture"
+        ].image = scenes.picture("checks", (16, 16), scenes.checker)
+
+    def lights(scene: Any, of: Any) -> None:
+        tree = scene.world.node_tree
+        to = tree.nodes["World Output"].inputs["Surface"]
+        scenes.group(tree, "ShaderNodeBackground", to, Color=(0.1, 0.2, 0.4, 1), Strength=2.0)
+        lamp = bpy.data.lights["point"]
+        lamp.use_nodes = True
+        to = lamp.node_tree.nodes["Light Output"].inputs["Surface"]
+        scenes.group(lamp.node_tree, "ShaderNodeEmission", to, Color=(1, 0.5, 0.25, 1), Strength=0.5)
+
+    def inside(scene: Any, of: Any) -> None:
+        tree = of.node_tree
+        tree.nodes.remove(tree.nodes["Principled BSDF"])
+        both = scenes.group(tree, "ShaderNodeAddShader", tree.nodes["Material Output"].inputs["Volume"], Shader=None)
+        scenes.group(
+            both.node_tree, "ShaderNodeVolumeAbsorption", both.node_tree.nodes["Add Shader"].inputs[1], Density=2
+        )
+
+    def switches(scene: Any, of: Any) -> None:
+        shader = scenes.shader(of)
+        both = scenes.node(of, "ShaderNodeMath", shader.inputs["Metallic"])
+        both.use_clamp, both.inputs[1].default_value = True, 0.5
+        checks(of, both.inputs[0])
+        ramp = scenes.node(of, "ShaderNodeValToRGB", shader.inputs["Roughness"], out="Alpha")
+        ramp.color_ramp.elements[0].color = (0, 0, 0, 0.25)
+        checks(of, ramp.inputs[0])
+        mix = scenes.node(of, "ShaderNodeMix", shader.inputs["Base Color"], out=2)
+        mix.data_type, mix.blend_type, mix.clamp_result = "RGBA", "ADD", True
+        of.node_tree.links.new(mix.outputs[2], shader.inputs["Base Color"])
+        mix.inputs[0].default_value, mix.inputs[6].default_value = 1.0, (0.75, 0.75, 0.75, 1)
+        checks(of, mix.inputs[7])
+
+    def wide(scene: Any, of: Any) -> None:
+        shader = scenes.shader(of)
+        shader.inputs["Subsurface Weight"].default_value = 0.5
+        scenes.node(of, "ShaderNodeObjectInfo", shader.inputs["Subsurface Radius"], out="Object Index")
+        bpy.data.objects["Sphere.003"].pass_index = 1
+
     for name, change, words, told in (
-        ("black_body", warm, "base_color: (1.0, 0.849", "base color above 1"),
-        ("adjusted", adjust, "base_color: Texture(", "Gamma (for Color: its Color goes through unchanged)"),
-        ("muted", mute, "base_color: Texture(", ""),
-        ("around", around, 'Environment(image: "', "RGB Curves: its Color goes through unchanged"),
+        ("black_body", warm, ["base_color: (1.0, 0.849"], "base color above 1"),
+        ("adjusted", adjust, ["base_color: Texture("], "Gamma (for Color: its Color goes through unchanged)"),
+        ("muted", mute, ["base_color: Texture("], ""),
+        ("around", around, ['Environment(image: "'], "RGB Curves: its Color goes through unchanged"),
+        ("of_groups", shaders, ["base_color: Texture(", "clearcoat: 1.0"], "Anisotropy without a Tangent"),
+        ("of_lights", lights, ["radiance: (0.2, 0.4, 0.8)", "power_w: (60.0, 18.0, 6.0)"], ""),
+        ("of_volumes", inside, ["attenuation_distance_m: "], ""),
+        (
+            "clamped",
+            switches,
+            [
+                "Min(a: Add(a: Mix(a: 0.0, b: 1.0, by: Texture(",
+                "stops: [(0.0, 0.25), (1.0, 1.0)]",
+                "Min(a: Add(a: (0.75",
+            ],
+            "",
+        ),
+        ("wide", wide, ["attenuation_distance_m: "], ""),
     ):
         text, lost = ron(name, change)
-        check(f"node_{name}", words in text and told in lost and bool(told) == bool(lost), lost or words)
+        missing = [part for part in words if part not in text]
+        check(f"node_{name}", not missing and told in lost and bool(told) == bool(lost), f"{missing or words}; {lost}")
 
 
 @test
@@ -719,6 +781,7 @@ def object_info() -> None:
     for x in range(-3, 4):
         copy = scenes.link(bpy.data.objects.new(f"copy {x}", None))
         copy.instance_type, copy.instance_collection, copy.location = "COLLECTION", inner, (x, -2, 0.3)
+    bpy.data.objects["Sphere.005"].name = "Größe"
     compare("object_info", scene, 64, 64, rms=0.03)
 
 

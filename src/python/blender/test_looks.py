@@ -268,6 +268,24 @@ def mixed_colors():
 
 
 @look()
+def clamped_picture():
+    """A picture behind a Color Ramp's Alpha, a Math node and a Mix node, which clamp."""
+    m = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    mix = node(m, "ShaderNodeMix", shader(m).inputs["Base Color"], 2)
+    mix.data_type, mix.blend_type, mix.clamp_result = "RGBA", "ADD", True
+    m.node_tree.links.new(mix.outputs[2], shader(m).inputs["Base Color"])
+    mix.inputs[6].default_value = (0.7, 0.1, 0.3, 1)
+    ramp = node(m, "ShaderNodeValToRGB", mix.inputs[7], "Alpha")
+    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (1, 0, 0, 0.8), (0, 1, 0, 0.1)
+    math = node(m, "ShaderNodeMath", mix.inputs[0])
+    math.operation, math.use_clamp, math.inputs[1].default_value = "MULTIPLY", True, 3.0
+    texture = node(m, "ShaderNodeTexImage", ramp.inputs["Fac"])
+    m.node_tree.links.new(texture.outputs[0], math.inputs[0])
+    texture.image = picture("slope", (256, 256), lambda u, v: u[..., None], is_data=True)
+    return m
+
+
+@look()
 def vertex_colors():
     m = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
     node(m, "ShaderNodeVertexColor", shader(m).inputs["Base Color"]).layer_name = "paint"

@@ -87,6 +87,23 @@ def node(material: Any, kind: str, to: Any = None, out: str | int = 0, **inputs:
     return found
 
 
+def group(tree: Any, kind: str, to: Any, **free: Any) -> Any:
+    """Adds a group with one node to a tree, and links its output. Inputs of the node in `free` are the group's."""
+    inner, outer = bpy.data.node_groups.new(kind, "ShaderNodeTree"), tree.nodes.new("ShaderNodeGroup")
+    first, found, last = (inner.nodes.new(name) for name in ("NodeGroupInput", kind, "NodeGroupOutput"))
+    sockets = {"RGBA": "Color", "VALUE": "Float", "VECTOR": "Vector", "SHADER": "Shader"}
+    for name, of in [(None, found.outputs[0]), *((key, found.inputs[key.replace("_", " ")]) for key in free)]:
+        direction, kind_of = "INPUT" if name else "OUTPUT", f"NodeSocket{sockets[of.type]}"
+        inner.interface.new_socket(of.name, in_out=direction, socket_type=kind_of)
+        inner.links.new(*((first.outputs[of.name], of) if name else (of, last.inputs[of.name])))
+    outer.node_tree = inner
+    for key, value in free.items():
+        if value is not None:
+            outer.inputs[key.replace("_", " ")].default_value = value
+    tree.links.new(outer.outputs[0], to)
+    return outer
+
+
 def surface(material: Any, kind: str, **inputs: Any) -> Any:
     """Replaces the shader of a material."""
     return node(material, kind, material.node_tree.nodes["Material Output"].inputs["Surface"], **inputs)

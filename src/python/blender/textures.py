@@ -12,7 +12,7 @@ from mathutils import Vector
 
 from .coordinates import Coordinates, MeshSpace, coordinates
 from .images import Images
-from .nodes import Input, Output, adjusted, leads_to
+from .nodes import WIDE, Input, Output, adjusted, leads_to
 from .ron import Ron, form
 
 CHANNELS = {"Red": "Red", "Green": "Green", "Blue": "Blue", "R": "Red", "G": "Green", "B": "Blue"}
@@ -90,15 +90,15 @@ class Maps:
     def color(self, socket: Input) -> Map:
         """A colour, or a texture."""
         value = self._value(socket, self._color)
-        return (value, value, value) if isinstance(value, (int, float)) else value
+        return (value, value, value) if isinstance(value, (int, float)) else whole(value)
 
     def number(self, socket: Input) -> Map:
         """A number, or a number map."""
         return self._value(socket, self._number)
 
     def constant(self, socket: Input) -> Any:
-        """A number or a colour that no texture can be."""
-        value = self._value(socket, self._color if socket.socket.type == "RGBA" else self._number)
+        """A number, or three, which no texture can be."""
+        value = self.color(socket) if socket.socket.type in WIDE else self.number(socket)
         if isinstance(value, Ron):
             self.warn(f"a texture for {socket.socket.name}")
             return socket.value
@@ -120,7 +120,7 @@ class Maps:
 
     def _behind(self, source: Output) -> Input | None:
         """The input that stands in for a node without a counterpart: one with an image behind it, else its first colour."""
-        inputs = adjusted(source) if source.node else []
+        inputs = adjusted(source)
         image = next((i for i in inputs if leads_to(i.source(), {"TEX_IMAGE"})), None)
         if image and image.socket.type != source.socket.type == "RGBA" and image.source().type in SEPARATE:
             return image.source().input(0)  # Not one channel, but all that are put together again.
@@ -128,8 +128,6 @@ class Maps:
 
     def _color(self, source: Output) -> Map:
         kind, node = source.type, source.node
-        if kind == "CONSTANT":
-            return source.value
         if kind == "RGB":
             return tuple(node.outputs[0].default_value)[:3]
         if kind == "VALUE":
@@ -137,7 +135,7 @@ class Maps:
         if kind == "BLACKBODY" and not source.input(0).source():
             return black_body(source.input(0).value)
         if kind == "TEX_IMAGE":
-            return self._picture(source, None)
+            return self._picture(source, "Alpha" if source.socket.name == "Alpha" else None)
         if kind in {"VERTEX_COLOR", "ATTRIBUTE"}:
             return self._vertex(source, "Alpha" if source.socket.name == "Alpha" else None)
         if kind == "OBJECT_INFO":
@@ -159,9 +157,6 @@ class Maps:
 
     def _number(self, source: Output) -> Map:
         kind, node = source.type, source.node
-        if kind == "CONSTANT":
-            value = source.value
-            return sum(value) / 3 if hasattr(value, "__len__") else value
         if kind == "VALUE":
             return node.outputs[0].default_value
         if kind == "TEX_IMAGE":
@@ -183,7 +178,10 @@ class Maps:
         if kind == "MATH":
             return self._math(source)
         if kind == "CLAMP":
-            return self.number(source.input("Value"))
+            low, high = (self.constant(source.input(name)) for name in ("Min", "Max"))
+            if node.clamp_type == "RANGE":
+                low, high = min(low, high), max(low, high)
+            return clamped(self.number(source.input("Value")), low, high)
         if kind in SEPARATE:
             raise NotCarried(f"the node {node.bl_label} of the mode {node.mode}")
         if kind in {"RGBTOBW", "MAP_RANGE"}:
@@ -258,9 +256,19 @@ class Maps:
             if blend not in BLENDS:
                 raise NotCarried(f"the node {source.node.bl_label} of the type {blend.title()}")
             y = combined(BLENDS[blend], x, y)
-        return mixed(x, y, by)
+        # The older node has one switch, that of the result.
+        if getattr(source.node, "clamp_factor", True):
+            by = share(by)
+        elif is_arithmetic(by) or (isinstance(x, Ron) or isinstance(y, Ron)) and share(by) != by:
+            self.warn(f"the node {source.node.bl_label} without Clamp Factor: it counts from 0 to 1")
+        switch = "clamp_result" if source.type == "MIX" else "use_clamp"
+        return clamped(mixed(x, y, by)) if getattr(source.node, switch) else mixed(x, y, by)
 
     def _math(self, source: Output) -> Map:
+        found = self._operation(source)
+        return clamped(found) if source.node.use_clamp else found
+
+    def _operation(self, source: Output) -> Map:
         operation = source.node.operation
         a, b = (self.number(i) for i in (source.inputs() * 2)[:2])
         if operation == "MULTIPLY_ADD":
@@ -270,17 +278,21 @@ class Maps:
         return combined(OPERATIONS[operation], a, b)
 
     def _ramp(self, source: Output) -> Map:
-        ramp, stops = source.node.color_ramp, []
+        ramp, stops, alone = source.node.color_ramp, [], source.socket.name == "Alpha"
+
+        def part(color: Any) -> Map:
+            return color[3] if alone else tuple(color)[:3]
+
         of = self.number(source.input("Fac" if "Fac" in source.node.inputs else 0))
         if not isinstance(of, Ron):
-            return tuple(ramp.evaluate(of))[:3]
+            return part(ramp.evaluate(of))
         for element in ramp.elements:
             if ramp.interpolation == "CONSTANT" and stops:
                 stops.append((max(element.position - 1e-5, 0.0), stops[-1][1]))
-            stops.append((element.position, tuple(element.color)[:3]))
+            stops.append((element.position, part(element.color)))
         if ramp.interpolation not in {"LINEAR", "CONSTANT"} or ramp.color_mode != "RGB":
             self.warn("a Color Ramp that is neither linear nor constant: it is linear here")
-        return form("Curve", of=of, stops=stops)
+        return form("Curve", of=whole(of), stops=stops)
 
     def _checker(self, source: Output) -> Map:
         place = self._coordinates(source, "Generated")
@@ -381,6 +393,7 @@ FOLDED: dict[str, Callable[[float, float], float]] = {
     "Min": min,
     "Max": max,
 }
+OPPOSITES = {"Add": "Subtract", "Subtract": "Add"}
 
 
 def combined(operation: str, x: Map, y: Map) -> Map:
@@ -388,12 +401,38 @@ def combined(operation: str, x: Map, y: Map) -> Map:
     if isinstance(x, Ron) or isinstance(y, Ron):
         if operation == "Multiply" and (one(x) or one(y)):
             return y if one(x) else x
-        return form(operation, a=x, b=y)
+        if operation == "Add" and isinstance(x, (int, float)):
+            x, y = y, x
+        if operation in OPPOSITES and isinstance(y, (int, float)) and y < 0:
+            operation, y = OPPOSITES[operation], -y  # The program takes no negative numbers.
+        return form(operation, a=whole(x), b=whole(y))
     fold = FOLDED[operation]
     if isinstance(x, tuple) or isinstance(y, tuple):
         x, y = (v if isinstance(v, tuple) else (v,) * 3 for v in (x, y))
         return tuple(map(fold, x, y))
     return fold(x, y)
+
+
+def whole(x: Map) -> Map:
+    """A map that can be a colour: one channel of a picture as grey."""
+    is_channel = isinstance(x, Ron) and x.startswith("Texture(") and "channel: " in x
+    return form("Mix", a=0.0, b=1.0, by=x) if is_channel else x
+
+
+def clamped(x: Map, low: float = 0.0, high: float = 1.0) -> Map:
+    """A map between two numbers. One of textures is never negative."""
+    x = combined("Min", x, high)
+    return x if isinstance(x, Ron) and low <= 0 else combined("Max", x, low)
+
+
+def share(x: Map) -> Map:
+    """A map that says how much of one thing there is, and of another. The program takes maps for this from 0 to 1."""
+    return x if isinstance(x, Ron) else clamped(x)
+
+
+def is_arithmetic(x: Map) -> bool:
+    """Whether a map may be beyond 1, of textures that are not."""
+    return isinstance(x, Ron) and x.startswith(("Add(", "Subtract(", "Multiply(", "Max(", "Mix("))
 
 
 def mixed(x: Map, y: Map, by: Map) -> Map:
@@ -403,7 +442,7 @@ def mixed(x: Map, y: Map, by: Map) -> Map:
     if by == 1:
         return y
     if isinstance(x, Ron) or isinstance(y, Ron) or isinstance(by, Ron):
-        return form("Mix", a=x, b=y, by=by)
+        return form("Mix", a=whole(x), b=whole(y), by=by)
     return combined("Add", combined("Multiply", x, 1 - by), combined("Multiply", y, by))
 
 

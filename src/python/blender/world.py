@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from mathutils import Matrix, Vector
+from mathutils import Euler, Matrix, Vector
 
 from . import atmosphere, exr
 from .coordinates import MeshSpace
@@ -129,7 +129,7 @@ def _turn(vector: Input, maps: Maps) -> Matrix:
         or max(map(abs, source.input("Location").value)) > 1e-4
     ):
         maps.warn("a Mapping that does more than to turn")
-    turn = source.input("Rotation").socket.default_value.to_matrix()
+    turn = Euler(source.input("Rotation").value).to_matrix()
     return turn.transposed() if source.node.vector_type == "TEXTURE" else turn
 
 
