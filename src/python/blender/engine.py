@@ -61,17 +61,16 @@ class RayfrontEngine(bpy.types.RenderEngine):
 
     def update(self, data: Any = None, depsgraph: Any = None) -> None:
         """Writes the scene. Blender keeps the viewport from being drawn meanwhile, so what is read does not change."""
-        self.lost: list[str] = []
+        self.lost: dict[str, None] = {}
         self.fault: str | None = None
         self.folder: str | None = None
         started = time.perf_counter()
-        scene = depsgraph.scene
         try:
-            keep = scene.rayfront.keep
+            keep = depsgraph.scene.rayfront.keep
             self.folder = folder(keep) if keep else tempfile.mkdtemp(prefix="rayfront_")
             self._missing_passes(depsgraph.view_layer_eval)
             self.exported: Exported = Export(depsgraph, self.folder, self._lose).write(self._moments(depsgraph))
-            if self.exported.shutter and scene.rayfront.adaptive:
+            if self.exported.shutter and depsgraph.scene_eval.rayfront.adaptive:
                 self._lose("Adaptive, together with motion blur")
         except (ValueError, OSError) as error:
             self.fault = str(error)
@@ -79,7 +78,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
             self.fault = f"{type(error).__name__}: {error}"
             if os.environ.get("RAYFRONT_TRACE"):
                 raise
-        RayfrontEngine.last = {"export_s": time.perf_counter() - started, "lost": self.lost}
+        RayfrontEngine.last = {"export_s": time.perf_counter() - started, "lost": list(self.lost)}
 
     def render(self, depsgraph: Any) -> None:
         """Renders what `update` has written."""
@@ -99,8 +98,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
             self.report({"ERROR"}, f"rayfront: {self.fault}")
 
     def _lose(self, what: str) -> None:
-        if what not in self.lost:
-            self.lost.append(what)
+        self.lost.setdefault(what)
 
     def _missing_passes(self, layer: Any) -> None:
         """Tells of passes that are asked for, and are not among those of `update_render_passes`."""
@@ -118,7 +116,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
     def _moments(self, depsgraph: Any) -> Moments | None:
         """The shutter, if Blender wants things to be blurred that move."""
         scene, layer = depsgraph.scene, depsgraph.view_layer_eval
-        render = scene.render
+        render = depsgraph.scene_eval.render
         if not (render.use_motion_blur and getattr(layer, "use_motion_blur", True)) or render.motion_blur_shutter <= 0:
             return None
         part = render.motion_blur_shutter
@@ -140,7 +138,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
 
     def _command(self, depsgraph: Any, viewer: Viewer | None) -> tuple[list[str], tuple[int, int]]:
         """The command line, and the size of what it renders."""
-        scene, layer = depsgraph.scene, depsgraph.view_layer_eval
+        scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
         mine, render = scene.rayfront, scene.render
         layers = [name for flag, _, _, _, name in PASSES if getattr(layer, flag)]
         command = [program.path(), SCENE, "-o", OUTPUT, "--json", "--progress", "json", "--checkpoint", "off"]
@@ -245,7 +243,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
     def _read(self, depsgraph: Any, size: tuple[int, int]) -> None:
         """Hands the finished picture to Blender. A part's result is as large as the part."""
         width, height = size
-        mine = depsgraph.scene.rayfront
+        mine = depsgraph.scene_eval.rayfront
         planes = exr.read(os.path.join(self.folder, OUTPUT))
         denoised = os.path.join(self.folder, DENOISED)
         light = planes
@@ -253,7 +251,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
             light = exr.read(denoised)
         elif mine.denoise:
             self.report({"WARNING"}, "rayfront: nothing is denoised: that takes two samples of each pixel")
-        alpha = light["A"] if depsgraph.scene.render.film_transparent else np.ones((height, width), np.float32)
+        alpha = light["A"] if depsgraph.scene_eval.render.film_transparent else np.ones((height, width), np.float32)
         result = self.begin_result(0, 0, width, height, layer=depsgraph.view_layer_eval.name)
         passes = result.layers[0].passes
 

@@ -54,7 +54,7 @@ class Export:
         self.models: dict[str, Model] = {}
         self.entities: list[dict[str, Any]] = []
         self.count = 0
-        self.film = Film.of(depsgraph.scene)
+        self.film = Film.of(depsgraph.scene_eval)
         # What the film shows in place of things.
         self.shown: set[str] = set()
 
@@ -64,11 +64,13 @@ class Export:
         if not scene.camera:
             raise ValueError("the scene has no camera")
         render = scene.render
+        # Values with keys are those of the frame in the evaluated scene alone.
+        evaluated = self.depsgraph.scene_eval
         part = render.resolution_percentage / 100
         size = (max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part)))
         lens, place = camera(self.depsgraph, size, self.folder, self.warn)
         self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
-        world = (getattr(layer, "world_override", None) or scene.world) if layer.use_sky else None
+        world = (getattr(layer, "world_override", None) or evaluated.world) if layer.use_sky else None
         self._include(layer)
         around = surroundings(world, self.images, self.warn)
         for name, entity in zip(("world", "sun of the world"), around.entities):
@@ -77,10 +79,11 @@ class Export:
         nodes = self._instances()
         shutter = self._moves(moments, nodes, place) if moments else None
         self._models()
-        self._beside(scene)
+        evaluated = self.depsgraph.scene_eval  # Anew, for the shutter has changed the frame.
+        self._beside(evaluated)
         lines = "".join(f"  {text(entity)},\n" for entity in self.entities)
         with open(os.path.join(self.folder, SCENE), "w", encoding="utf-8") as out:
-            out.write(f"(settings: {text(settings(scene, size, around.backdrop))},\nentities: [\n{lines}])\n")
+            out.write(f"(settings: {text(settings(evaluated, size, around.backdrop))},\nentities: [\n{lines}])\n")
         return Exported(size, shutter)
 
     def _models(self) -> None:
@@ -136,7 +139,8 @@ class Export:
         name = f"strands{self.count}.hair"
         if place is None or not strands.write(ob.data, os.path.join(self.folder, name)):
             return
-        material = next((slot.material for slot in ob.material_slots if slot.material), None)
+        override = self.depsgraph.view_layer_eval.material_override
+        material = override or next((slot.material for slot in ob.material_slots if slot.material), None)
         entity = {"name": f"{ob.name} ({name})", "shape": form("Strands", file=name)}
         shown = self._shown(instance)
         if shown == HOLDOUT:
@@ -221,7 +225,7 @@ class Export:
         shapes = {key: [] for key, (model, node) in nodes.items() if model.is_first(node)}
         eye = self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world
         shift, cameras = unscaled(eye).inverted() @ place, []
-        strands_at: dict[tuple, list[Matrix]] = {}
+        strands_at: dict[tuple, list[tuple[Matrix, bytes]]] = {}
         try:
             for time in moments.times:
                 moments.go_to(time)
@@ -231,9 +235,12 @@ class Export:
                     if key in seen:
                         seen[key].append(instance.matrix_world.copy())
                     if key in shapes and may_bend(instance.object):
-                        shapes[key].append(Shape.of(instance.object))
+                        shape, known = Shape.of(instance.object), shapes[key]
+                        # Most stay as they are, and are kept once.
+                        known.append(known[0] if known and shape and shape.equals(known[0]) else shape)
                     if instance.object.type == "CURVES":
-                        strands_at.setdefault(key, []).append(instance.matrix_world.copy())
+                        at = instance.matrix_world.copy(), strands.digest(instance.object.data)
+                        strands_at.setdefault(key, []).append(at)
         finally:
             moments.go_back()
         moving = {
@@ -248,7 +255,8 @@ class Export:
             model.move(node, times, places)
         bent = [nodes[key][0].bend(nodes[key][1], times, found) for key, found in shapes.items() if found]
         for (name, *_), places in strands_at.items():
-            if any(differ(places[0], other) for other in places[1:]):
+            (first, points), *others = places
+            if any(points != p or differ(first, m) for m, p in others):
                 self.warn(f"object {name!r}: the motion of its hair")
         if any(differ(cameras[0], other) for other in cameras[1:]):
             self.entities[0]["transform"] = moved(times, [unscaled(m) @ shift for m in cameras])

@@ -75,6 +75,9 @@ class Shape(NamedTuple):
         at = _read(mesh.vertices, "co", len(mesh.vertices) * 3, np.float32).reshape(-1, 3)
         return cls(at[corner], _read(mesh.corner_normals, "vector", count * 3, np.float32).reshape(-1, 3))
 
+    def equals(self, other: Shape | None) -> bool:
+        return other is not None and all(map(np.array_equal, self, other))
+
 
 class Model:
     """Meshes, the places where they stand, and their materials."""
@@ -88,8 +91,8 @@ class Model:
         self.numbers: dict[tuple, int | None] = {}
         # Keys of meshes that each object has for itself.
         self.by_object: set[tuple] = set()
-        # The first node of each mesh.
-        self.firsts: dict[int, int] = {}
+        # The nodes of each mesh.
+        self.standing: dict[int, list[int]] = {}
         self.names: list[str] = []
         self.overrides: dict[str, Ron] = {}
         self.materials: dict[tuple, Material] = {}
@@ -124,7 +127,7 @@ class Model:
         place = TO_Y_UP @ place
         node = {"mesh": number, "name": ob.name, "matrix": [place[r][c] for c in range(4) for r in range(4)]}
         self.nodes.append(node)
-        self.firsts.setdefault(number, len(self.nodes) - 1)
+        self.standing.setdefault(number, []).append(len(self.nodes) - 1)
         return len(self.nodes) - 1
 
     def _info(self, instance: Any) -> ObjectInfo:
@@ -155,7 +158,7 @@ class Model:
 
     def is_first(self, node: int) -> bool:
         """True for the first node of its mesh."""
-        return self.firsts[self.nodes[node]["mesh"]] == node
+        return self.standing[self.nodes[node]["mesh"]][0] == node
 
     def bend(self, first: int, times: list[float], shapes: list[Shape | None]) -> bool:
         """Moves the vertices of a node's mesh along with time, wherever it stands. True if they move."""
@@ -166,23 +169,23 @@ class Model:
             self.warn(f"object {name!r}: the motion of its vertices, whose number changes")
             return False
         size = max(float(np.ptp(rest.at, axis=0).max()), 1e-9)
-        if max(np.abs(s.at - shapes[0].at).max() for s in shapes) < 1e-5 * size:
+        if max(np.abs(s.at - shapes[0].at).max() if s is not shapes[0] else 0.0 for s in shapes) < 1e-5 * size:
             return False
-        targets = [
-            {
+        different = {
+            id(s): {
                 "POSITION": self.binary.add(s.at - rest.at, "VEC3", VERTICES, bounds=True),
                 "NORMAL": self.binary.add(s.normals - rest.normals, "VEC3", VERTICES),
             }
-            for s in shapes
-        ]
+            for s in {id(s): s for s in shapes}.values()
+        }
+        targets = [different[id(s)] for s in shapes]
         for part in mesh["primitives"]:
             part["targets"] = targets
         mesh["weights"] = [1.0] + [0.0] * (len(times) - 1)
         clock = self.binary.add(np.array(times, np.float32), "SCALAR", bounds=True)
         weights = self.binary.add(np.eye(len(times), dtype=np.float32).ravel(), "SCALAR")
-        for node, other in enumerate(self.nodes):
-            if other["mesh"] == number:
-                self._animate(node, "weights", clock, weights)
+        for node in self.standing[number]:
+            self._animate(node, "weights", clock, weights)
         return True
 
     def _rest(self, mesh: dict) -> Shape:

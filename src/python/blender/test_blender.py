@@ -528,6 +528,18 @@ def animation() -> None:
     steps = [float(np.abs(frame(n) - frame(1)).mean()) for n in (2, 3)]
     moves = np.array_equal(frame(1), still) and min(steps) > 0.002
     check("animation", moves, f"frame 1 is the still; 2 and 3 differ from 1 by {steps[0]:.4f}, {steps[1]:.4f}")
+    strength = scene.world.node_tree.nodes["Background"].inputs["Strength"]
+    for number, factor, samples in ((1, 1.2, 4), (3, 3.6, 6)):
+        strength.default_value, scene.rayfront.samples = factor, samples
+        strength.keyframe_insert("default_value", frame=number)
+        scene.rayfront.keyframe_insert("samples", frame=number)
+    scene.rayfront.keep = os.path.join(FOLDER, "animation")
+    bpy.ops.render.render(animation=True)
+    brighter = float(frame(3).mean() / frame(1).mean())
+    with open(os.path.join(scene.rayfront.keep, "scene.ron"), encoding="utf-8") as file:
+        text = file.read()
+    keys = np.array_equal(frame(1), still) and 2.5 < brighter < 3.5 and "samples: 6" in text
+    check("animation_keys", keys, f"frame 1 is the still; 3 is {brighter:.2f} times as bright, with {text[:60]}")
 
 
 @test
@@ -802,6 +814,34 @@ def hair() -> None:
     scenes.link(bpy.data.objects.new("hair", curves))
     scene.cycles_curves.shape = "THICK"
     compare("hair", scene, 64, 64, rms=0.06)
+    # Bent by time, and all of another material.
+    tree = bpy.data.node_groups.new("bend", "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    first, last, place, clock, along = (
+        tree.nodes.new(kind)
+        for kind in (
+            "NodeGroupInput", "NodeGroupOutput", "GeometryNodeSetPosition", "GeometryNodeInputSceneTime", "ShaderNodeCombineXYZ",
+        )
+    )  # fmt: skip
+    for output, to in (
+        (first.outputs[0], place.inputs["Geometry"]), (place.outputs[0], last.inputs[0]),
+        (clock.outputs["Seconds"], along.inputs["X"]), (along.outputs[0], place.inputs["Offset"]),
+    ):  # fmt: skip
+        tree.links.new(output, to)
+    bpy.data.objects["hair"].modifiers.new("bend", "NODES").node_group = tree
+    scene.view_layers[0].material_override = scenes.material("over", Base_Color=(0.25, 0.5, 0.75))
+    scene.render.engine, scene.rayfront.samples, scene.rayfront.keep = "RAYFRONT", 1, os.path.join(FOLDER, "hair")
+    scene.render.use_motion_blur = True
+    bpy.ops.render.render()
+    with open(os.path.join(FOLDER, "hair", "scene.ron"), encoding="utf-8") as file:
+        strands = next(line for line in file if "Strands(" in line)
+    check("hair_override", "base_color: (0.25, 0.5, 0.75)" in strands, strands.strip()[:200])
+    check(
+        "hair_moves",
+        any("the motion of its hair" in what for what in engine().last["lost"]),
+        f"{engine().last['lost']}",
+    )
 
 
 def attempt(function: Callable) -> str:
