@@ -68,7 +68,7 @@ def sky(elevation: float, altitude: float, air: Air, height: int = 256) -> np.nd
     part = (place - left)[:, None]
     lit = (lit[:, left] * (1 - part) + lit[:, left + 1] * part).astype(np.float32)
     half = np.empty((height, height, 3), np.float32)
-    # Below the horizon there is what is at it, ever darker.
+    # As in Cycles, there is below the horizon what is at it, ever darker.
     half[:rows], half[rows:] = lit[:rows], lit[rows] * (np.clip(1 + 2.5 * np.sin(up[rows:]), 0, 1) ** 3)[:, None, None]
     return np.concatenate([half[:, ::-1], half], axis=1)
 

@@ -91,12 +91,14 @@ def _aperture(dof: Any, path: str, size: int = 256) -> float:
 
 
 def panorama(data: Any) -> Any:
-    """What has the fields of a camera's panorama: in old versions Cycles."""
-    return data if hasattr(data, "panorama_type") else data.cycles
+    """What has the fields of a camera's panorama: in old versions Cycles. None without that add-on."""
+    return data if hasattr(data, "panorama_type") else getattr(data, "cycles", None)
 
 
 def _panorama(data: Any, size: tuple[int, int]) -> Ron:
     of = panorama(data)
+    if of is None:
+        raise ValueError("the camera is a panorama, of which Blender knows with the add-on Cycles alone")
     kind = of.panorama_type
     if kind == "EQUIRECTANGULAR":
         across, up = of.longitude_max - of.longitude_min, of.latitude_max - of.latitude_min

@@ -27,9 +27,10 @@ class Images:
 
     def file(self, image: Any, user: str) -> str:
         """The name of a picture's file. A ValueError if there is no picture: Cycles would show magenta."""
-        if image.name not in self.files:
-            self.files[image.name] = self._save(image, f"picture{len(self.files)}", user)
-        return self.files[image.name]
+        key = image.name_full  # Those of libraries may have the same name.
+        if key not in self.files:
+            self.files[key] = self._save(image, f"picture{len(self.files)}", user)
+        return self.files[key]
 
     def _save(self, image: Any, name: str, user: str) -> str:
         if image.source in {"TILED", "SEQUENCE", "MOVIE"}:

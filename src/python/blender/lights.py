@@ -27,7 +27,7 @@ def light(ob: Any, place: Matrix, warn: Callable[[str], None]) -> dict[str, Any]
     if min(power) < 0:
         warn_("it takes light away, where its strength is negative")
         power = [max(p, 0.0) for p in power]
-    if data.type == "AREA" and data.cycles.is_portal:
+    if data.type == "AREA" and getattr(getattr(data, "cycles", None), "is_portal", False):
         warn_("a portal: it guides no light, and gives none")
         return None
     if max(power) <= 0:
@@ -89,7 +89,15 @@ def _spot(ob: Any, power: tuple, place: Matrix, warn: Any) -> dict[str, Any]:
         warn("a square cone: it is round")
     outer = math.cos(data.spot_size / 2)
     inner = math.acos(min(outer + (1 - outer) * data.spot_blend, 1.0))
-    angles = {"inner_degrees": math.degrees(inner), "outer_degrees": math.degrees(data.spot_size / 2)}
+    across, up, along = (column.length for column in place.to_3x3().col)
+    if abs(across - up) > 1e-3 * max(across, up):
+        warn("a stretched cone: it is round")
+    # A scale makes the cone wider or longer, in Cycles, too.
+    width = math.sqrt(across * up) or along
+    angles = {
+        name: math.degrees(math.atan2(math.sin(angle) * width, math.cos(angle) * along))
+        for name, angle in (("inner_degrees", inner), ("outer_degrees", data.spot_size / 2))
+    }
     edge, radius = Ron("Smoothstep"), data.shadow_soft_size
     return {"light": form("Spot", power_w=power, **angles, edge=edge, radius_m=radius)}
 

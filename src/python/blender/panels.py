@@ -81,15 +81,18 @@ class RAYFRONT_OT_live_page(bpy.types.Operator):
     processes = []
 
     def execute(self, context) -> set:
-        lost = []
+        lost: dict[str, None] = {}
         folder = tempfile.mkdtemp(prefix="rayfront_live_")
         try:
-            Export(context.evaluated_depsgraph_get(), folder, lost.append).write(None)
+            Export(context.evaluated_depsgraph_get(), folder, lost.setdefault).write(None)
             command = [program.path(), "view", SCENE]
             with open(os.path.join(folder, LOG), "wb") as log:  # It says where its page is.
                 process = subprocess.Popen(command, cwd=folder, stdout=log, stderr=log, **program.HIDDEN)
             self.processes.append((process, folder))
-        except (ValueError, OSError) as error:
+        except Exception as error:
+            shutil.rmtree(folder, ignore_errors=True)
+            if not isinstance(error, (ValueError, OSError)):
+                raise
             self.report({"ERROR"}, f"rayfront: {error}")
             return {"CANCELLED"}
         for what in lost:
@@ -284,6 +287,9 @@ class RAYFRONT_PT_panorama(EnginePanel, bpy.types.Panel):
     def draw(self, context) -> None:
         layout = EnginePanel.columns(self)
         data = panorama(context.camera)
+        if data is None:
+            layout.label(text="Panoramas need the add-on Cycles", icon="ERROR")
+            return
         layout.prop(data, "panorama_type")
         if data.panorama_type == "EQUIRECTANGULAR":
             names = ("latitude_min", "latitude_max", "longitude_min", "longitude_max")
@@ -323,7 +329,8 @@ def of_any_engine():
 
     for name, panel in panels.items():
         if not issubclass(panel, EnginePanel) and fits(name):
-            if getattr(panel, "COMPAT_ENGINES", set()) & {"BLENDER_RENDER", "BLENDER_EEVEE_NEXT", "BLENDER_EEVEE"}:
+            engines = getattr(panel, "COMPAT_ENGINES", None)  # Other extensions may have what cannot be added to.
+            if isinstance(engines, set) and engines & {"BLENDER_RENDER", "BLENDER_EEVEE_NEXT", "BLENDER_EEVEE"}:
                 yield panel
 
 

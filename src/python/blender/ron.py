@@ -53,7 +53,10 @@ def placed(m: Matrix) -> Ron:
 
 
 def unscaled(m: Matrix) -> Matrix:
-    """`m` with axes of length 1. Of a scale only the sign counts for cameras and lamps, as in Cycles: they look along −Z."""
+    """`m` with axes of length 1, for cameras and lamps, which look along −Z whatever the sign of a scale, as in Cycles.
+
+    Its size counts for areas and for the cones of spots alone, which see to it themselves.
+    """
     axes = m.to_3x3()
     if min(column.length for column in axes.col) < 1e-12:
         return Matrix.LocRotScale(m.translation, m.to_quaternion(), None)

@@ -324,6 +324,12 @@ def live_page() -> None:
     check("live_page", process.poll() is None and "<html" in said, f"{len(said)} characters of a page")
     page.close()
     check("live_page_closed", process.poll() is not None, "the program has ended")
+    preferences = bpy.context.preferences.addons["bl_ext.user_default.rayfront"].preferences
+    before, preferences.program = set(os.listdir(tempfile.gettempdir())), "/no/such/program"
+    told = attempt(bpy.ops.rayfront.live_page)
+    preferences.program = ""
+    left = [name for name in set(os.listdir(tempfile.gettempdir())) - before if name.startswith("rayfront_live")]
+    check("live_page_fails", "no program" in told and not left, f"{told.splitlines()[0]}; left: {left or 'nothing'}")
 
 
 class Layout:
@@ -623,8 +629,44 @@ def negative_scale() -> None:
 
 
 @test
+def stretched_spot() -> None:
+    """Cones that a scale makes wider or longer; what makes them elliptic is told."""
+    for name, scale in (("wide", (2, 2, 1)), ("long", (1, 1, 1.5))):
+        scene = scenes.lamps(SIZE, "SPOT")
+        bpy.data.objects["spot"].scale = scale
+        compare(f"spot_{name}", scene, 64, 128, 0.03)
+        check(f"spot_{name}_told", not engine().last["lost"], f"{engine().last['lost']}")
+    bpy.data.objects["spot"].scale = (2, 1, 1)
+    shoot(scene, "spot_elliptic", 1)
+    check(
+        "spot_elliptic", any("a stretched cone" in what for what in engine().last["lost"]), f"{engine().last['lost']}"
+    )
+
+
+@test
+def without_cycles() -> None:
+    """Without the add-on Cycles, which has some of the properties that are read."""
+    scene = scenes.materials((32, 18))
+    for kind in ("POINT", "SUN", "SPOT", "AREA"):
+        scenes.lamp(kind, (0, 0, 4))
+    bpy.ops.preferences.addon_disable(module="cycles")
+    try:
+        scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
+        told = attempt(bpy.ops.render.render)
+        check("without_cycles", "FINISHED" in told, told)
+        panorama = scene.camera.data
+        panorama.type = "PANO"
+        if hasattr(panorama, "panorama_type"):
+            panorama.panorama_type = "EQUIRECTANGULAR"
+        told = attempt(bpy.ops.render.render)
+        check("without_cycles_panorama", "FINISHED" in told or "the add-on Cycles" in told, told)
+    finally:
+        bpy.ops.preferences.addon_enable(module="cycles")
+
+
+@test
 def node_values() -> None:
-    """Nodes that count for a map, and what goes through those that rayfront does not have."""
+    """Nodes that count for a map, groups with free inputs, and what goes through nodes that rayfront does not have."""
 
     def ron(name: str, change: Callable[[Any, Any], None]) -> tuple[str, str]:
         scene = scenes.lamps((32, 18), "POINT")
