@@ -370,8 +370,25 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     let said = browser.run("return document.getElementById('boxes-state').textContent;");
     assert!(said.as_str().is_some_and(|said| said.starts_with("level 1 of")), "{said}");
     browser.photograph("boxes.png");
+    let last = "const l = document.getElementById('boxes-level'); l.value = '99'; \
+        l.dispatchEvent(new Event('input', {bubbles: true})); return l.value === l.max;";
+    assert_eq!(browser.run(last), true, "a level that the tree does not have");
     browser.run("document.getElementById('show-boxes').click(); return true;");
     browser.when("no boxes", "return document.querySelectorAll('#boxes path').length === 0;");
+    // What was idle becomes useful while its cause has the focus, and dark colours have a colour to choose.
+    browser.run(
+        "const l = document.getElementById('field-ior'); l.focus(); l.value = '1.5'; \
+         for (const it of ['input', 'change']) l.dispatchEvent(new Event(it, {bubbles: true})); return true;",
+    );
+    browser.when("a field that is useful", "return !document.getElementById('field-kt').disabled;");
+    assert_eq!(browser.run("return document.activeElement.id;"), "field-ior");
+    browser.run(
+        "const l = document.getElementById('field-emission-color'); l.value = '#ff0000'; \
+         for (const it of ['input', 'change']) l.dispatchEvent(new Event(it, {bubbles: true})); return true;",
+    );
+    browser.when("a bright colour", "return document.getElementById('field-emission').value === '1';");
+    browser.run("document.getElementById('undo-all').click(); return true;");
+    browser.when("what was before", "return document.getElementById('field-emission').value === '0';");
     // A pattern takes the place of a constant, whose control has the focus, and a constant that of the pattern.
     browser.run(
         "const l = document.getElementById('field-diffuse-texture'); l.focus(); l.value = 'Checker'; \

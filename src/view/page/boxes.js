@@ -16,6 +16,7 @@ function setBoxes(areShown) {
 
 const askForBoxes = newestOnly(async () => {
   const level = byId("boxes-level");
+  if (level.valueAsNumber > Number(level.max)) level.value = level.max;
   if (!byId("show-boxes").checked || level.value === "" || !level.checkValidity()) return;
   const answer = await (await request("/boxes", { level: level.value })).json();
   if (!byId("show-boxes").checked) return;

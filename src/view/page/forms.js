@@ -5,6 +5,7 @@ let targets = []; // the things that have a form: {statement, kind, name}
 let formOf = null; // the statement of the thing that is shown
 let formText = ""; // the form as it was drawn
 let formsGeneration = -1; // the generation that they were requested for
+let isTyping = false; // true while a control of the form is typed into or dragged
 let picked = null; // the name of the entity with an outline
 
 /** Sends a command whose answer is data. */
@@ -45,8 +46,8 @@ function showForm(form) {
   if (text === formText) return;
   const focused = byId("form").contains(document.activeElement) ? document.activeElement : null;
   const isSame = formText !== "" && JSON.parse(formText).statement === form.statement;
-  // What is being typed stays; the form is drawn again when the control loses the focus.
-  if (isSame && focused?.matches("input:not([type=checkbox])")) return;
+  // What is being typed or dragged stays; the form is drawn again when that ends.
+  if (isSame && isTyping) return;
   formText = text;
   byId("form-name").textContent = form.form;
   byId("form").replaceChildren(...form.fields.map((field) => fieldRow(form.statement, field)));
@@ -55,6 +56,7 @@ function showForm(form) {
 
 /** Draws the form again as the last changes have made it. */
 function redrawForm() {
+  isTyping = false;
   formsGeneration = -1;
   refreshForms();
 }
@@ -157,8 +159,8 @@ const CONTROLS = {
       const facts = { min: 0, step: "any", ariaLabel: `${field.name}, ${name}` };
       return numberInput(channel ? `${id}-${name}` : id, value, ROOM_OF_COLORS, facts);
     });
-    const most = Math.max(1e-9, ...field.value);
-    const scale = field.range === "from 0 to 1" ? 1 : most;
+    // Brighter colours than a screen has keep their brightness.
+    const scale = Math.max(1, ...field.value);
     const color = input(`${id}-color`, "color", hexOf(field.value.map((value) => value / scale)), { ariaLabel: `${field.name}: colour`, title: "Colour" });
     const send = () => set(`(${parts.map(written).join(", ")})`);
     for (const part of parts) part.addEventListener("change", send);
@@ -326,6 +328,8 @@ function unpick() {
 function connectForms() {
   on("form-of", "change", (event) => chooseForm(event.target.value));
   on("edit-panel", "toggle", refreshForms);
+  on("form", "input", () => (isTyping = true));
+  on("form", "change", redrawForm);
   on("form", "focusout", redrawForm);
   on("save-edits", "click", () => send({ save_edits: true }));
   on("undo", "click", () => undo("last"));
