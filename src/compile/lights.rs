@@ -182,10 +182,10 @@ pub(super) fn compile(
                     let (axes, scale) = ([axis, across], 1.0 / mean);
                     lamps.all.push(WorldLight::Photometric { place, intensity, scale, axes, profile, beam });
                 }
-                sky @ world::Light::Sky { .. } => lamps.all.extend(sun(sky, matrix)),
-                other => {
-                    lamps.all.push(ball(world, other, matrix).unwrap_or_else(|| punctual(other, matrix)))
-                }
+                sky @ world::Light::Sky { .. } => lamps.all.extend(sun(world, sky, matrix)),
+                other => lamps
+                    .all
+                    .push(ball(world, other, matrix).unwrap_or_else(|| punctual(world, other, matrix))),
             }
         }
         let sends_none = world.entities.satisfies::<&world::WithoutCaustics>(entity);
@@ -194,14 +194,6 @@ pub(super) fn compile(
         }
         lamps.without_caustics.resize(lamps.all.len(), sends_none);
         lamps.groups.resize(lamps.all.len(), groups.of(entity));
-    }
-    if world.settings.transport == Transport::Whitted {
-        // Its lights have no extent but that of areas.
-        for lamp in &mut lamps.all {
-            if let WorldLight::Directional { angle, .. } = lamp {
-                *angle = 0.0;
-            }
-        }
     }
     lamps.around_without_caustics = around.unwrap_or(false);
     Ok((lamps, panels))
@@ -254,8 +246,13 @@ fn surface(radiance: Rgb) -> MaterialRecord {
     MaterialRecord { one_sided_emission: true, ..materials::from_blinn_phong(&material) }
 }
 
+/// True if lights other than areas may have an extent: under the Whitted transport, they are points.
+fn has_extent(world: &World) -> bool {
+    world.settings.transport == Transport::Path
+}
+
 /// The sun of a sky; none for other lights.
-fn sun(light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
+fn sun(world: &World, light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
     let world::Light::Sky { elevation, azimuth, haze, radiance, sun, sun_angle } = light else { return None };
     let (elevation, azimuth) = (f64::from(*elevation), f64::from(*azimuth));
     let level = libm::cos(elevation);
@@ -265,7 +262,7 @@ fn sun(light: &world::Light, matrix: &DAffine3) -> Option<WorldLight> {
     Some(WorldLight::Directional {
         to_light,
         irradiance: Rgb::from(irradiance) * *radiance * *sun,
-        angle: *sun_angle,
+        angle: if has_extent(world) { *sun_angle } else { 0.0 },
     })
 }
 
@@ -281,12 +278,12 @@ fn ball(world: &World, light: &world::Light, matrix: &DAffine3) -> Option<WorldL
     let radius = radius_m * libm::cbrt(matrix.matrix3.determinant().abs()) as f32;
     // A uniform Lambertian emitter: Φ = π A L, A = 4π r².
     let radiance = power_w * (1.0 / (4.0 * std::f32::consts::PI.powi(2) * radius * radius));
-    let is_ball = world.settings.transport == Transport::Path && radius > 0.0 && radiance.is_finite();
+    let is_ball = has_extent(world) && radius > 0.0 && radiance.is_finite();
     let (center, cone) = (point(matrix, Vec3::ZERO), SpotCone::of(light, matrix));
     is_ball.then_some(WorldLight::Ball { center, radius, radiance, cone })
 }
 
-fn punctual(light: &world::Light, matrix: &DAffine3) -> WorldLight {
+fn punctual(world: &World, light: &world::Light, matrix: &DAffine3) -> WorldLight {
     let intensity = |power: Rgb| power * (1.0 / (4.0 * std::f32::consts::PI));
     let place = point(matrix, Vec3::ZERO);
     match light {
@@ -296,7 +293,8 @@ fn punctual(light: &world::Light, matrix: &DAffine3) -> WorldLight {
         }
         world::Light::Directional { irradiance, angle } => {
             let to_light = -direction(matrix, Vec3::NEG_Z);
-            WorldLight::Directional { to_light, irradiance: *irradiance, angle: *angle }
+            let angle = if has_extent(world) { *angle } else { 0.0 };
+            WorldLight::Directional { to_light, irradiance: *irradiance, angle }
         }
         world::Light::Area { .. }
         | world::Light::Environment { .. }

@@ -335,9 +335,7 @@ pub(crate) const OF_SETTINGS: &[Ineffective<Settings>] = &[
     idle(&["caustics"], "without bounces, which max_depth and diffuse_depth allow", |s, _| {
         !s.allows_caustics()
     }),
-    idle(&["caustics"], "beside shadow catchers", |s, context| {
-        s.transport == Transport::Path && has_catcher(context.world)
-    }),
+    idle(&["caustics"], "beside shadow catchers", catches),
     idle(&["sharing"], "beside a clamp or depth limits, which apply to each path by itself", |s, _| {
         s.is_for_single_paths()
     }),

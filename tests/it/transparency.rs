@@ -261,7 +261,7 @@ fn transparent_images_on_a_white_page_are_those_before_white() {
     }
 }
 
-/// Whether a sample passes a blended surface is chance, so opacity is as noisy there as light.
+/// Chance decides if a sample passes a blended surface, so opacity is as noisy there as light.
 #[test]
 fn denoising_smooths_the_opacity_of_blended_surfaces() {
     let folder = empty_folder();
