@@ -2,16 +2,15 @@
 
 use serde_json::{Value, json};
 
+use super::lines::{ImageLines, in_tenths};
 use super::viewer::Snapshot;
 use crate::film::Region;
-use crate::integrator::Schedule;
 use crate::integrator::observe::Components;
 use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::path::bounces::LobeKind;
+use crate::integrator::{RenderSetup, Schedule};
 use crate::math::{Vec3, Vector};
 use crate::render::{Options, Session};
-use crate::scene::CompiledCamera;
-use crate::shading::camera::CameraImage;
 use crate::study::explain::{self, ExplainedLightRay, SampleTrace, Step};
 
 /// The number of samples of a pixel that are rendered with both schedules for comparison, at most.
@@ -36,7 +35,7 @@ pub fn explanation(shown: &Snapshot, pixel: [u32; 2], sample: u32) -> Option<Val
         let radiance = session.film().radiance().first().map_or([0.0; 3], |pixel| pixel.to_array());
         (session.film().hash(), radiance)
     });
-    let paper = Paper { camera: &shown.setup.scene.camera, size: shown.setup.size, far: far(shown) };
+    let paper = Paper { setup: &shown.setup, lines: ImageLines::new(&shown.setup), far: far(shown) };
     Some(json!({
         "pixel": pixel,
         "sample": sample,
@@ -51,14 +50,14 @@ pub fn explanation(shown: &Snapshot, pixel: [u32; 2], sample: u32) -> Option<Val
 }
 
 /// A distance beyond everything in the scene.
-fn far(shown: &Snapshot) -> f32 {
+pub(super) fn far(shown: &Snapshot) -> f32 {
     2.0 * shown.setup.scene.bounds.size().length().max(1.0)
 }
 
 /// Projects points into the image.
 struct Paper<'a> {
-    camera: &'a CompiledCamera,
-    size: [u32; 2],
+    setup: &'a RenderSetup,
+    lines: ImageLines<'a>,
     far: f32,
 }
 
@@ -78,27 +77,30 @@ impl Paper<'_> {
     }
 
     fn step(&self, value: &mut Value, step: &Step) {
-        let along = |origin: Components, direction: Components, length: f32| {
-            self.point(Vec3::from(origin) + Vec3::from(direction) * length)
-        };
-        value["from"] = json!(self.point(step.origin.into()));
         let Some(vertex) = &step.vertex else {
-            value["to"] = json!(along(step.origin, step.direction, self.far));
+            value["to"] = Value::Null;
+            value["lines"] = self.along(step.origin, step.direction, self.far);
             return;
         };
-        value["to"] = json!(self.point(vertex.position.into()));
+        let ends = [step.origin, vertex.position].map(Vec3::from);
+        value["to"] = json!(self.point(ends[1]));
+        value["lines"] = in_tenths(&self.lines.draw([ends]));
         value["vertex"]["lobe"] = json!(vertex.fate.and_then(lobe));
         let Some(lights) = value["vertex"]["lights"].as_array_mut() else { return };
         for (value, ExplainedLightRay { direction, distance, .. }) in lights.iter_mut().zip(&vertex.lights) {
-            let length = if distance.is_finite() { *distance } else { self.far };
-            value["to"] = json!(along(vertex.position, *direction, length));
+            value["lines"] = self.along(vertex.position, *direction, distance.min(self.far));
         }
+    }
+
+    /// The lines of a ray in the image.
+    fn along(&self, origin: Components, direction: Components, length: f32) -> Value {
+        let origin = Vec3::from(origin);
+        in_tenths(&self.lines.draw([[origin, origin + Vec3::from(direction) * length]]))
     }
 
     /// The column and row of a point, which may be outside the image; none if the point is not in front of the camera.
     fn point(&self, place: Vec3) -> Option<[f64; 2]> {
-        let image = CameraImage::new(self.camera, self.size);
-        let point = image.project::<f32>(None, Vector::splat(place), (0.5, 0.5));
+        let point = self.setup.image().project::<f32>(None, Vector::splat(place), (0.5, 0.5));
         point.seen.then_some([f64::from(point.column), f64::from(point.row)])
     }
 }

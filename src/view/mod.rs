@@ -19,6 +19,7 @@
 //! | `GET /values?layer=L&x0=…&y0=…&x1=…&y1=…` | the numbers of a layer's pixels in a region |
 //! | `GET /outline?entity=NAME` | a byte per pixel: 1 at the entity's border, 2 just outside it |
 //! | `GET /boxes?level=N` | the boxes of the tree at a level, as lines in the image |
+//! | `GET /steps?x=X&y=Y` | the stages of a wave of the pixels around a place, with the rays in the image |
 //! | `GET /pixel?x=X&y=Y` | the values of a pixel |
 //! | `GET /explain?x=X&y=Y&sample=N` | a sample's paths, with their positions in the image |
 //! | `GET /photons?sample=N` | the end points of a sample's photons, with their positions in the image |
@@ -30,7 +31,9 @@ mod costs;
 mod edits;
 mod explanation;
 mod forms;
+mod id_colors;
 pub mod layer_image;
+mod lines;
 mod mix;
 mod photons;
 pub mod picture;
@@ -38,9 +41,11 @@ pub mod request;
 pub mod scene;
 pub mod server;
 mod status;
+mod steps;
 pub mod terminal;
 pub mod tev;
 pub mod viewer;
+mod wanted_image;
 pub mod watched;
 
 pub use status::json_of;

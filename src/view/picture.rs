@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::collections::HashSet;
-use std::num::Wrapping;
 use std::str::FromStr;
 use std::sync::Arc;
 
@@ -11,6 +10,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::costs::CostMap;
+use super::id_colors::{entity_color, material_color};
 use super::viewer::Snapshot;
 use crate::denoise::Denoised;
 use crate::film::alpha::opacity;
@@ -23,7 +23,6 @@ use crate::formats::{ImageOptions, exr_bytes};
 use crate::integrator::RenderSetup;
 use crate::math::Rgb;
 use crate::render::{Options, RenderState, Session};
-use crate::sampling::hash::mix;
 use crate::world::{Settings, Tonemap};
 
 /// A layer that the page can show.
@@ -330,8 +329,8 @@ fn of_features(f: &Features, layer: Layer, [near, far]: [f32; 2]) -> [u8; 3] {
         Layer::Depth if f.depth_m.is_finite() => grey_of_depth((f.depth_m - near) / (far - near).max(1e-6)),
         Layer::Normal if f.coverage > 0.0 => f.normal.map(|part| byte(0.5 + 0.5 * part)),
         Layer::Albedo => f.albedo.to_array().map(|part| byte(srgb_encode(part))),
-        Layer::Entity if f.entity > 0 => any_color(f.entity),
-        Layer::Material if f.material > 0 => any_color(f.material.wrapping_add(1 << 16)),
+        Layer::Entity if f.entity > 0 => entity_color(f.entity - 1),
+        Layer::Material if f.material > 0 => material_color(f.material - 1),
         _ => [0; 3],
     }
 }
@@ -348,12 +347,6 @@ fn bar_of_features(layer: Layer, [near, far]: [f32; 2]) -> Option<ColorBar> {
 /// A colour from dark for 0 to bright for 1.
 pub(super) fn heat(part: f64) -> [u8; 3] {
     colormap::color(part).to_array().map(|c| quantise_8_bit(srgb_encode(c)))
-}
-
-/// A pseudo-random colour for a number: neighbouring numbers differ.
-fn any_color(number: u32) -> [u8; 3] {
-    let Wrapping(mixed) = mix(Wrapping(number));
-    [mixed, mixed >> 8, mixed >> 16].map(|part| 64 + (part & 0xff) as u8 / 4 * 3)
 }
 
 /// Features of the first hits in all pixels of the displayed image, which may be smaller than the whole one.

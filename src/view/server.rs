@@ -35,13 +35,14 @@ use super::mix;
 use super::photons::photons_of;
 use super::picture::{Display, Layer, PageImage, exr, light, outline, picture, pixel, values};
 use super::request::ViewRequest;
+use super::steps::steps;
 use super::viewer::Viewer;
+use super::wanted_image::WantedImage;
 use crate::film::exposure::LightMeter;
 use crate::formats::picture as files;
 use crate::math::Rgb;
 use crate::simd::give_back_freed;
 use crate::study::explain::Recipe;
-use crate::world::Tonemap;
 
 const PAGE: &str = include_str!("page/index.html");
 /// One script in several files; the last one starts the page.
@@ -50,6 +51,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/explanation.js"),
     include_str!("page/zoom.js"),
     include_str!("page/boxes.js"),
+    include_str!("page/steps.js"),
     include_str!("page/compare.js"),
     include_str!("page/forms.js"),
     include_str!("page/time.js"),
@@ -67,8 +69,6 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const UPLOAD: Duration = Duration::from_secs(60);
 /// The largest file of an image to compare with, in bytes.
 const MOST_BYTES: usize = 1 << 28;
-/// The largest factor of a light group.
-const MOST_LIGHT: f32 = 1e6;
 /// The delay before the next attempt after a connection could not be accepted, for example because of too many open
 /// files.
 const AGAIN: Duration = Duration::from_millis(500);
@@ -133,6 +133,7 @@ impl Server {
             .route("/explain", get(explain))
             .route("/photons", get(photons))
             .route("/boxes", get(boxes_at))
+            .route("/steps", get(steps_at))
             .route("/do", post(carry_out))
             .route("/reference", post(take_reference).get(reference).layer(DefaultBodyLimit::max(MOST_BYTES)))
             .layer(from_fn_with_state(site.clone(), guard))
@@ -232,44 +233,6 @@ async fn events(State(site): State<Arc<Site>>) -> Sse<impl Stream<Item = Result<
 /// Returns the status.
 async fn status(State(site): State<Arc<Site>>) -> axum::Json<Value> {
     axum::Json(site.viewer.status())
-}
-
-#[derive(Deserialize)]
-struct WantedImage {
-    layer: Option<String>,
-    exposure: Option<String>,
-    tonemap: Option<String>,
-    /// A factor for each light group: a list of colours, as JSON.
-    mix: Option<String>,
-}
-
-impl WantedImage {
-    fn factors(&self) -> Result<Vec<Rgb>, String> {
-        let Some(text) = &self.mix else { return Ok(Vec::new()) };
-        let factors: Vec<[f32; 3]> = serde_json::from_str(text).map_err(|_| "a mix is a list of colours")?;
-        let is_factor = |value: &f32| (0.0..=MOST_LIGHT).contains(value);
-        if !factors.as_flattened().iter().all(is_factor) {
-            return Err(format!("a light's factor is from 0 to {MOST_LIGHT}"));
-        }
-        Ok(factors.into_iter().map(Rgb::from).collect())
-    }
-
-    fn read(&self) -> Result<(Layer, Display), String> {
-        let layer = self.layer.as_deref().map_or(Ok(Layer::Light), Layer::from_str)?;
-        let exposure_ev = match self.exposure.as_deref() {
-            None => Some(0.0),
-            Some("auto") => None,
-            Some(stops) => {
-                let stops = stops.parse().ok().filter(|stops: &f32| stops.is_finite());
-                Some(stops.ok_or("an exposure is a number of stops, or auto")?)
-            }
-        };
-        let tonemap = match self.tonemap.as_deref() {
-            None => Tonemap::default(),
-            Some(name) => serde_json::from_value(json!(name)).map_err(|_| "there is no such tone curve")?,
-        };
-        Ok((layer, Display { exposure_ev, tonemap }))
-    }
 }
 
 async fn image(State(site): State<Arc<Site>>, Query(wanted): Query<WantedImage>) -> Response {
@@ -451,10 +414,7 @@ struct Which {
 }
 
 async fn photons(State(site): State<Arc<Site>>, Query(Which { sample }): Query<Which>) -> Response {
-    match aside(move || photons_of(&site.viewer.shown(), sample.unwrap_or(0))).await {
-        Some(found) => axum::Json(found).into_response(),
-        None => refuse(StatusCode::INTERNAL_SERVER_ERROR, "the photons could not be traced"),
-    }
+    overlay(aside(move || photons_of(&site.viewer.shown(), sample.unwrap_or(0))).await)
 }
 
 #[derive(Deserialize)]
@@ -463,10 +423,18 @@ struct WantedLevel {
 }
 
 async fn boxes_at(State(site): State<Arc<Site>>, Query(wanted): Query<WantedLevel>) -> Response {
-    match aside(move || boxes(&site.viewer.shown(), wanted.level)).await {
-        Some(found) => axum::Json(found).into_response(),
-        None => refuse(StatusCode::INTERNAL_SERVER_ERROR, "the boxes could not be drawn"),
-    }
+    overlay(aside(move || boxes(&site.viewer.shown(), wanted.level)).await)
+}
+
+async fn steps_at(State(site): State<Arc<Site>>, Query(Place { x, y, .. }): Query<Place>) -> Response {
+    overlay(aside(move || steps(&site.viewer.shown(), [x, y])).await)
+}
+
+/// Returns what is drawn over the image.
+fn overlay(found: Option<Value>) -> Response {
+    let failed =
+        || refuse(StatusCode::INTERNAL_SERVER_ERROR, "what is drawn over the image could not be made");
+    found.map_or_else(failed, |found| axum::Json(found).into_response())
 }
 
 fn answer(found: Option<Value>) -> Response {
@@ -534,29 +502,6 @@ mod tests {
         let others = ["null", "", "http://localhost", "http://localhost:80", "https://localhost:8421"];
         for other in others.into_iter().chain(["http://evil.example", "http://localhost:8421.evil.example"]) {
             assert!(!is_own(&[other]) && !is_own(&["http://localhost:8421", other]), "{other}");
-        }
-    }
-
-    #[test]
-    fn image_queries_are_parsed_and_checked() {
-        let read = |layer: &str, exposure: &str, tonemap: &str| {
-            let [layer, exposure, tonemap] = [layer, exposure, tonemap].map(|text| Some(text.to_owned()));
-            WantedImage { layer, exposure, tonemap, mix: None }.read()
-        };
-        let display = Display { exposure_ev: Some(-1.5), tonemap: Tonemap::Aces };
-        assert_eq!(read("depth", "-1.5", "Aces"), Ok((Layer::Depth, display)));
-        assert!(read("light", "auto", "Agx").is_ok_and(|(_, display)| display.exposure_ev.is_none()));
-        for [layer, exposure, tonemap] in
-            [["light", "nan", "Aces"], ["dark", "0", "Aces"], ["light", "0", "x"]]
-        {
-            assert!(read(layer, exposure, tonemap).is_err());
-        }
-        let factors = |mix: &str| {
-            WantedImage { layer: None, exposure: None, tonemap: None, mix: Some(mix.to_owned()) }.factors()
-        };
-        assert_eq!(factors("[[1,1,1],[0,2.5,0]]"), Ok(vec![Rgb::WHITE, Rgb::new(0.0, 2.5, 0.0)]));
-        for wrong in ["", "[1]", "[[1,1,-1]]", "[[1,1,1e9]]"] {
-            assert!(factors(wrong).is_err(), "{wrong}");
         }
     }
 }

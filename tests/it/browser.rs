@@ -375,6 +375,39 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     assert_eq!(browser.run(last), true, "a level that the tree does not have");
     browser.run("document.getElementById('show-boxes').click(); return true;");
     browser.when("no boxes", "return document.querySelectorAll('#boxes path').length === 0;");
+    // The steps of a wave.
+    browser.run(
+        "document.body.dispatchEvent(new KeyboardEvent('keydown', {key: 'w', bubbles: true})); return true;",
+    );
+    browser
+        .when("the wave", "return document.getElementById('step-name').textContent === 'Turn 1, generate';");
+    browser.drag([0.5, 0.8], [0, 0]);
+    let chosen =
+        "const t = document.getElementById('steps-region').textContent; return t !== window.first && t;";
+    browser.run("window.first = document.getElementById('steps-region').textContent; return true;");
+    browser.when("a wave of the floor", chosen);
+    for stage in ["intersect", "retire", "shade"] {
+        browser.run("document.getElementById('next-step').click(); return true;");
+        let name = browser.run("return document.getElementById('step-name').textContent;");
+        assert_eq!(name, format!("Turn 1, {stage}"));
+    }
+    let lanes = browser.run(
+        "return [document.querySelectorAll('#steps path').length, document.querySelectorAll('#step-lanes rect').length];",
+    );
+    assert!(
+        lanes[0].as_u64().is_some_and(|it| it > 2) && lanes[1].as_u64().is_some_and(|it| it > 16),
+        "{lanes}"
+    );
+    browser.photograph("steps.png");
+    browser.drag([0.02, 0.03], [0, 0]);
+    browser.when(
+        "another wave",
+        "return document.getElementById('steps-region').textContent.includes('pixels 0–31, 0–31');",
+    );
+    browser.run("document.getElementById('previous-step').focus(); document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {key: 'Escape', bubbles: true})); return true;");
+    browser.when("no wave", "return !document.getElementById('steps-panel').open && document.querySelectorAll('#steps path').length === 0;");
+    choose("form-of", "Material[\"paint\"]");
+    browser.when("the form of the paint", "return document.getElementById('field-ior') !== null;");
     // What was idle becomes useful while its cause has the focus, and dark colours have a colour to choose.
     browser.run(
         "const l = document.getElementById('field-ior'); l.focus(); l.value = '1.5'; \

@@ -460,3 +460,26 @@ fn boxes_of_the_tree_are_lines_over_the_image() {
     assert!(moved["boxes"] != whole["boxes"] && moved["generation"] != whole["generation"]);
     assert_eq!(shown.get("/boxes?level=-1").0, 400);
 }
+
+/// A wave is followed where one asks for it, with rays in the image and the materials by name.
+#[test]
+fn steps_of_a_wave_show_its_rays_and_materials() {
+    let shown = Shown::new();
+    shown.image();
+    let all = shown.json("/steps?x=0&y=0");
+    assert_eq!((&all["region"][0], &all["region"][1]), (&json!(0), &json!(0)));
+    let steps = all["steps"].as_array().expect("steps");
+    let stages: Vec<&str> = steps.iter().filter_map(|step| step["stage"].as_str()).collect();
+    assert_eq!(stages[..3], ["generate", "intersect", "retire"]);
+    assert_eq!(stages.last(), Some(&"advance"));
+    let traced = &steps[1];
+    assert_eq!(traced["rays"].as_array().map(Vec::len), traced["entering"].as_u64().map(|it| it as usize));
+    // A ray of the camera lies at its pixel.
+    assert_eq!(traced["rays"][0][2], json!([[0.5, 0.5, 0.5, 0.5]]));
+    let names: Vec<&str> =
+        all["materials"].as_array().expect("materials").iter().filter_map(|it| it[1].as_str()).collect();
+    assert!(!names.is_empty() && names.iter().all(|name| !name.is_empty()), "{names:?}");
+    // Beyond the image, the last block.
+    assert!(shown.json("/steps?x=99999&y=99999")["steps"].as_array().is_some_and(|it| !it.is_empty()));
+    assert_eq!(shown.get("/steps?x=-1&y=0").0, 400);
+}

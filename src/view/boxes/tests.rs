@@ -1,7 +1,8 @@
 use super::*;
 use crate::compile::compile;
 use crate::formats::{LoadOptions, load_with};
-use crate::math::DVec3;
+use crate::integrator::RenderSetup;
+use crate::math::{DVec3, Vec3, Vector};
 use crate::render::setup;
 
 fn setup_of(camera: &str) -> RenderSetup {
@@ -58,7 +59,7 @@ fn ends_of_lines_lie_on_camera_rays_through_edges() {
                 let edges = (0..8).flat_map(|a| (0..3).map(move |axis| (a, a ^ 1 << axis)));
                 let edges: Vec<_> =
                     edges.map(|(a, b): (usize, usize)| [tree_box.corners[a], tree_box.corners[b]]).collect();
-                for place in lines(&setup, &tree_box).into_iter().flatten() {
+                for place in edges_of(&ImageLines::new(&setup), &tree_box).into_iter().flatten() {
                     let is_in =
                         (0.5..width - 0.5).contains(&place[0]) && (0.5..height - 0.5).contains(&place[1]);
                     if is_in {
@@ -82,17 +83,23 @@ fn lines_end_where_edges_leave_the_view() {
     // The floor reaches behind the camera.
     let setup = setup_of(CAMERAS[0]);
     let mut found = Vec::new();
-    setup.scene.bvh.visit_level(0, 100, &mut |tree_box| found.extend(lines(&setup, &tree_box)));
+    setup
+        .scene
+        .bvh
+        .visit_level(0, 100, &mut |tree_box| found.extend(edges_of(&ImageLines::new(&setup), &tree_box)));
     assert!(!found.is_empty() && found.len() < 12, "{found:?}");
     assert!(found.iter().all(|line| line.len() == 2));
-    assert!(found.iter().flatten().flatten().all(|at| at.abs() <= FAR));
+    assert!(found.iter().flatten().flatten().all(|at| at.abs() <= super::super::lines::FAR));
 }
 
 #[test]
 fn lines_of_a_panorama_bend_and_do_not_cross_it() {
     let setup = setup_of("camera: Panorama()");
     let mut found = Vec::new();
-    setup.scene.bvh.visit_level(0, 100, &mut |tree_box| found.extend(lines(&setup, &tree_box)));
+    setup
+        .scene
+        .bvh
+        .visit_level(0, 100, &mut |tree_box| found.extend(edges_of(&ImageLines::new(&setup), &tree_box)));
     let longest = found.iter().flat_map(|line| line.windows(2)).map(|ends| (ends[0][0] - ends[1][0]).abs());
     assert!(longest.fold(0.0, f32::max) < 60.0);
     assert!(found.iter().any(|line| line.len() > 4));

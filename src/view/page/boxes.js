@@ -48,9 +48,18 @@ function showBoxes() {
 
 function boxesText({ level, last, count: all, is_complete, is_limited, boxes: drawn }) {
   const number = `${is_complete ? "" : "at least "}${count(all)} ${all === 1 ? "box" : "boxes"}`;
-  const some = is_limited ? `, the first ${count(drawn.length)} drawn` : drawn.length < all ? `, ${count(drawn.length)} seen` : "";
+  const some = is_limited
+    ? `, ${count(drawn.length)} of those seen are drawn`
+    : drawn.length === 0
+      ? ": the image shows none of their edges"
+      : drawn.length < all
+        ? `, ${count(drawn.length)} seen`
+        : "";
   return `level ${level} of ${last}: ${number}${some}`;
 }
+
+/** The path of a line whose columns and rows follow each other. */
+const linePath = (line) => line.map((at, index) => `${index === 0 ? "M" : index % 2 ? " " : "L"}${at}`).join("");
 
 /** Lines with a dark outline, so that they are visible on a bright ground; those of leaves are dashed. */
 function drawBoxes() {
@@ -58,10 +67,9 @@ function drawBoxes() {
   svg.replaceChildren();
   if (boxes === null) return;
   svg.setAttribute("viewBox", `0 0 ${state.size.join(" ")}`);
-  const pathOf = (line) => line.map((at, index) => `${index === 0 ? "M" : index % 2 ? " " : "L"}${at}`).join("");
   for (const [kind, name] of KINDS_OF_BOX.entries()) {
     const lines = boxes.boxes.filter(([own]) => own === kind).flatMap(([, lines]) => lines);
-    const d = lines.map(pathOf).join("");
+    const d = lines.map(linePath).join("");
     if (d) svg.append(shape("path", "box-outline", { d }), shape("path", `box-${name}`, { d }));
   }
 }

@@ -10,6 +10,7 @@ function explain(pixel, sample) {
   byId("explanation").setAttribute("aria-busy", "true");
   byId("explanation-title").textContent = `Pixel ${pixel.join(", ")}`;
   byId("explanation-sample").textContent = "following …";
+  byId("overlay").classList.add("is-stale");
   if (isNew) byId("side").scrollTop = 0;
   askForExplanation(wanted);
 }
@@ -86,7 +87,7 @@ function showAgreement() {
 
 /** Marks the explanation as outdated if the image has restarted since. */
 function noticeNewPicture() {
-  if (!told) return;
+  if (!told || byId("explanation").hasAttribute("aria-busy")) return;
   showStepper();
   if (told.generation !== state.generation) setStale(true);
 }
@@ -208,16 +209,14 @@ function drawOverlay() {
 function stepLines(step, pathNumber, key, place) {
   const group = shape("g", `step-lines branch-${pathNumber % BRANCHES}`);
   group.dataset.key = key;
-  for (const light of step.vertex?.lights ?? []) {
-    if (step.to && light.to) group.append(line(`light-ray${light.blocked ? " is-blocked" : ""}`, place(step.to), place(light.to)));
-  }
-  if (step.from && step.to) {
-    group.append(line(step.vertex ? "ray" : "ray escaped", place(step.from), place(step.to)));
-  }
+  const draw = (className, lines) => {
+    const d = lines.map((line) => linePath(place(line))).join("");
+    if (d) group.append(shape("path", className, { d }));
+  };
+  for (const light of step.vertex?.lights ?? []) draw(`light-ray${light.blocked ? " is-blocked" : ""}`, light.lines);
+  draw(step.vertex ? "ray" : "ray escaped", step.lines);
   return group;
 }
-
-const line = (className, [x1, y1], [x2, y2]) => shape("line", className, { x1, y1, x2, y2 });
 
 function stepDot(step, pathNumber, key, [x, y]) {
   const dot = shape("g", `dot branch-${pathNumber % BRANCHES}`, { transform: `translate(${x} ${y})` });

@@ -224,6 +224,7 @@ function takeState(next) {
     refreshReadout();
     followPhotons();
     followBoxes();
+    followSteps();
     followOutline();
     refreshForms();
     refreshOther();
@@ -667,7 +668,8 @@ function click(pixel, isAlt) {
     send({ focus: pixel });
     setFocusing(false);
   } else {
-    explain(pixel, 0);
+    if (steps) chooseWave(pixel);
+    else explain(pixel, 0);
     pick(pixel);
   }
 }
@@ -899,8 +901,8 @@ const KEYS = {
   pagedown: () => send({ zoom: 1 / 1.1 }),
   k: keepImage,
   s: savePng,
-  "[": () => stepSample(-1),
-  "]": () => stepSample(1),
+  "[": () => (steps ? stepWave(-1) : stepSample(-1)),
+  "]": () => (steps ? stepWave(1) : stepSample(1)),
   ",": () => setExposure(Number(byId("exposure-number").value) - 0.25),
   ".": () => setExposure(Number(byId("exposure-number").value) + 0.25),
   0: () => send({ reset: true }),
@@ -910,6 +912,7 @@ const KEYS = {
   p: () => setPhotons(!byId("show-photons").checked),
   f: () => setFocusing(!isFocusing),
   r: () => send({ restart: true }),
+  w: toggleSteps,
   escape,
 };
 
@@ -917,6 +920,7 @@ function escape() {
   if (byId("help").matches(":popover-open")) return; // the key closes the help only
   if (isFocusing) setFocusing(false);
   else if (wanted) closeExplanation();
+  else if (steps) toggleSteps();
   else unpick();
 }
 

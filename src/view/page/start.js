@@ -7,6 +7,7 @@ connectPointer();
 connectExplanation();
 connectPhotons();
 connectBoxes();
+connectSteps();
 connectZoom();
 connectCompare();
 connectForms();

@@ -9,6 +9,7 @@
 //! ```
 
 pub mod first_hits;
+pub mod material_ranges;
 mod path_stages;
 mod photons;
 pub mod queue;

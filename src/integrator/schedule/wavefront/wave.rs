@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use super::path_stages::{EndQueue, HitRoles, MaterialRanges};
+use super::material_ranges::MaterialRanges;
+use super::path_stages::{EndQueue, HitRoles};
 use super::queue::{HitQueue, PathQueue, RayLimits};
 use super::shadow_queue::ShadowQueue;
 use super::vertices::VertexQueue;
