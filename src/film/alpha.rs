@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::light_groups::GroupSum;
 use super::sums::{Film, PixelSum, QUANTUM};
-use super::tonemap::srgb_encode;
+use super::tonemap::{srgb_decode, srgb_encode};
 use crate::math::Rgb;
 
 /// The opacities of pixels of which a part is there.
@@ -59,21 +59,14 @@ impl Film {
         PixelSum { sum, ..self.pixels[index] }
     }
 
-    /// The opacity that an image for screens stores for a pixel, by its index, which lets through these parts of the
-    /// colours behind it. Programs that show images, such as browsers, blend encoded values with it, where a surface of a
-    /// coverage looks nearly as in linear light, but a shadow far too dark: so its own opacity is what darkens an encoded
-    /// value as much as the shadow darkens light (exactly on white).
-    pub(crate) fn screen_alpha_of(&self, index: usize, let_through: Rgb) -> f32 {
-        let alpha = opacity(let_through);
-        if !(self.kinds.has_transparency && self.kinds.has_catcher) {
-            return alpha;
-        }
-        let beside_things = 1.0 - self.coverage_of(index);
-        let in_shadow = (1.0 - alpha).min(beside_things);
-        match in_shadow > 0.0 {
-            true => 1.0 - beside_things * srgb_encode(in_shadow / beside_things),
-            false => alpha,
-        }
+    /// The transparency of a pixel, by its index, which lets through these parts of the colours behind it.
+    pub(crate) fn transparency_of(&self, index: usize, let_through: Rgb) -> Transparency {
+        let has_shadows = self.kinds.has_transparency && self.kinds.has_catcher;
+        let beside_things = || {
+            let behind = self.visible_behind(index, self.behind_catcher(index)).mean(QUANTUM);
+            1.0 - opacity(Rgb::splat(behind.max_component()))
+        };
+        Transparency { let_through, without_shadows: has_shadows.then(beside_things) }
     }
 
     /// The part of what is behind the scene that each pixel's even and odd samples show, if shadow catchers or blended
@@ -110,6 +103,60 @@ impl Film {
     }
 }
 
+/// The parts of what is behind the scene that a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transparency {
+    /// The part of each colour.
+    let_through: Rgb,
+    /// The largest part of a colour without the shadows on shadow catchers. None without shadow catchers.
+    without_shadows: Option<f32>,
+}
+
+impl Transparency {
+    /// The colour and the opacity that an image for screens stores for a pixel of this own colour, a linear display value.
+    ///
+    /// Programs that show images, such as browsers, blend encoded values with one opacity. A surface of a coverage looks
+    /// nearly as in linear light, but a shadow far too dark, and coloured glass grey. So, a pixel is taken for an opaque
+    /// surface beside a filter: the shadow and the glass, which darken an encoded white as they darken light. Glass without
+    /// colour counts as a surface. The opacity is that of the colour of which the least is let through; what more there is
+    /// of others is added to the colour of the pixel, so that it looks on white as in linear light.
+    pub fn on_screens(self, own: Rgb) -> (Rgb, f32) {
+        // False for NaN.
+        let through = self.let_through.to_array().map(|part| if part > 0.0 { part.min(1.0) } else { 0.0 });
+        let [darkest, most] = [f32::min, f32::max].map(|of| through.into_iter().fold(through[0], of));
+        let least_opacity = opacity(Rgb::splat(most));
+        let brightest = 1.0 - least_opacity;
+        let opaque_beside = |beside: f32| 1.0 - beside * srgb_encode(brightest.min(beside) / beside);
+        if darkest == most || brightest <= 0.0 {
+            let shadowed = self.without_shadows.filter(|beside| brightest.min(*beside) > 0.0);
+            return (own, shadowed.map_or(least_opacity, opaque_beside));
+        }
+        // The part of the filter. The more colour there is, the less it has of an opaque surface.
+        let beside = self.without_shadows.unwrap_or(brightest).max(brightest);
+        let beside = beside + (1.0 - darkest / most) * (1.0 - beside);
+        let (opaque, shadow) = (opaque_beside(beside), brightest / beside);
+        let rest = 1.0 - opaque;
+        let encoded = |light: f32| srgb_encode(shadow * light.min(1.0)) / srgb_encode(shadow);
+        // The light of the pixel that is not that of the opaque surface.
+        let added = (opacity(Rgb::from(through)) - least_opacity).max(0.0) / brightest;
+        let own_light = own.to_array();
+        let filtered: [[f32; 2]; 3] = std::array::from_fn(|channel| {
+            let light = own_light[channel] * added;
+            [encoded(light), encoded(light + through[channel] / brightest)]
+        });
+        let least = filtered.iter().map(|[black, white]| white - black).fold(1.0, f32::min);
+        let alpha = 1.0 - rest * least.max(0.0);
+        if alpha <= 0.0 {
+            return (own, 0.0);
+        }
+        let stored = |channel: usize| {
+            let on_white = opaque * srgb_encode(own_light[channel]) + rest * filtered[channel][1];
+            srgb_decode(((on_white - (1.0 - alpha)) / alpha).clamp(0.0, 1.0))
+        };
+        (Rgb::from(std::array::from_fn(stored)), alpha)
+    }
+}
+
 /// The opacity of a pixel that lets through these parts of the colours behind it.
 pub fn opacity(let_through: Rgb) -> f32 {
     let Rgb { r, g, b } = let_through;
@@ -128,6 +175,66 @@ pub fn unassociated<'a>(radiance: &'a [Rgb], alpha: Option<&[f32]>) -> Cow<'a, [
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// An encoded value of a page where a browser blends an image with it.
+    fn on_page(pixel: Transparency, own: Rgb, page: [f32; 3]) -> [f32; 3] {
+        let (color, alpha) = pixel.on_screens(own);
+        let color = color.to_array().map(srgb_encode);
+        std::array::from_fn(|at| color[at] * alpha + page[at] * (1.0 - alpha))
+    }
+
+    /// Pixels without colour are stored as surfaces of a coverage, beside shadows that darken an encoded white.
+    #[test]
+    fn pixels_that_let_all_colours_through_alike_keep_their_own_colour() {
+        let own = Rgb::new(0.1, 0.7, 0.3);
+        for part in [0.0, 1e-6, 0.2, 0.5, 0.83, 1.0] {
+            let let_through = Rgb::splat(part);
+            let plain = Transparency { let_through, without_shadows: None };
+            assert_eq!(plain.on_screens(own), (own, opacity(let_through)));
+            for beside in [0.3, 0.9, 1.0] {
+                let shadow = (1.0 - opacity(let_through)).min(beside);
+                let expected = 1.0 - beside * srgb_encode(shadow / beside);
+                let pixel = Transparency { let_through, without_shadows: Some(beside) };
+                assert_eq!(pixel.on_screens(own), (own, if shadow > 0.0 { expected } else { 1.0 }));
+            }
+        }
+    }
+
+    #[test]
+    fn coloured_filters_and_shadows_look_on_white_as_in_linear_light() {
+        let colors = [[0.9, 0.3, 0.1], [0.2, 1.0, 0.6], [0.0, 1.0, 0.0], [1.0, 0.95, 0.9]].map(Rgb::from);
+        let lights = [Rgb::BLACK, Rgb::splat(0.02), Rgb::new(0.3, 0.1, 0.05), Rgb::splat(0.4)];
+        for (let_through, light) in colors.iter().flat_map(|color| lights.map(|light| (*color, light))) {
+            let alpha = opacity(let_through);
+            let own = Rgb::from((light * (1.0 / alpha)).to_array().map(|part| part.min(1.0)));
+            for without_shadows in [None, Some(1.0)] {
+                let pixel = Transparency { let_through, without_shadows };
+                let shown = on_page(pixel, own, [1.0; 3]);
+                let expected = (own * alpha + let_through).to_array().map(|part| srgb_encode(part.min(1.0)));
+                let far = |at: usize| (shown[at] - expected[at]).abs();
+                let is_near = (0..3).all(|at| far(at) < 0.03);
+                assert!(is_near, "{let_through:?}, {light:?}: {shown:?}, not {expected:?}");
+                // On black, no colour is darker than the light of the pixel.
+                let shown = on_page(pixel, own, [0.0; 3]);
+                let light = (own * (1.0 - let_through.r.max(let_through.g).max(let_through.b))).to_array();
+                assert!((0..3).all(|at| shown[at] >= light[at] - 1e-3), "{shown:?}, {light:?}");
+            }
+        }
+    }
+
+    /// A hint of colour changes a pixel by a hint.
+    #[test]
+    fn screens_show_pixels_with_hardly_any_colour_as_those_without() {
+        let own = Rgb::new(0.1, 0.7, 0.3);
+        for (part, without_shadows) in [(0.1, None), (0.5, None), (0.9, None), (0.3, Some(0.5))] {
+            let tinted = Transparency { let_through: Rgb::new(part, part - 1e-4, part), without_shadows };
+            let grey = Transparency { let_through: Rgb::splat(part), without_shadows };
+            for page in [[0.0; 3], [0.2, 0.5, 0.9], [1.0; 3]] {
+                let shown = [tinted, grey].map(|pixel| on_page(pixel, own, page));
+                assert!((0..3).all(|at| (shown[0][at] - shown[1][at]).abs() < 2e-3), "{shown:?}");
+            }
+        }
+    }
 
     #[test]
     fn colours_over_anything_are_those_of_the_pixel_and_what_shows_through_it() {

@@ -111,7 +111,7 @@ fn with_output<T>(
         window: CropWindow::of(region, settings.size),
         radiance: &pixels.radiance,
         alpha: pixels.alpha.as_deref(),
-        screen_alpha: pixels.screen_alpha.as_deref(),
+        transparency: pixels.transparency.as_deref(),
         behind: pixels.behind.as_deref(),
         display: DisplayTransform::new(settings.tonemap, exposure_ev(settings, film), &pixels.own_colors()),
         bits,

@@ -206,20 +206,19 @@ fn pixels<'a>(shown: &Snapshot, denoised: Option<&'a Denoised>) -> ImagePixels<'
         let (film, index) = source_of(shown, place);
         film.let_through(index)
     };
-    let of_all =
-        |of: &(dyn Fn([u32; 2]) -> f32 + Sync)| shown.setup.transparent.then(|| places().map(of).collect());
-    let screen_alpha = |place: [u32; 2]| {
+    let transparency = |place: [u32; 2]| {
         let (film, index) = source_of(shown, place);
-        film.screen_alpha_of(index, film.let_through(index))
+        film.transparency_of(index, film.let_through(index))
     };
+    let counts = shown.setup.transparent;
     let behind = |plate: Cow<[Rgb]>| {
         let seen = |place: [u32; 2]| plate[(place[1] * width + place[0]) as usize] * let_through(place);
         places().map(seen).collect()
     };
     ImagePixels {
         radiance: places().map(|place| radiance_at(shown, place)).collect::<Vec<_>>().into(),
-        alpha: of_all(&|place| opacity(let_through(place))),
-        screen_alpha: of_all(&screen_alpha),
+        alpha: counts.then(|| places().map(|place| opacity(let_through(place))).collect()),
+        transparency: counts.then(|| places().map(transparency).collect()),
         behind: plate(shown).map(behind),
     }
 }
@@ -279,13 +278,12 @@ pub fn light(image: &ImagePixels, meter: &LightMeter, size: [u32; 2], display: D
     let curve = DisplayTransform::new(display.tonemap, exposure_ev, &colors);
     let mut pixels = vec![255; 4 * colors.len()];
     pixels.par_chunks_mut(4).enumerate().with_min_len(4096).for_each(|(at, pixel)| {
-        let shown = match (&image.alpha, &image.behind) {
-            (Some(opacity), Some(behind)) => curve.apply_over(colors[at], opacity[at], behind[at]),
-            _ => curve.apply(colors[at]),
+        let (shown, alpha) = match (&image.alpha, &image.behind, &image.transparency) {
+            (Some(opacity), Some(behind), _) => (curve.apply_over(colors[at], opacity[at], behind[at]), 1.0),
+            (_, None, Some(transparency)) => transparency[at].on_screens(curve.apply(colors[at])),
+            _ => (curve.apply(colors[at]), 1.0),
         };
-        if let (Some(opacity), None) = (&image.screen_alpha, &image.behind) {
-            pixel[3] = quantise_8_bit(opacity[at]);
-        }
+        pixel[3] = quantise_8_bit(alpha);
         pixel[..3].copy_from_slice(&encode_8_bit(shown));
     });
     PageImage { size, pixels, exposure_ev, bar: None, is_denoised: false }

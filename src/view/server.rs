@@ -314,7 +314,7 @@ async fn reference(State(site): State<Arc<Site>>, Query(wanted): Query<WantedIma
         return StatusCode::NO_CONTENT.into_response();
     }
     let image =
-        files::ImagePixels { radiance: radiance.into(), alpha: None, screen_alpha: None, behind: None };
+        files::ImagePixels { radiance: radiance.into(), alpha: None, transparency: None, behind: None };
     in_response(light(&image, &LightMeter::of_pixels(*size, radiance), *size, display))
 }
 

@@ -250,7 +250,7 @@ fn transparent_images_on_a_white_page_are_those_before_white() {
         for (shown, expected) in shown.pixels().zip(on_white.pixels()) {
             let [.., alpha] = shown.0;
             // Edges of things are as usual in linear light: there, an eighth of the range is apart.
-            let near = if shown.0[0] > 0.0 && alpha < 1.0 { 0.15 } else { 2.5 / 255.0 };
+            let near = if shown.0[0] > 0.05 && alpha < 1.0 { 0.15 } else { 2.5 / 255.0 };
             for (color, expected) in shown.0.into_iter().zip(expected.0).take(3) {
                 let found = color * alpha + 1.0 - alpha;
                 assert!((found - expected).abs() < near, "{denoise}: {found}, not {expected}: {shown:?}");
@@ -258,6 +258,45 @@ fn transparent_images_on_a_white_page_are_those_before_white() {
             darkest = if shown.0[0] == 0.0 { darkest.min(expected.0[0]) } else { darkest };
         }
         assert!(darkest < 0.8, "no shadow: {darkest}");
+    }
+}
+
+/// A filter lets one colour through more than others, and an image has one opacity.
+#[test]
+fn coloured_glass_and_its_shadow_have_their_colours_on_a_white_page() {
+    let folder = empty_folder();
+    folder.write(
+        "glass.ron",
+        r#"(
+            settings: (size: (32, 24), samples: 64, transport: Path, caustics: Off),
+            entities: [
+                (camera: Pinhole(vertical_fov_degrees: 40),
+                 transform: LookAt(from: (0, 2.4, 4), to: (0, 0, 0))),
+                (light: Environment(radiance: 0.5)),
+                (light: Point(power_w: 300, radius_m: 0.3), transform: (translate: (1, 4, -1))),
+                (shape: Sphere(radius_m: 1), material: Principled(
+                    metallic: 0, roughness: 0, transmission: 1, ior: 1,
+                    volume: Some((attenuation_color: (0.15, 1, 0.4), attenuation_distance_m: 1)))),
+            ],
+        )"#,
+    );
+    let pixels = |options: &str| {
+        folder.out(&format!("glass.ron {options} -q -o a.png"));
+        image::open(folder.join("a.png")).expect("an image").to_rgba32f()
+    };
+    for ground in ["", "--ground shadow"] {
+        let [shown, on_white] =
+            ["--transparent", "--background white"].map(|behind| pixels(&format!("{ground} {behind}")));
+        let (mut greenest, mut far) = (0.0f32, 0.0f32);
+        for (shown, expected) in shown.pixels().zip(on_white.pixels()) {
+            let ([.., alpha], [red, green, ..]) = (shown.0, expected.0);
+            greenest = greenest.max(green - red);
+            for (color, expected) in shown.0.into_iter().zip(expected.0).take(3) {
+                far = far.max((color * alpha + 1.0 - alpha - expected).abs());
+            }
+        }
+        assert!(greenest > 0.5, "{ground}: {greenest}");
+        assert!(far < 4.0 / 255.0, "{ground}: {far}");
     }
 }
 

@@ -131,7 +131,7 @@ impl<'a> OutputImage<'a> {
             window: CropWindow::of(region, settings.size),
             radiance: &pixels.radiance,
             alpha: pixels.alpha.as_deref(),
-            screen_alpha: pixels.screen_alpha.as_deref(),
+            transparency: pixels.transparency.as_deref(),
             behind: pixels.behind.as_deref(),
             display: DisplayTransform::new(settings.tonemap, self.exposure_ev, &pixels.own_colors()),
             bits: self.bits,

@@ -8,7 +8,7 @@ use image::{ImageBuffer, Rgb as Texel, Rgb32FImage};
 use super::decode_unchanged;
 use crate::denoise::Denoised;
 use crate::error::LoadError;
-use crate::film::alpha::{opacity, unassociated};
+use crate::film::alpha::{Transparency, opacity, unassociated};
 use crate::film::texels::linear_colors;
 use crate::film::tonemap::{srgb_decode, srgb_encode};
 use crate::film::{Film, Region};
@@ -21,8 +21,8 @@ pub struct ImagePixels<'a> {
     pub radiance: Cow<'a, [Rgb]>,
     /// Their opacity, if the film counts it.
     pub alpha: Option<Vec<f32>>,
-    /// The opacity that images for screens store, if the film counts it.
-    pub screen_alpha: Option<Vec<f32>>,
+    /// The parts of colours that they let through, if the film counts opacity.
+    pub transparency: Option<Vec<Transparency>>,
     /// The part of a backplate that they show, as linear display values.
     pub behind: Option<Vec<Rgb>>,
 }
@@ -40,12 +40,13 @@ impl<'a> ImagePixels<'a> {
             None => film.let_through(at),
         };
         let counts = film.counts_opacity();
-        let of_all = |of: &dyn Fn(usize) -> f32| counts.then(|| (0..radiance.len()).map(of).collect());
-        let alpha = of_all(&|at| opacity(let_through(at)));
-        let screen_alpha = of_all(&|at| film.screen_alpha_of(at, let_through(at)));
+        let places = || counts.then_some(0..radiance.len());
+        let alpha = places().map(|all| all.map(|at| opacity(let_through(at))).collect());
+        let transparency =
+            places().map(|all| all.map(|at| film.transparency_of(at, let_through(at))).collect());
         let seen = |(at, plate): (usize, &Rgb)| *plate * let_through(at);
         let behind = plate.filter(|_| counts).map(|plate| plate.iter().enumerate().map(seen).collect());
-        ImagePixels { radiance, alpha, screen_alpha, behind }
+        ImagePixels { radiance, alpha, transparency, behind }
     }
 
     /// The colours by themselves, without the opacity that they are associated with.

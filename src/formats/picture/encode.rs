@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{decode_data, encode_eight_bit, encode_openexr, encode_png, encode_radiance};
 use crate::error::{LoadError, SaveError};
 use crate::files::atomic_write::{writable, write_whole};
-use crate::film::alpha::unassociated;
+use crate::film::alpha::{Transparency, unassociated};
 use crate::film::tonemap::{DisplayTransform, encode_8_bit, encode_16_bit, quantise_8_bit, quantise_16_bit};
 use crate::film::{FilmChannel, Region};
 use crate::math::Rgb;
@@ -35,8 +35,8 @@ pub struct Output<'a> {
     pub radiance: &'a [Rgb],
     /// The opacity of each pixel, with which the radiance is associated. None: all is opaque.
     pub alpha: Option<&'a [f32]>,
-    /// The opacity that images for screens store in its place.
-    pub screen_alpha: Option<&'a [f32]>,
+    /// The parts of colours that pixels let through, of which images for screens make their opacity and colour.
+    pub transparency: Option<&'a [Transparency]>,
     /// The part of a backplate that each pixel shows, as a linear display value. Images for screens then have no opacity
     /// of their own; OpenEXR files hold it, and not the backplate.
     pub behind: Option<&'a [Rgb]>,
@@ -59,7 +59,7 @@ impl<'a> Output<'a> {
             window: None,
             radiance,
             alpha: None,
-            screen_alpha: None,
+            transparency: None,
             behind: None,
             display,
             bits: PngBits::Eight,
@@ -94,11 +94,14 @@ impl<'a> Output<'a> {
         match (self.alpha, self.behind) {
             (None, _) => colors.iter().flat_map(|light| color(apply(light))).collect(),
             (Some(alpha), None) => {
-                let pixel = |(light, alpha): (&Rgb, &f32)| {
-                    let [r, g, b] = color(apply(light));
-                    [r, g, b, opacity(*alpha)]
+                let pixel = |(at, (light, alpha)): (usize, (&Rgb, &f32))| {
+                    let transparency = self.transparency.and_then(|pixels| pixels.get(at));
+                    let own = apply(light);
+                    let (own, alpha) = transparency.map_or((own, *alpha), |pixel| pixel.on_screens(own));
+                    let [r, g, b] = color(own);
+                    [r, g, b, opacity(alpha)]
                 };
-                colors.iter().zip(self.screen_alpha.unwrap_or(alpha)).flat_map(pixel).collect()
+                colors.iter().zip(alpha).enumerate().flat_map(pixel).collect()
             }
             (Some(alpha), Some(behind)) => {
                 let over = |((light, alpha), behind): ((&Rgb, &f32), &Rgb)| {
