@@ -239,6 +239,8 @@ fn captured_queues_are_traced_again_by_the_printed_command() {
         let text = here.out(&line);
         let command = text.split("replay     ").nth(1).and_then(|rest| rest.lines().next());
         assert_eq!(command, captured["command"].as_str(), "{text}");
+        let queue = format!("queue      {} of {} of stage", captured["queue"], captured["queues"]);
+        assert!(text.starts_with(&queue), "{text}, not {queue}");
     }
     assert_eq!(hashes.len(), 5);
 }

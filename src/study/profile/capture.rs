@@ -22,7 +22,7 @@ pub struct CapturedQueue {
     pub rays_by_bounce: Vec<u32>,
     /// The hits of the rays; of shadow rays only whether they are blocked.
     pub hits: Vec<HitRecord>,
-    /// The queue's number among those of its stage, from 0.
+    /// The queue's number among those of its stage, from 1.
     pub number: usize,
 }
 
@@ -99,7 +99,7 @@ impl StageCapture {
     }
 
     fn end_queue(&mut self) {
-        let queue = CapturedQueue { number: self.queues, ..take(&mut self.current) };
+        let queue = CapturedQueue { number: self.queues + 1, ..take(&mut self.current) };
         if queue.rays.is_empty() {
             return;
         }

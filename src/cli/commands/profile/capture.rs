@@ -72,7 +72,7 @@ pub(super) fn run(
     }
     let after: Vec<String> = queue.rays_by_bounce.iter().map(u32::to_string).collect();
     let mut lines = vec![
-        format!("queue      {} of {} of stage {stage}", queue.number + 1, capture.queues),
+        format!("queue      {} of {} of stage {stage}", queue.number, capture.queues),
         format!("rays       {rays}, after 0, 1 … bounces: {}", after.join(", ")),
         format!("hits       {}, hash {}", ours.hits, ours.digits()),
         format!("file       {}, {:.2} MB", file.display(), (rays * RAY_BYTES) as f64 / 1e6),
