@@ -53,9 +53,16 @@ pub fn run(arguments: &Furnace) -> Result<ExitCode, Failure> {
     // BSDFs are those of the path transport, whatever the scene is rendered with.
     let (world, setup) =
         load(scene, &model.of_size(None), None, |world| world.settings.transport = Transport::Path)?;
-    let material = select::material(&world, material).map_err(Failure::command_line)?;
+    if let Some(path) = &arguments.html {
+        super::check_is_not_read(path, &world.assets.files, "--html")?;
+    }
+    let id = select::material(&world, material).map_err(Failure::command_line)?;
     let plan = FurnacePlan { samples: *directions, inside: *inside, uv: *uv };
-    let report = furnace::measure(&setup.scene, material.0, &plan).map_err(Failure::command_line)?;
+    let mut report = furnace::measure(&setup.scene, id.0, &plan).map_err(Failure::command_line)?;
+    if world.assets.materials.get(id.0 as usize).is_some_and(|named| named.name.is_none()) {
+        // The material of an entity may have no name but a number.
+        report.material.clone_from(material);
+    }
     if let Some(path) = &arguments.html {
         let page = furnace::page::html(&report, &plan).map_err(Failure::output)?;
         crate::files::replace(path, page.as_bytes())?;
@@ -72,13 +79,13 @@ fn text(report: &FurnaceReport, plan: &FurnacePlan) -> String {
         format!("{} directions at each angle; light of radiance 1 comes from everywhere\n", plan.samples),
     ];
     for run in &report.runs {
-        lines.extend(run_lines(run));
+        lines.extend(run_lines(run, report.is_directed));
     }
     lines.extend(furnace::notes(report).into_iter().map(|note| format!("note: {note}")));
     lines.join("\n") + "\n"
 }
 
-fn run_lines(run: &FurnaceRun) -> Vec<String> {
+fn run_lines(run: &FurnaceRun, is_directed: bool) -> Vec<String> {
     let whose = if run.is_own { ", the material's own" } else { "" };
     let mut lines = vec![
         format!("roughness {}{whose}", short(run.roughness)),
@@ -93,10 +100,10 @@ fn run_lines(run: &FurnaceRun) -> Vec<String> {
             )
         });
     lines.push(format!(" {reciprocity}"));
-    let verdicts = run.verdicts();
-    lines.push(match verdicts.is_empty() {
+    let faults = run.faults(is_directed);
+    lines.push(match faults.is_empty() {
         true => " no fault found".into(),
-        false => verdicts.iter().map(|verdict| format!(" found: {verdict}")).collect::<Vec<_>>().join("\n"),
+        false => faults.iter().map(|fault| format!(" found: {fault}")).collect::<Vec<_>>().join("\n"),
     });
     lines.push(String::new());
     lines
@@ -150,7 +157,7 @@ fn json(arguments: &Furnace, report: &FurnaceReport) -> Value {
             "own": run.is_own,
             "angles": run.rows.iter().map(row).collect::<Vec<_>>(),
             "reciprocity": reciprocity,
-            "found": run.verdicts(),
+            "found": run.faults(report.is_directed),
         })
     };
     json!({

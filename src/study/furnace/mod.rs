@@ -66,8 +66,9 @@ pub struct FurnaceRun {
 }
 
 impl FurnaceRun {
-    /// Returns the sentences about what is wrong with the material at this roughness, or what a reader must know.
-    pub fn verdicts(&self) -> Vec<String> {
+    /// Returns the sentences about what is wrong with the material at this roughness. A material that is not meant to be
+    /// reciprocal, which is directed, need not be.
+    pub fn faults(&self, is_directed: bool) -> Vec<String> {
         let mut lines = Vec::new();
         let largest = |amount: &dyn Fn(&FurnaceRow) -> Option<f64>| {
             let rows = self.rows.iter().filter_map(|row| amount(row).map(|amount| (row.degrees, amount)));
@@ -90,7 +91,7 @@ impl FurnaceRun {
             lines.push(format!("directions do not follow the reported density at {}", differing.join(", ")));
         }
         if let Some(Reciprocity { largest, mean }) =
-            self.reciprocity.filter(|reciprocity| reciprocity.mean > RECIPROCAL)
+            self.reciprocity.filter(|found| !is_directed && found.mean > RECIPROCAL)
         {
             let (largest, mean) = (100.0 * largest, 100.0 * mean);
             lines.push(format!(
@@ -127,7 +128,7 @@ pub struct FurnaceReport {
     /// True if it is not meant to be reciprocal: refracting bodies, clear coats and sheen divide light by the direction
     /// to the viewer only.
     pub is_directed: bool,
-    /// The material's own roughness, then those of the sweep.
+    /// The material's own roughness, then the others of the sweep.
     pub runs: Vec<FurnaceRun>,
 }
 
@@ -159,7 +160,8 @@ pub fn measure(scene: &CompiledScene, material: u32, plan: &FurnacePlan) -> Resu
     };
     let mut runs = vec![run(&own, &white, true)];
     if sweeps {
-        runs.extend(ROUGHNESS.map(|value| run(&rough(&own, value), &rough(&white, value), false)));
+        let others: Vec<f32> = ROUGHNESS.into_iter().filter(|value| *value != runs[0].roughness).collect();
+        runs.extend(others.into_iter().map(|value| run(&rough(&own, value), &rough(&white, value), false)));
     }
     Ok(FurnaceReport {
         material: name.clone(),
@@ -214,7 +216,7 @@ pub fn notes(report: &FurnaceReport) -> Vec<&'static str> {
         (true, "the patch is flat: normal and bump maps, emission and the inside of bodies are left out"),
         (
             report.is_directed,
-            "bodies that refract, clear coats and sheen are not reciprocal: they divide light by the direction to the viewer",
+            "bodies that refract, clear coats and sheen are not meant to be reciprocal: they divide light by the direction to the viewer",
         ),
     ];
     all.into_iter().filter(|(is_true, _)| *is_true).map(|(_, note)| note).collect()

@@ -20,7 +20,7 @@ a surface that absorbs nothing returns 1.</p>\n",
         body += &format!("<figure>{}</figure>\n", svg(&white_figure(report))?);
     }
     for run in &report.runs {
-        body += &section(run);
+        body += &section(run, report.is_directed);
     }
     body.extend(notes(report).into_iter().map(|note| format!("<p>Note: {}.</p>\n", escaped(note))));
     Ok(document(&format!("{} in a white furnace", report.material), &body))
@@ -64,7 +64,7 @@ fn curve(
     Curve { label, scene: 0, points: run.rows.iter().filter_map(point).collect(), fit: None }
 }
 
-fn section(run: &FurnaceRun) -> String {
+fn section(run: &FurnaceRun, is_directed: bool) -> String {
     let whose = if run.is_own { ", the material's own" } else { "" };
     let row = |row: &FurnaceRow| {
         let [r, g, b] = row.own.mean.map(|mean| format!("{mean:.4}"));
@@ -80,11 +80,10 @@ fn section(run: &FurnaceRun) -> String {
         let white = row.white.map_or("-".into(), number);
         [format!("{}°", row.degrees), r, g, b, white, density]
     };
-    let verdicts = run.verdicts();
-    let found = if verdicts.is_empty() {
-        "No fault found.".into()
-    } else {
-        format!("Found: {}.", verdicts.join("; "))
+    let faults = run.faults(is_directed);
+    let found = match faults.is_empty() {
+        true => "No fault found.".into(),
+        false => format!("Found: {}.", faults.join("; ")),
     };
     format!(
         "<h2>Roughness {}{whose}</h2>\n{}<p>{}</p>\n",

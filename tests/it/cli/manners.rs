@@ -51,11 +51,12 @@ fn closed_pipe() -> Stdio {
 }
 
 #[cfg(unix)]
-const PRINTING: [&str; 9] = [
+const PRINTING: [&str; 10] = [
     "--help",
     "info --json scene.ron",
     "check scene.ron",
     "explain scene.ron 3,3",
+    "furnace scene.ron ball --directions 64",
     "compare here.png here.png",
     "reproduce here.png",
     "plan scene.ron --shards 2 --for commands",

@@ -192,8 +192,8 @@ fn names_move_no_cursor() {
     here.write("x\u{1b}.obj", "v 0 0 0\n\u{1b}f 1 2\u{1b} 3\n");
     for line in [
         "scene.ron", "x\u{1b}.obj", "info fine.ron", "ls fine.ron", "check fine.ron", "explain fine.ron 8,6",
-        "diff fine.ron scene.ron", "fine.ron -o a.exr", "fine.ron --camera \u{1b}[31m",
-        "nowhere\u{1b}[31m.ron",
+        "furnace fine.ron b --directions 64", "diff fine.ron scene.ron", "fine.ron -o a.exr",
+        "fine.ron --camera \u{1b}[31m", "nowhere\u{1b}[31m.ron",
     ] {
         let run = here.run(line);
         for text in [&run.out, &run.err] {
