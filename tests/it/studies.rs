@@ -58,6 +58,44 @@ fn explain_names_entities_materials_and_lights() {
     assert!(egg.contains("neither mirrors nor lets light through") && egg.starts_with("sample 1"), "{egg}");
 }
 
+/// A pixel has as many samples as the image; the page and JSON hold all.
+#[test]
+fn explain_prints_a_bounded_number_of_samples() {
+    let folder = folder(SCENE);
+    let line = "explain scene.ron 8,6 --spp 100";
+    let told = folder.json(line);
+    assert_eq!(told["samples"].as_array().map(Vec::len), Some(100));
+    let text = folder.out(line);
+    assert!(text.lines().count() < 210 && text.starts_with("sample 0"), "{text}");
+    let shown = text.lines().filter(|line| line.starts_with("sample ")).count();
+    let rest = format!("\n{} more, the brightest of which is sample ", 100 - shown);
+    let hint = text.split(&rest).nth(1).expect("a hint");
+    let number = hint.split_whitespace().next().expect("a number");
+    assert!(hint.contains(&format!("(--sample {number} prints it, --json all)")), "{hint}");
+    assert!(hint.contains("mean of all (100)"), "{hint}");
+}
+
+#[test]
+fn furnace_names_a_material_without_a_name_by_its_entity() {
+    let folder = folder(SCENE);
+    let line = "furnace scene.ron tube --directions 64";
+    folder.write(
+        "scene.ron",
+        SCENE.replace(
+            "entities: [",
+            r#"entities: [
+        (name: "tube", shape: Cylinder(radius_m: 0.1, height_m: 0.2),
+         material: Principled(metallic: 0, roughness: 0.5, transmission: 1, volume: ())),"#,
+        ),
+    );
+    let text = folder.out(line);
+    assert!(text.starts_with("\"tube\": "), "{text}");
+    assert_eq!(text.matches("roughness 0.5").count(), 1, "{text}");
+    assert!(text.contains("roughness 0.5, the material's own") && !text.contains("not reciprocal"), "{text}");
+    assert!(text.contains("are not meant to be reciprocal"), "{text}");
+    assert_eq!(folder.json(line)["material"], "tube");
+}
+
 /// The radiance of a sample's own path and the radiance given by others sum to the film's.
 #[test]
 fn explain_splits_radiance_under_path_reuse() {

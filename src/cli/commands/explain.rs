@@ -15,9 +15,12 @@ use crate::film::Film;
 use crate::integrator::observe::Components;
 use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::path::bounces::LobeKind;
-use crate::math::NONE;
+use crate::math::{NONE, Rgb};
 use crate::study::explain::{self, ExplainedLightRay, Followed, GivenNames, SampleTrace, Shares, Step};
 use crate::world::Adaptive;
+
+/// The most lines about samples; the first sample is printed in any case.
+const MOST_LINES: usize = 200;
 
 /// `rayfront explain`.
 #[derive(Args, Debug)]
@@ -27,7 +30,7 @@ pub struct Explain {
     /// Column and row of the pixel from the top left, such as 480,270
     #[arg(value_name = "X,Y", value_parser = parse_pixel)]
     pub pixel: ImageSize,
-    /// Follow only this sample, counted from 0
+    /// Follow only this sample, counted from 0 [default: all; the first ones are printed]
     #[arg(long, value_name = "N")]
     pub sample: Option<u32>,
     /// Print one JSON object instead
@@ -98,18 +101,36 @@ fn mean(film: &Film) -> Components {
 
 fn text(lives: &[SampleTrace], film: &Film) -> String {
     let mut lines = Vec::new();
+    let mut shown = 0;
     for life in lives {
-        lines.push(format!("sample {}  radiance {}", life.sample, triple(life.radiance())));
-        for (number, path) in life.paths.iter().enumerate() {
-            lines.extend(path_lines(life, number, path));
+        let more = sample_lines(life);
+        if shown > 0 && lines.len() + more.len() > MOST_LINES {
+            break;
         }
-        if life.drawn.1 > 0 {
-            let (light, count) = life.drawn;
-            lines.push(format!("  {count} photons that it sees directly bring {}", triple(light)));
-        }
+        lines.extend(more);
+        shown += 1;
+    }
+    let luminance = |life: &SampleTrace| Rgb::from(life.radiance()).luminance();
+    if let Some(brightest) = lives[shown..].iter().max_by(|a, b| luminance(a).total_cmp(&luminance(b))) {
+        let (count, number) = (lives.len() - shown, brightest.sample);
+        let light = triple(brightest.radiance());
+        lines.push(format!("{count} more, the brightest of which is sample {number}  radiance {light}"));
+        lines.push(format!("  (--sample {number} prints it, --json all)"));
     }
     lines.push(format!("mean of all ({}) {}", lives.len(), triple(mean(film))));
     lines.join("\n") + "\n"
+}
+
+fn sample_lines(life: &SampleTrace) -> Vec<String> {
+    let mut lines = vec![format!("sample {}  radiance {}", life.sample, triple(life.radiance()))];
+    for (number, path) in life.paths.iter().enumerate() {
+        lines.extend(path_lines(life, number, path));
+    }
+    if life.drawn.1 > 0 {
+        let (light, count) = life.drawn;
+        lines.push(format!("  {count} photons that it sees directly bring {}", triple(light)));
+    }
+    lines
 }
 
 fn path_lines(life: &SampleTrace, number: usize, path: &Followed) -> Vec<String> {
