@@ -87,7 +87,10 @@ pub fn run(arguments: &Trace) -> Result<ExitCode, Failure> {
     }
     arguments.out.iter().try_for_each(|path| writable(path))?;
     if let Some(out) = &arguments.out
-        && [&arguments.scene, &arguments.rays].into_iter().any(|read| are_same(read, out))
+        && [Some(&arguments.rays), arguments.reference.as_ref()]
+            .into_iter()
+            .flatten()
+            .any(|read| are_same(read, out))
     {
         return Err(Failure::command_line(format!("{} is read: name another --out", out.display())));
     }
@@ -153,6 +156,9 @@ struct TracedScene {
 fn load(arguments: &Trace) -> Result<TracedScene, Failure> {
     let start = Instant::now();
     let mut world = crate::formats::load_with(&arguments.scene, &arguments.model.of_size(arguments.size))?;
+    if let Some(out) = &arguments.out {
+        super::check_is_not_read(out, &world.assets.files, "--out")?;
+    }
     world.settings.build_quality = arguments.quality.unwrap_or(world.settings.build_quality);
     let load = start.elapsed();
     let start = Instant::now();

@@ -43,7 +43,8 @@ fn outputs_never_replace_inputs_or_each_other() {
     here.write("x.ron", ball(r#"diffuse: Image("x.a.png")"#));
     here.write("ball.ron", ball(""));
     here.write("r.rays", [0; 32]);
-    let files = ["scene.png", "env.png", "i.png", "ball.ron", "r.rays", "x.a.png"];
+    here.write("h.hits", [0; 16]);
+    let files = ["scene.png", "env.png", "i.png", "ball.ron", "r.rays", "h.hits", "x.a.png"];
     let read = || files.map(|name| here.bytes(name));
     let before = read();
     for (line, what) in [
@@ -52,6 +53,15 @@ fn outputs_never_replace_inputs_or_each_other() {
         ("ab x.ron --hide Light --spp 2", "x.a.png is read for this scene"),
         ("trace ball.ron --rays r.rays --out ball.ron", "ball.ron is read"),
         ("trace ball.ron --rays r.rays --out r.rays", "r.rays is read"),
+        (
+            "trace scene.ron --rays r.rays --out scene.png",
+            "scene.png is read for this scene: name another --out",
+        ),
+        (
+            "trace scene.ron --rays r.rays --reference h.hits --out h.hits",
+            "h.hits is read: name another --out",
+        ),
+        ("furnace scene.ron ball --html scene.png", "scene.png is read for this scene: name another --html"),
         ("compare i.png scene.png --heatmap i.png", "i.png is compared"),
         ("ball.ron -q -o a.png -o ./a.png", "a.png would be written twice"),
         ("ball.ron -q --denoise -o a.png -o a.denoised.png", "a.denoised.png would be written twice"),
