@@ -1,15 +1,18 @@
 //! Checks that the camera sees the scene, and the units of its parameters.
 
 use super::probes::{ProbeTracer, directions};
-use super::{Checked, finding};
+use super::{Checked, finding, lights};
 use crate::error::{Diagnostic, words};
 use crate::math::{Vec3, Vector};
+use crate::scene::material::Coverage;
 use crate::scene::{HalfSize, Lens, Projection};
 use crate::shading::camera::CameraImage;
-use crate::world::StereoLayout;
+use crate::world::{Shape, StereoLayout};
 
 /// The number of rays around the camera.
 const ABOUT: u32 = 64;
+/// Their number where the image is not dark, and something small may be beside the camera.
+const MORE: u32 = 1024;
 
 /// An angle of view below this, in degrees, was probably meant in radians.
 const NARROW_DEG: f32 = 2.0;
@@ -86,35 +89,103 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
         }
         return;
     }
-    // An entity that surrounds the camera is a body that the camera is in, unless it is the intended view: a room
-    // contains other entities, or light enters it.
-    let eye = scene.camera.origin;
-    let mut tracer = ProbeTracer::new(scene);
-    let ways: Vec<Vec3> = directions(ABOUT).collect();
-    let met: Vec<_> = ways.iter().map(|way| tracer.first(eye, *way, f32::INFINITY)).collect();
-    let Some(Some(first)) = met.first() else { return };
-    let all_one = met.iter().all(|met| met.is_some_and(|met| met.entity == first.entity));
-    let others = scene.geometry.parts.entity.iter().chain(&scene.geometry.instance_entities);
-    let is_alone = others.copied().all(|entity| entity == first.entity);
-    let material = &scene.materials[first.material as usize];
-    if all_one && !is_alone && probes.dark() > 0.5 && !material.emits() {
-        let name = checked.name(first.entity);
-        let (far, way) = nearest(&met, &ways);
-        let outside = text(checked, eye + way * (1.5 * far));
-        findings.push(finding(
+    findings.extend(inside(checked));
+}
+
+/// The one entity that rays from the camera meet, whatever their direction.
+pub(super) struct Enclosure {
+    entity: u32,
+    material: u32,
+    /// True if all rays meet the backs of triangles.
+    is_from_behind: bool,
+    /// The shortest way out: its length and direction.
+    way_out: (f32, Vec3),
+}
+
+impl Enclosure {
+    /// The enclosure of a place, by a number of rays; none if rays escape or meet several entities.
+    fn of(tracer: &mut ProbeTracer, place: Vec3, rays: u32) -> Option<Enclosure> {
+        let mut found: Option<Enclosure> = None;
+        for way in directions(rays) {
+            let met = tracer.first(place, way, f32::INFINITY)?;
+            let all = found.get_or_insert(Enclosure {
+                entity: met.entity,
+                material: met.material,
+                is_from_behind: true,
+                way_out: (f32::INFINITY, way),
+            });
+            if met.entity != all.entity {
+                return None;
+            }
+            all.is_from_behind &= met.back;
+            if met.distance < all.way_out.0 {
+                all.way_out = (met.distance, way);
+            }
+        }
+        found
+    }
+
+    fn finding(&self, checked: &Checked, seen: &str) -> Diagnostic {
+        let name = checked.name(self.entity);
+        let (far, way) = self.way_out;
+        let outside = text(checked, checked.scene.camera.origin + way * (1.5 * far));
+        finding(
             "camera-inside",
             None,
-            format!("the camera is inside \"{}\" and sees nothing else", words(&name)),
+            format!("the camera is inside \"{}\" and sees {seen}", words(&name)),
             format!("move it by more than {far:.3} m, such as to {outside}, or take the body away"),
-        ));
+        )
     }
 }
 
-/// The shortest way out: its length and direction.
-fn nearest(met: &[Option<super::probes::Met>], ways: &[Vec3]) -> (f32, Vec3) {
-    let lengths = met.iter().map(|met| met.map_or(f32::INFINITY, |met| met.distance));
-    let ways = lengths.zip(ways.iter().copied());
-    ways.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, Vec3::ZERO))
+/// Finds a camera inside an entity of which only the fronts are visible, with a tracer that sees all sides.
+pub(super) fn behind(checked: &Checked, tracer: &mut ProbeTracer, entity: u32) -> Option<Diagnostic> {
+    let around = Enclosure::of(tracer, checked.scene.camera.origin, ABOUT)?;
+    let is_body = around.entity == entity && around.is_from_behind;
+    is_body.then(|| around.finding(checked, "through its surfaces, which are there from their front alone"))
+}
+
+/// Finds a camera inside an entity that hides all else, unless that is the intended view: a room contains other entities,
+/// or light enters it, or a lamp is in it.
+fn inside(checked: &Checked) -> Option<Diagnostic> {
+    let scene = checked.scene;
+    let eye = scene.camera.origin;
+    let mut tracer = ProbeTracer::new(scene);
+    let around = Enclosure::of(&mut tracer, eye, ABOUT)?;
+    let material = &scene.materials[around.material as usize];
+    let emits = material.emits() || material.unlit;
+    let is_dark = checked.probes.dark() > 0.5 && !emits;
+    if !is_dark {
+        let others = scene.geometry.parts.entity.iter().chain(&scene.geometry.instance_entities);
+        let is_alone = others.copied().all(|entity| entity == around.entity);
+        let is_body = around.is_from_behind || is_ball(checked, around.entity);
+        let is_solid = !material.lets_through() && material.coverage == Coverage::Whole;
+        // A picture may be all around the camera.
+        let is_meant = is_alone && emits;
+        if !is_body || !is_solid || is_meant || has_lamp_beside(checked, &mut tracer) {
+            return None;
+        }
+        Enclosure::of(&mut tracer, eye, MORE)?;
+    }
+    Some(around.finding(checked, "nothing else"))
+}
+
+/// True if an entity is a sphere, of which no hit tells the side.
+fn is_ball(checked: &Checked, number: u32) -> bool {
+    let mut entities = checked.world.entities.iter();
+    let found = entities.find(|entity| entity.entity().id() == number);
+    found.is_some_and(|found| {
+        found.get::<&Shape>().is_some_and(|shape| matches!(*shape, Shape::Sphere { .. }))
+    })
+}
+
+/// True if nothing is between the camera and some lamp.
+fn has_lamp_beside(checked: &Checked, tracer: &mut ProbeTracer) -> bool {
+    let eye = checked.scene.camera.origin;
+    lights::places(checked).into_iter().any(|place| {
+        let distance = (place - eye).length();
+        distance == 0.0 || tracer.first(eye, (place - eye) / distance, distance).is_none()
+    })
 }
 
 /// True if the scene lies in the image but covers at most two pixels.

@@ -68,6 +68,16 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// Returns the places of lights that have one.
+pub(super) fn places(checked: &Checked) -> Vec<Vec3> {
+    let world = checked.world;
+    let Ok(mut placed) = transforms::to_world(world, &world.in_order()) else { return Vec::new() };
+    transforms::relative_to(&mut placed, checked.scene.origin);
+    let mut query = world.entities.query::<(hecs::Entity, &Light)>();
+    let all = query.iter().filter_map(|(entity, light)| PlacedLight::new(light, placed.get(&entity)?));
+    all.map(|light| light.place).collect()
+}
+
 /// Returns a light's power, irradiance or radiance.
 fn power(light: &Light) -> Rgb {
     match light {

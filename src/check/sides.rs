@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::probes::ProbeTracer;
-use super::{Checked, finding};
+use super::{Checked, camera, finding};
 use crate::bvh::Sidedness;
 use crate::error::Diagnostic;
 use crate::scene::CompiledScene;
@@ -47,12 +47,15 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
         counts.values().filter(|count| from_behind(**count)).map(|[missed, _]| *missed as f32).sum();
     for (entity, [missed, met]) in counts {
         if (missed as f32 > worth || all > most) && from_behind([missed, met]) {
-            findings.push(finding(
-                "hidden-back",
-                Some(checked.subject(entity)),
-                "it is seen from behind, and its surfaces are there from their front alone",
-                "double_sided: true in its material, `--double-sided` for models, or turn it",
-            ));
+            let hidden = || {
+                finding(
+                    "hidden-back",
+                    Some(checked.subject(entity)),
+                    "it is seen from behind, and its surfaces are there from their front alone",
+                    "double_sided: true in its material, `--double-sided` for models, or turn it",
+                )
+            };
+            findings.push(camera::behind(checked, &mut whole, entity).unwrap_or_else(hidden));
         }
     }
 }

@@ -122,6 +122,17 @@ fn good_scenes_get_no_findings() {
         let text = scene("transport: Path", &format!("EYE, BALL, FLOOR, {more}"));
         assert_eq!(told(&world(&text)), [], "{more}");
     }
+    // In rooms: with a lamp, and before a picture all around.
+    let eye =
+        "(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 0, 0.3), to: (0, 0, 0)))";
+    for room in [
+        r#"(shape: Box(size_m: 4)), (light: Point(power_w: 20), transform: (translate: (0.5, 1.5, 0.5)))"#,
+        r#"(shape: Box(size_m: 4)), FLOOR, (light: Point(power_w: 20), transform: (translate: (0.5, 1.5, 0.5)))"#,
+        r#"(shape: Sphere(radius_m: 4), material: (emission: 0.5))"#,
+    ] {
+        let told = told(&world(&scene("transport: Path", &format!("{eye}, {room}"))));
+        assert!(told.iter().all(|finding| finding.code != "camera-inside"), "{room}: {told:?}");
+    }
 }
 
 /// Returns a scene's findings, without the messages of loading and compilation.
