@@ -1,5 +1,6 @@
 //! Nested bodies: checks that paths can track all of them, and that indices of refraction are absolute.
 
+use super::materials::called;
 use super::{Checked, finding};
 use crate::bvh::Stack;
 use crate::error::{Diagnostic, Subject};
@@ -68,12 +69,13 @@ fn thinner_than_air(world: &World) -> Option<Diagnostic> {
         Material::BlinnPhong(material) => material.ior,
         Material::Principled(material) => material.volume.map(|_| material.ior),
     };
-    let materials = || world.assets.materials.iter().filter_map(|named| Some((named, ior(&named.material)?)));
-    let (thin, ior) = materials().find(|(_, ior)| *ior > 0.0 && *ior < 1.0)?;
-    materials().find(|(_, ior)| *ior > 1.0)?;
+    let all = || world.assets.materials.iter().enumerate();
+    let materials = || all().filter_map(|(number, named)| Some((number, named, ior(&named.material)?)));
+    let (number, thin, ior) = materials().find(|(.., ior)| *ior > 0.0 && *ior < 1.0)?;
+    materials().find(|(.., ior)| *ior > 1.0)?;
     Some(finding(
         "thinner-than-air",
-        thin.name.clone().map(Subject::named),
+        Some(Subject::named(called(world, number, thin))),
         format!(
             "its index of refraction is {ior}, below that of air; what is around a body is known from its surroundings"
         ),

@@ -7,9 +7,11 @@ use super::{Checked, finding};
 use crate::error::{Diagnostic, words};
 use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::observe::{Event, EventKind};
+use crate::integrator::setup::NoPhotons;
 use crate::integrator::{RenderSetup, Schedule};
 use crate::math::{Hit, Rgb};
 use crate::render::{Options, Session};
+use crate::scene::MaterialRecord;
 use crate::world::Transport;
 
 /// Longer side of the small image whose paths are traced, in pixels, and samples per pixel.
@@ -22,6 +24,7 @@ const LITTLE: f32 = 0.002;
 const DEEPEST: u32 = 1024;
 
 pub(super) fn check(checked: &Checked, setup: &RenderSetup, findings: &mut Vec<Diagnostic>) {
+    findings.extend(without_caustics(checked, setup));
     // Limits by kind of bounce end paths intentionally.
     let bends = checked.scene.materials.iter().any(|material| material.encloses && material.refracts());
     if setup.transport != Transport::Path || !bends || setup.limits.is_some() {
@@ -49,6 +52,21 @@ pub(super) fn check(checked: &Checked, setup: &RenderSetup, findings: &mut Vec<D
         None => "a higher `--depth`; if that does not help, the glass lets no light out".into(),
     };
     findings.push(finding("depth-in-glass", None, what, remedy));
+}
+
+/// Finds glass whose light a limit on matte bounces leaves out: no light gets to the shadow of glass without photons.
+fn without_caustics(checked: &Checked, setup: &RenderSetup) -> Option<Diagnostic> {
+    let scene = checked.scene;
+    let throws = |material: &MaterialRecord| material.makes_caustics() && material.refracts();
+    let is_missed = setup.photons == Err(NoPhotons::NoBounces)
+        && setup.chooses_photons
+        && setup.max_depth > 0
+        && !scene.emitters.is_empty()
+        && scene.materials.iter().any(throws);
+    is_missed.then(|| {
+        let what = "diffuse_depth: 0 leaves out the light that glass throws on matte surfaces (caustics)";
+        finding("no-caustics", None, what, "`--diffuse-depth 1`, or `--caustics off`")
+    })
 }
 
 /// Returns the fraction of the camera's light that is lost where paths end at glass or within it, by the glass's

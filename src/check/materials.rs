@@ -12,7 +12,7 @@ use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, Shap
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let world = checked.world;
     for (number, named) in world.assets.materials.iter().enumerate().skip(1) {
-        let name = named.name.clone().unwrap_or_else(|| worn_by(world, number));
+        let name = called(world, number, named);
         let mut find = |code, what: String, remedy: String| {
             findings.push(finding(code, Some(Subject::named(name.clone())), what, remedy));
         };
@@ -89,15 +89,13 @@ fn colors_of_vertices(world: &World, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Returns a name for a material without one: that of the first entity that uses it.
-fn worn_by(world: &World, number: usize) -> String {
+/// The name of a material, or that of the first entity that wears one without a name.
+pub(super) fn called(world: &World, number: usize, named: &NamedMaterial) -> String {
     let has_it = |entity: &hecs::Entity| {
         world.entities.get::<&MaterialId>(*entity).is_ok_and(|material| material.0 as usize == number)
     };
-    match world.in_order().into_iter().find(has_it) {
-        Some(entity) => world.name_of(entity),
-        None => format!("material {number}"),
-    }
+    let wearer = || world.in_order().into_iter().find(has_it).map(|entity| world.name_of(entity));
+    named.name.clone().or_else(wearer).unwrap_or_else(|| format!("material {number}"))
 }
 
 /// Returns a colour that makes a material reflect more light than it receives.

@@ -249,7 +249,11 @@ pub(crate) const OF_LIGHTS: &[Ineffective<Light>] = &[
         matches!(light, Point { falloff: Falloff::Constant, .. } | Spot { falloff: Falloff::Constant, .. })
     }),
     idle(&["sun_degrees"], "without a sun", |light, _| matches!(light, Light::Sky { sun: 0.0, .. })),
-    whitted(&["radius_m"], "radius_m", |_| false),
+    whitted(
+        &["radius_m"],
+        "the radius of point lights and spots",
+        |light| matches!(light, Light::Point { radius_m, .. } | Light::Spot { radius_m, .. } if *radius_m > 0.0),
+    ),
     whitted(
         &["angle_degrees"],
         "the angle of directional lights",
@@ -332,9 +336,12 @@ pub(crate) const OF_SETTINGS: &[Ineffective<Settings>] = &[
     idle(&["diffuse_depth", "glossy_depth", "transmission_depth"], "with max_depth: 0", |s, _| {
         s.max_depth == 0
     }),
-    idle(&["caustics"], "without bounces, which max_depth and diffuse_depth allow", |s, _| {
-        !s.allows_caustics()
-    }),
+    mistake(
+        &["caustics"],
+        "without bounces, which max_depth and diffuse_depth allow",
+        |s, _| !s.allows_caustics(),
+        |s| matches!(s.caustics, Caustics::Photons { .. }),
+    ),
     idle(&["caustics"], "beside shadow catchers", catches),
     idle(&["sharing"], "beside a clamp or depth limits, which apply to each path by itself", |s, _| {
         s.is_for_single_paths()
