@@ -33,7 +33,9 @@ pub(super) fn values(world: &World) -> Vec<Diagnostic> {
 fn sentence<T>(case: &Ineffective<T>) -> Option<String> {
     let Cause::Reason(reason) = case.cause else { return None };
     let field = case.fields[0].rsplit('.').next().unwrap_or_default();
-    Some(format!("{field} does nothing {reason}"))
+    // The option is not called as the field is.
+    let option = if field == "backplate" { " (--background)" } else { "" };
+    Some(format!("{field}{option} does nothing {reason}"))
 }
 
 /// A warning about environments and skies after the first one, which counts.
@@ -178,7 +180,7 @@ mod tests {
         assert!(values(&world)[0].text.contains("backdrop does nothing in a transparent image"));
         world.settings.backdrop = None;
         world.settings.backplate = Some(Backplate::Constant(Rgb::WHITE));
-        assert!(values(&world)[0].text.contains("backplate does nothing"));
+        assert!(values(&world)[0].text.contains("backplate (--background) does nothing"));
         world.settings.transparent = false;
         assert_eq!(values(&world), []);
         world.settings.backdrop = Some(Background::Constant(Rgb::WHITE));

@@ -355,7 +355,7 @@ pub(crate) const OF_SETTINGS: &[Ineffective<Settings>] = &[
     ),
     mistake(
         &["backdrop"],
-        "beside a backplate, which is shown in its place",
+        "beside a backplate (--background), which is shown in its place",
         |s, _| s.backplate.is_some() && !s.transparent,
         |s| s.backdrop.is_some(),
     ),

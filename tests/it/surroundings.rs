@@ -354,6 +354,8 @@ fn backgrounds_may_be_pictures() {
         (2, "--background 228,0,43 -o a.png", "this is '#e4002b'"),
         (2, "--background 2 -o a.png", "from 0 to 1"),
         (2, "--background whiter -o a.png", "whiter"),
+        (1, "--background street/none -o a.png", "street/none: cannot read"),
+        (2, "--background (3,0,-1) -o a.png", "  --background (3,0,-1)"),
         (3, "--background white -o a.hdr", "holds light"),
     ] {
         folder.run(&format!("scene.ron {words}")).ends(code, &[reason]);

@@ -78,8 +78,9 @@ impl Edits {
 /// The backplate that `--background` names: a colour, or a picture relative to the current folder.
 fn backplate(text: &str, world: &mut World, files: &mut Files) -> Result<Backplate, LoadError> {
     let path = Path::new(text);
-    if path.extension().is_some_and(|end| !end.is_empty() && end.as_encoded_bytes()[0].is_ascii_alphabetic())
-    {
+    let starts_with_letter =
+        |end: &std::ffi::OsStr| end.as_encoded_bytes().first().is_some_and(u8::is_ascii_alphabetic);
+    if path.extension().is_some_and(starts_with_letter) || text.contains(['/', '\\']) {
         files.sources.allow(path);
         files.image(path)?;
         world.assets.files.extend(&files.sources);
@@ -95,13 +96,33 @@ fn backplate(text: &str, world: &mut World, files: &mut Files) -> Result<Backpla
         return Err(LoadError::option("background", reason));
     }
     let mut changed = World::default();
-    let statement = format!("settings.backplate = {}", as_in_files(text));
+    let statement = format!("{STATEMENT}{}", as_in_files(text));
     let done = EditRunner::new(&changed).carry_out(&mut changed, &statement, files);
-    done.map_err(|error| LoadError::option("background", error))?;
+    done.map_err(|error| LoadError::option("background", as_typed(&error.to_string())))?;
     changed
         .settings
         .backplate
         .ok_or_else(|| LoadError::option("background", "it must be a colour or a picture"))
+}
+
+/// The statement that `--background` is short for, up to its value.
+const STATEMENT: &str = "settings.backplate = ";
+
+/// Returns a message about [`STATEMENT`] with the option in its place, and the marks below it where they belong.
+fn as_typed(message: &str) -> String {
+    const OPTION: &str = "--background ";
+    let mut is_below = false;
+    let line = |line: &str| {
+        let (indent, rest) = line.split_at(line.len() - line.trim_start().len());
+        let marks = indent.len().saturating_sub(if is_below { STATEMENT.len() - OPTION.len() } else { 0 });
+        let value = rest.strip_prefix(STATEMENT);
+        is_below = value.is_some();
+        match value {
+            Some(value) => format!("{indent}{OPTION}{value}"),
+            None => format!("{}{rest}", " ".repeat(marks)),
+        }
+    };
+    message.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Returns a colour in the syntax of scene files. The quotes and parentheses, which are hard to type on a command line,
@@ -168,4 +189,18 @@ fn meant(
         known.extend(chain.into_iter().map(|entity| (entity, is_meant)));
     }
     Ok(known.into_iter().filter(|(_, is_meant)| *is_meant).map(|(entity, _)| entity).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::as_typed;
+
+    #[test]
+    fn messages_quote_the_option_and_mark_its_value() {
+        let message =
+            "expected a value, found 3\n  settings.backplate = Image(3)\n                       ^^^^^^^^";
+        let typed = "expected a value, found 3\n  --background Image(3)\n               ^^^^^^^^";
+        assert_eq!(as_typed(message), typed);
+        assert_eq!(as_typed("no such colour"), "no such colour");
+    }
 }
