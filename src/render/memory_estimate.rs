@@ -3,6 +3,7 @@
 use super::costs::PixelCost;
 use super::{DEFAULT_WAVE, Options, photons};
 use crate::denoise;
+use crate::film::alpha::Transparency;
 use crate::film::{Features, GroupSum, PixelSum, Region};
 use crate::formats::film_file::packed_bytes;
 use crate::integrator::schedule::wavefront::wave::Wave;
@@ -68,6 +69,9 @@ impl MemoryEstimate {
         let sums = if self.has_film { 0 } else { size_of::<PixelSum>() + groups + squares + pilot };
         // At the end: the image made from the sums, and its bytes on the way to a file.
         let mut picture = size_of::<Rgb>() + 4;
+        if setup.transparent {
+            picture += size_of::<f32>() + size_of::<Transparency>() + size_of::<Rgb>();
+        }
         if !settings.aov.is_empty() {
             picture += size_of::<Features>() + 2 * 4 * MOST_CHANNELS;
         }
