@@ -92,6 +92,9 @@ pub struct Denoised {
     /// catchers, blended surfaces or blurred edges make it as noisy as light. Otherwise that of the film has no noise worth
     /// removing.
     pub let_through: Option<Vec<Rgb>>,
+    /// The part that each pixel would show without shadows on catchers, if there are such and blended surfaces make it as
+    /// noisy as light.
+    pub without_shadows: Option<Vec<Rgb>>,
     /// The root mean square of the remaining noise in a component, in W m⁻² sr⁻¹, estimated from the difference of both
     /// halves. Detail that was smoothed away does not count.
     pub noise: f64,
@@ -101,7 +104,8 @@ impl Denoised {
     /// A 128-bit hash (XXH3) of all bits.
     pub fn hash(&self) -> u128 {
         let mut hasher = xxhash_rust::xxh3::Xxh3::new();
-        let colors = self.radiance.iter().chain(self.let_through.iter().flatten());
+        let colors = [&self.let_through, &self.without_shadows].into_iter().flatten().flatten();
+        let colors = self.radiance.iter().chain(colors);
         for component in colors.flat_map(|rgb| rgb.to_array()) {
             hasher.update(&component.to_le_bytes());
         }
@@ -117,9 +121,10 @@ pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     let halves = apart(noisy.film.halves()?);
     let texture = texture::factors(size, noisy.features);
     let (radiance, noise) = cleaned(isa, size, &halves, Some(&texture), &features)?;
-    let shadows = noisy.film.halves_let_through();
-    let let_through = shadows.and_then(|halves| Some(cleaned(isa, size, &apart(halves), None, &features)?.0));
-    Some(Denoised { radiance, let_through, noise })
+    let part = |halves: [Vec<Rgb>; 2]| Some(cleaned(isa, size, &halves, None, &features)?.0);
+    let let_through = noisy.film.halves_let_through().and_then(|halves| part(apart(halves)));
+    let without_shadows = noisy.film.halves_without_shadows().and_then(|halves| part(apart(halves)));
+    Some(Denoised { radiance, let_through, without_shadows, noise })
 }
 
 /// The even and the odd halves of pixels.

@@ -59,31 +59,41 @@ impl Film {
         PixelSum { sum, ..self.pixels[index] }
     }
 
-    /// The transparency of a pixel, by its index, which lets through these parts of the colours behind it.
-    pub(crate) fn transparency_of(&self, index: usize, let_through: Rgb) -> Transparency {
+    /// The part of what is behind the scene that a pixel would show without shadows on catchers, by its index: of each
+    /// colour. None without catchers.
+    pub(crate) fn without_shadows(&self, index: usize) -> Option<Rgb> {
         let has_shadows = self.kinds.has_transparency && self.kinds.has_catcher;
-        let beside_things = || {
-            let behind = self.visible_behind(index, self.behind_catcher(index)).mean(QUANTUM);
-            1.0 - opacity(Rgb::splat(behind.max_component()))
-        };
-        Transparency { let_through, without_shadows: has_shadows.then(beside_things) }
+        has_shadows.then(|| self.visible_behind(index, self.behind_catcher(index)).mean(QUANTUM))
     }
 
     /// The part of what is behind the scene that each pixel's even and odd samples show, if shadow catchers or blended
     /// surfaces make it noisy. `None` for others, and until every pixel has some of both.
     pub(crate) fn halves_let_through(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
-        let is_noisy = self.kinds.has_transparency && (self.kinds.has_catcher || self.has_partial_areas());
+        let is_noisy = self.kinds.has_transparency
+            && (self.kinds.has_catcher || self.has_partial_areas(&Film::alpha_of));
         (is_noisy && self.has_halves()).then(|| {
             (0..self.pixels.len())
                 .map(|index| self.visible_behind(index, self.caught_light(index)).halves(QUANTUM))
         })
     }
 
+    /// Like [`Film::halves_let_through`], but without shadows on catchers, if there are such and blended surfaces make
+    /// it noisy.
+    pub(crate) fn halves_without_shadows(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
+        let is_noisy = self.kinds.has_transparency
+            && self.kinds.has_catcher
+            && self.has_partial_areas(&Film::coverage_of);
+        (is_noisy && self.has_halves()).then(|| {
+            (0..self.pixels.len())
+                .map(|index| self.visible_behind(index, self.behind_catcher(index)).halves(QUANTUM))
+        })
+    }
+
     /// True if in a thousandth of the pixels, and in all their neighbours, a part is there: on blended surfaces and along
     /// blurred edges. Along sharp edges, pixels have neighbours that are wholly there or not at all.
-    fn has_partial_areas(&self) -> bool {
+    fn has_partial_areas(&self, part: &dyn Fn(&Film, usize) -> f32) -> bool {
         let [width, height] = [self.region.width() as usize, self.region.height() as usize];
-        let is_partial = |index: usize| PARTIAL.contains(&self.alpha_of(index));
+        let is_partial = |index: usize| PARTIAL.contains(&part(self, index));
         let partial: Vec<bool> = (0..self.pixels.len()).map(is_partial).collect();
         let within = |x: usize, y: usize| {
             (y - 1..=y + 1).all(|y| partial[y * width + x - 1..=y * width + x + 1].iter().all(|is| *is))
@@ -113,6 +123,12 @@ pub struct Transparency {
 }
 
 impl Transparency {
+    /// Creates the transparency of a pixel of the parts that it lets through, and of those without shadows on catchers.
+    pub fn new(let_through: Rgb, without_shadows: Option<Rgb>) -> Transparency {
+        let largest = |parts: Rgb| 1.0 - opacity(Rgb::splat(parts.max_component()));
+        Transparency { let_through, without_shadows: without_shadows.map(largest) }
+    }
+
     /// The colour and the opacity that an image for screens stores for a pixel of this own colour, a linear display value.
     ///
     /// Programs that show images, such as browsers, blend encoded values with one opacity. A surface of a coverage looks

@@ -13,7 +13,7 @@ use super::costs::CostMap;
 use super::id_colors::{entity_color, material_color};
 use super::viewer::Snapshot;
 use crate::denoise::Denoised;
-use crate::film::alpha::opacity;
+use crate::film::alpha::{Transparency, opacity};
 use crate::film::exposure::LightMeter;
 use crate::film::metrics::colormap;
 use crate::film::tonemap::{DisplayTransform, encode_8_bit, quantise_8_bit, srgb_encode};
@@ -208,7 +208,7 @@ fn pixels<'a>(shown: &Snapshot, denoised: Option<&'a Denoised>) -> ImagePixels<'
     };
     let transparency = |place: [u32; 2]| {
         let (film, index) = source_of(shown, place);
-        film.transparency_of(index, film.let_through(index))
+        Transparency::new(film.let_through(index), film.without_shadows(index))
     };
     let counts = shown.setup.transparent;
     let behind = |plate: Cow<[Rgb]>| {

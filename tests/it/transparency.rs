@@ -300,7 +300,7 @@ fn coloured_glass_and_its_shadow_have_their_colours_on_a_white_page() {
     }
 }
 
-/// Chance decides if a sample passes a blended surface, so opacity is as noisy there as light.
+/// Chance decides if a sample passes a blended surface, so opacity is as noisy there as light, above shadows, too.
 #[test]
 fn denoising_smooths_the_opacity_of_blended_surfaces() {
     let folder = empty_folder();
@@ -316,7 +316,6 @@ fn denoising_smooths_the_opacity_of_blended_surfaces() {
             ],
         )"#,
     );
-    folder.out("veil.ron --transparent -q --denoise -o a.png");
     let veil = |name: &str| {
         let image = image::open(folder.join(name)).expect("an image").to_rgba32f();
         let within = (10..17).flat_map(|y| (15..33).map(move |x| (x, y)));
@@ -325,7 +324,10 @@ fn denoising_smooths_the_opacity_of_blended_surfaces() {
         let squares = alpha.iter().map(|alpha| (alpha - mean).powi(2)).sum::<f32>();
         (mean, (squares / alpha.len() as f32).sqrt())
     };
-    let ((mean, spread), (clean_mean, clean_spread)) = (veil("a.png"), veil("a.denoised.png"));
-    assert!((mean - clean_mean).abs() < 0.03, "{mean}, {clean_mean}");
-    assert!(clean_spread < 0.6 * spread, "{spread} before, {clean_spread} after");
+    for ground in ["", "--ground=shadow"] {
+        folder.out(&format!("veil.ron --transparent -q --denoise -o a.png {ground}"));
+        let ((mean, spread), (clean_mean, clean_spread)) = (veil("a.png"), veil("a.denoised.png"));
+        assert!((mean - clean_mean).abs() < 0.03, "{ground}: {mean}, {clean_mean}");
+        assert!(clean_spread < 0.6 * spread, "{ground}: {spread} before, {clean_spread} after");
+    }
 }

@@ -34,16 +34,18 @@ impl<'a> ImagePixels<'a> {
             Some(denoised) => Cow::Borrowed(&denoised.radiance[..]),
             None => Cow::Owned(film.radiance()),
         };
-        let without_noise = denoised.and_then(|denoised| denoised.let_through.as_deref());
-        let let_through = |at: usize| match without_noise {
-            Some(pixels) => pixels.get(at).copied().unwrap_or(Rgb::BLACK),
-            None => film.let_through(at),
+        let clean = |of: &dyn Fn(&'a Denoised) -> Option<&'a Vec<Rgb>>, at: usize| {
+            denoised.and_then(of).and_then(|pixels| pixels.get(at).copied())
         };
+        let let_through =
+            |at: usize| clean(&|it| it.let_through.as_ref(), at).unwrap_or_else(|| film.let_through(at));
+        let without_shadows =
+            |at: usize| clean(&|it| it.without_shadows.as_ref(), at).or_else(|| film.without_shadows(at));
         let counts = film.counts_opacity();
         let places = || counts.then_some(0..radiance.len());
         let alpha = places().map(|all| all.map(|at| opacity(let_through(at))).collect());
-        let transparency =
-            places().map(|all| all.map(|at| film.transparency_of(at, let_through(at))).collect());
+        let transparency_of = |at: usize| Transparency::new(let_through(at), without_shadows(at));
+        let transparency = places().map(|all| all.map(transparency_of).collect());
         let seen = |(at, plate): (usize, &Rgb)| *plate * let_through(at);
         let behind = plate.filter(|_| counts).map(|plate| plate.iter().enumerate().map(seen).collect());
         ImagePixels { radiance, alpha, transparency, behind }
