@@ -13,12 +13,13 @@ use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::RenderSetup;
 use crate::integrator::setup::reuse_groups::ReuseGroups;
+use crate::math::DAffine3;
 use crate::memory;
 use crate::study::explain::{GivenNames, Recipe};
 use crate::world::names::is_same_name;
 use crate::world::{
     AssetCache, Camera, DepthLimits, FromModel, OrbitCamera, Parent, Pose, Sampler, Settings, Sharing,
-    SourceFiles, Transform, Transport, World,
+    SourceFiles, Transform, Transport, World, transforms,
 };
 
 /// The largest image that a page shows: no window has room for more, and memory may not either.
@@ -129,6 +130,8 @@ pub(super) struct Authored {
     pub(super) camera: Option<Camera>,
     /// True if it has a parent, or came with another file.
     pub(super) depends: bool,
+    /// True if a parent places it.
+    pub(super) is_carried: bool,
 }
 
 impl LiveScene {
@@ -352,10 +355,10 @@ impl LiveScene {
         Recipe { path, options, camera, authored: self.said.clone(), settings, is_moved }
     }
 
-    /// Statements that set the camera as it was moved by hand; none if its parent or model would move it as well.
+    /// Statements that set the camera as it was moved by hand; none if its parent would move it as well.
     pub(super) fn camera_statements(&self, rig: &OrbitCamera) -> Option<[String; 2]> {
         let [camera, transform] = self.camera_texts(rig, &self.path).ok()?;
-        let name = self.camera_name().filter(|_| !self.authored.depends)?;
+        let name = self.camera_name().filter(|_| !self.authored.is_carried)?;
         let of_camera = |field: &str, text: &str| format!("Camera[name={name:?}].{field} = {text}");
         Some([of_camera("camera", &camera), of_camera("transform", &transform)])
     }
@@ -399,7 +402,12 @@ fn authored(world: &World, camera: Option<&str>) -> Authored {
     let depends = entity.is_some_and(|entity| {
         world.entities.get::<&FromModel>(entity).is_ok() || world.entities.get::<&Parent>(entity).is_ok()
     });
-    Authored { transform, camera: found, depends }
+    let parent = entity.and_then(|entity| world.entities.get::<&Parent>(entity).ok().map(|parent| parent.0));
+    let carries = |parent| {
+        let placed = transforms::to_world(world, &world.in_order()).ok();
+        placed.and_then(|placed| placed.get(&parent).copied()) != Some(DAffine3::IDENTITY)
+    };
+    Authored { transform, camera: found, depends, is_carried: parent.is_some_and(carries) }
 }
 
 /// Reads a scene; also returns the settings as its files give them.

@@ -112,6 +112,40 @@ fn copied_command_renders_the_image_of_the_page() {
     }
 }
 
+/// The command places cameras of models, and those of parents that stay where they are, as the page does; of other parents
+/// it says that it does not.
+#[cfg(unix)]
+#[test]
+fn copied_command_places_cameras_of_models_and_parents() {
+    let eye = SCENE.lines().find(|line| line.contains("\"eye\"")).expect("the camera");
+    let child = |base: &str| {
+        SCENE.replace(
+            "(name: \"eye\",",
+            &format!("(name: \"base\", transform: {base}), (name: \"eye\", parent: \"base\","),
+        )
+    };
+    let look = "layer=light&exposure=0&tonemap=Clamp";
+    for (scene, is_placed) in [
+        (SCENE.replace(eye, "(name: \"model\", gltf: \"eye.gltf\"),"), true),
+        (child("()"), true),
+        (child("(translate: (0, 0.1, 0))"), false),
+    ] {
+        let shown = Shown::with(&scene, &[]);
+        assert_eq!(shown.wish(json!({"orbit": [0.2, 0.1]})).0, 200);
+        shown.when("the image", |status| status["is_done"] == true);
+        let command =
+            shown.json(&format!("/command?{look}"))["command"].as_str().expect("a command").to_owned();
+        assert_eq!(command.contains("where its file says"), !is_placed, "{command}");
+        if is_placed {
+            crate::printed::typed(&shown.folder, &command, "--quiet");
+            let (_, pixels) = shown.get(&format!("/image?{look}"));
+            let file =
+                image::open(shown.folder.join("scene.png")).expect("a picture").into_rgba8().into_raw();
+            assert!(file == pixels, "{command}");
+        }
+    }
+}
+
 /// A camera, copied as a line or saved, gives the image that the page shows, whatever it is focused on.
 #[test]
 fn copied_and_saved_cameras_keep_their_focus() {

@@ -24,6 +24,11 @@ pub const SCENE: &str = r#"(
     ],
 )"#;
 
+/// A model of a camera alone.
+const EYE: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+    "nodes": [{"name": "eye", "camera": 0, "translation": [0, 1, 6], "rotation": [-0.08, 0, 0, 0.9968]}],
+    "cameras": [{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}]}"#;
+
 /// The running program.
 pub struct Shown {
     program: Child,
@@ -47,6 +52,7 @@ impl Shown {
 
     pub fn with(scene: &str, options: &[&str]) -> Shown {
         let folder = folder(scene);
+        folder.write("eye.gltf", EYE);
         let mut program = folder
             .command("view scene.ron --no-open --threads 2")
             .args(options)
