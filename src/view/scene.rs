@@ -347,7 +347,8 @@ impl LiveScene {
             options.edits.set.extend(statements);
         }
         let mut settings = self.world.settings.clone();
-        if setup.sharing.is_none() && ReuseGroups::of(&setup.scene.materials, &settings).is_some() {
+        let is_small = setup.size != settings.size;
+        if is_small && ReuseGroups::of(&setup.scene.materials, &settings).is_some() {
             // The first, small image is shown before the reuse groups are chosen.
             settings.sharing = Sharing::Off;
         }

@@ -94,6 +94,7 @@ fn copied_command_renders_the_image_of_the_page() {
         (&["--f-stop", "0.5", "--focus", "ball"], &[json!({"orbit": [0.2, 0.0]})], look),
         (&["--background", "#ff8000"], &[], "layer=denoised&exposure=auto&tonemap=Agx"),
         (&["--transparent"], &[], "layer=light&exposure=auto&tonemap=Aces"),
+        (&["--ground=shadow"], &[], look),
         (&["--zoom", "1.5"], &[set.clone(), settings.clone(), orbit.clone(), fov.clone()], other),
         (&[], &[orbit, set, settings, fov], "layer=denoised&exposure=auto&tonemap=PbrNeutral"),
     ] {
@@ -105,6 +106,7 @@ fn copied_command_renders_the_image_of_the_page() {
         let command =
             shown.json(&format!("/command?{look}"))["command"].as_str().expect("a command").to_owned();
         crate::printed::typed(&shown.folder, &command, "--quiet");
+        assert!(!command.contains("--sharing"), "{command}");
         let name = if command.contains("--denoise") { "scene.denoised.png" } else { "scene.png" };
         let (_, pixels) = shown.get(&format!("/image?{look}"));
         let file = image::open(shown.folder.join(name)).expect("a picture").into_rgba8().into_raw();
