@@ -249,11 +249,10 @@ fn index_square(scene: &CompiledScene, bodies: u32) -> f32 {
 fn photons(scene: &CompiledScene, settings: &Settings) -> Result<(f32, f32), NoPhotons> {
     let numbers = settings.caustics.numbers().ok_or(NoPhotons::Off)?;
     let makes_caustics = |material: &MaterialRecord| material.makes_caustics_under(settings.transport);
-    // Whitted images have no noise; photons, which add some, must be requested explicitly.
-    if settings.transport == Transport::Whitted && settings.caustics == Caustics::Auto {
-        Err(NoPhotons::Whitted)
-    } else if !settings.allows_caustics() {
-        Err(NoPhotons::NoBounces)
+    if !settings.wants_photons() {
+        // Whitted images have no noise; photons, which add some, must be requested explicitly.
+        let asks = settings.transport == Transport::Path || settings.caustics != Caustics::Auto;
+        Err(if asks { NoPhotons::NoBounces } else { NoPhotons::Whitted })
     } else if !scene.materials.iter().any(makes_caustics) {
         Err(NoPhotons::NoCaustics)
     } else if scene.emitters.is_empty() {

@@ -10,7 +10,7 @@ const STAGES = {
   intersect: ({ entering, leaving }) => `${items(entering, "ray is", "rays are")} traced; ${count(leaving)} hit something.`,
   retire: ({ entering, leaving }) =>
     entering === leaving ? "All rays have hit something: none leaves the wave." : `${items(entering - leaving, "miss leaves", "misses leave")} the wave, and the hits close up.`,
-  shade: (step) => (isSorted() ? sortedText(step) : `${items(step.entering, "hit is", "hits are")} shaded as they come: under Whitted's transport, one code serves all materials.`),
+  shade: (step) => (isSorted() || step.entering === 0 ? sortedText(step) : `${items(step.entering, "hit is", "hits are")} shaded as they come: under Whitted's transport, one code serves all materials.`),
   light: ({ leaving }) => `${items(leaving, "ray", "rays")} to lights made.`,
   shadow: ({ entering, leaving }) => `${items(entering, "ray", "rays")} to lights traced; ${count(entering - leaving)} blocked.`,
   connect: ({ entering, leaving }) =>
@@ -107,6 +107,7 @@ const lanesUsed = ({ entering }, groups) => (groups === 0 ? 1 : entering / (grou
 
 function sortedText(step) {
   const { entering, items: hits, sorted, unsorted } = step;
+  if (entering === 0) return "No hit is left to shade.";
   const materials = new Set(hits).size;
   const kinds = `${items(entering, "hit", "hits")} of ${items(materials, "material", "materials")}`;
   if (steps.width === 1) return `${kinds} shaded one by one: without SIMD, nothing depends on their order.`;
