@@ -43,7 +43,10 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     }
     let Ok(mut placed) = transforms::to_world(world, &world.in_order()) else { return };
     transforms::relative_to(&mut placed, scene.origin);
-    let mut tracer = ProbeTracer::to_lights(scene);
+    let mut tracers = LightTracers {
+        blockers: ProbeTracer::from_lights(scene),
+        surfaces: ProbeTracer::of_all_sides(scene),
+    };
     let mut query = world.entities.query::<(hecs::Entity, &Light)>();
     let mut lamps: Vec<_> = query.iter().collect();
     lamps.sort_by_key(|(entity, _)| entity.id());
@@ -62,7 +65,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
         }
         let Some(lamp) = PlacedLight::new(light, matrix) else { continue };
         findings.extend(
-            lamp.fault(checked, &mut tracer, is_dark)
+            lamp.fault(checked, &mut tracers, is_dark)
                 .map(|(what, remedy)| finding("light-without-effect", Some(subject.clone()), what, remedy)),
         );
     }
@@ -98,6 +101,14 @@ fn nothing_of(light: &Light) -> &'static str {
     }
 }
 
+/// Tracers of rays from lights.
+struct LightTracers<'a> {
+    /// Hits what rays to the light are blocked by: of one-sided surfaces, the side that faces away from the light.
+    blockers: ProbeTracer<'a>,
+    /// Hits every surface from both sides.
+    surfaces: ProbeTracer<'a>,
+}
+
 /// A light with a position.
 struct PlacedLight {
     place: Vec3,
@@ -125,16 +136,22 @@ impl PlacedLight {
     }
 
     /// Returns why it is useless, and a remedy.
-    fn fault(&self, checked: &Checked, tracer: &mut ProbeTracer, is_dark: bool) -> Option<(String, String)> {
-        if self.reaches_anything(checked, tracer) {
+    fn fault(
+        &self,
+        checked: &Checked,
+        LightTracers { blockers, surfaces }: &mut LightTracers,
+        is_dark: bool,
+    ) -> Option<(String, String)> {
+        if self.reaches_anything(checked, blockers) {
             return None;
         }
         let ways: Vec<Vec3> = directions(4 * RAYS).filter(|way| self.emits(*way)).collect();
         let step = (ways.len() / RAYS as usize).max(1);
         let met: Vec<Option<Met>> =
-            ways.iter().step_by(step).map(|way| tracer.first(self.place, *way, f32::INFINITY)).collect();
+            ways.iter().step_by(step).map(|way| surfaces.first(self.place, *way, f32::INFINITY)).collect();
         // A cone that is too narrow for the directions still has its axis.
-        let met = if met.is_empty() { vec![tracer.first(self.place, self.axis, f32::INFINITY)] } else { met };
+        let met =
+            if met.is_empty() { vec![surfaces.first(self.place, self.axis, f32::INFINITY)] } else { met };
         if met.iter().all(Option::is_none) {
             let to = checked.scene.bounds.center() - self.place;
             let what = "it shines past everything";
@@ -151,7 +168,7 @@ impl PlacedLight {
         let first = *met.iter().flatten().next()?;
         // Enclosed means in all directions, not only those it emits into.
         let enclosed = directions(RAYS).all(|way| {
-            tracer.first(self.place, way, f32::INFINITY).is_some_and(|met| met.entity == first.entity)
+            blockers.first(self.place, way, f32::INFINITY).is_some_and(|met| met.entity == first.entity)
         });
         let lets_out = |met: &Option<Met>| {
             met.is_some_and(|met| {
@@ -164,7 +181,7 @@ impl PlacedLight {
         let name = words(&checked.name(first.entity));
         if enclosed
             && !met.iter().any(lets_out)
-            && (is_dark || !is_around_the_camera(checked, tracer, first.entity))
+            && (is_dark || !is_around_the_camera(checked, surfaces, first.entity))
         {
             let what = format!("it is inside \"{name}\", which lets no light out");
             let remedy = match checked.world.settings.transport {

@@ -99,11 +99,12 @@ struct Sided<'a> {
     scene: &'a CompiledScene,
     /// True to skip surfaces that rays to lights pass straight through.
     to_lights: bool,
+    culling: FaceCulling,
 }
 
 impl HitPredicate for Sided<'_> {
     fn accepts(&self, _: usize, crossing: &Crossing) -> bool {
-        crossed(self.scene, crossing, FaceCulling::AsBuilt)
+        crossed(self.scene, crossing, self.culling)
             .is_some_and(|material| !(self.to_lights && material.passes_shadow_rays))
     }
 }
@@ -128,18 +129,30 @@ pub struct ProbeTracer<'a> {
     scene: &'a CompiledScene,
     /// True if the rays lead to lights.
     to_lights: bool,
+    culling: FaceCulling,
     stack: Stack,
     isa: Isa,
 }
 
 impl<'a> ProbeTracer<'a> {
     pub fn new(scene: &'a CompiledScene) -> Self {
-        Self { scene, to_lights: false, stack: Stack::new(&scene.bvh), isa: Isa::detect() }
+        let culling = FaceCulling::AsBuilt;
+        Self { scene, to_lights: false, culling, stack: Stack::new(&scene.bvh), isa: Isa::detect() }
     }
 
     /// Creates a tracer for rays to lights, which pass straight through some surfaces.
     pub fn to_lights(scene: &'a CompiledScene) -> Self {
         Self { to_lights: true, ..Self::new(scene) }
+    }
+
+    /// Creates a tracer for rays from lights, with the surfaces that rays back to the light hit.
+    pub fn from_lights(scene: &'a CompiledScene) -> Self {
+        Self { culling: FaceCulling::Opposite, ..Self::to_lights(scene) }
+    }
+
+    /// Creates a tracer for rays from lights, with one-sided surfaces hit from both sides.
+    pub fn of_all_sides(scene: &'a CompiledScene) -> Self {
+        Self { culling: FaceCulling::Off, ..Self::to_lights(scene) }
     }
 
     /// Returns the first hit within a distance.
@@ -148,8 +161,8 @@ impl<'a> ProbeTracer<'a> {
         let vector = |v: Vec3| Vector { x: v.x, y: v.y, z: v.z };
         let t_min = 1e-5 * scene.bounds.size().length();
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_min, t_max };
-        let sided = Sided { scene, to_lights: self.to_lights };
-        let filter = AnyHitFilter::new(&sided, 0);
+        let sided = Sided { scene, to_lights: self.to_lights, culling: self.culling };
+        let filter = AnyHitFilter::new(&sided, 0).with_culling(self.culling);
         let hit = bvh::closest_ray(self.isa, &scene.bvh, &ray, filter, &mut self.stack);
         (!hit.is_miss()).then(|| Met {
             entity: scene.geometry.entity_of(hit.primitive, hit.instance),
