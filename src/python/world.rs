@@ -250,7 +250,7 @@ impl PyWorld {
         py: Python<'_>,
         text: Option<&str>,
     ) -> PyResult<Vec<(String, HashMap<&'static str, String>)>> {
-        let query = text.map(Query::parse).transpose().map_err(wrong)?;
+        let query = text.map(|text| Query::parse(text, &self.world)).transpose().map_err(wrong)?;
         let path = match &self.source {
             PySource::Text { folder, .. } => folder.join("World"),
             PySource::File { path, .. } => path.clone(),

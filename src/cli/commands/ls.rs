@@ -28,7 +28,7 @@ pub struct Ls {
 
 pub fn run(arguments: &Ls) -> Result<ExitCode, Failure> {
     let world = crate::formats::load_with(&arguments.scene, &arguments.model.of_size(None))?;
-    let query = arguments.query.as_deref().map(Query::parse).transpose();
+    let query = arguments.query.as_deref().map(|text| Query::parse(text, &world)).transpose();
     let query = query.map_err(|error| Failure::command_line(error.to_string()))?;
     let found = list(&world, query.as_ref(), &arguments.scene);
     if let Some(query) = query.filter(|_| found.is_empty() && !arguments.json) {

@@ -13,6 +13,10 @@ pub(super) fn advice(code: &Error, before: &str, stop: &str) -> Option<String> {
     let before = before.trim_end();
     let (name, rest) = scan::split_identifier(stop);
     let first = stop.chars().next()?;
+    let digits = stop.strip_prefix('#').map(|rest| rest.split(|c: char| !c.is_ascii_alphanumeric()).next());
+    if let Some(Some(digits)) = digits.filter(|it| it.is_some_and(|it| [3, 6].contains(&it.len()))) {
+        return Some(format!("a colour stands in quotes: \"#{digits}\""));
+    }
     match code {
         Error::ExpectedComma if before.ends_with(|c: char| c.is_ascii_digit()) && is_unit(name, first) => {
             Some("numbers stand without a unit, which the name of the field says".to_owned())
@@ -28,7 +32,11 @@ pub(super) fn advice(code: &Error, before: &str, stop: &str) -> Option<String> {
             let digits = |text: &str| text.chars().take_while(char::is_ascii_digit).collect::<String>();
             let reversed: String = digits(&whole.chars().rev().collect::<String>());
             let (whole, part) = (reversed.chars().rev().collect::<String>(), digits(stop));
-            let is_number = !whole.is_empty() && !part.is_empty();
+            // Numbers that have a point are two.
+            let have_points =
+                before.trim_end_matches(',').trim_end_matches(|c: char| c.is_ascii_digit()).ends_with('.')
+                    || stop[part.len()..].starts_with('.');
+            let is_number = !whole.is_empty() && !part.is_empty() && !have_points;
             is_number.then(|| format!("decimals follow a point: {whole}.{part}"))
         }
         Error::UnexpectedChar('“' | '”' | '„' | '‘' | '’' | '«' | '»') => {

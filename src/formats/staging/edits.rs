@@ -32,7 +32,7 @@ impl Edits {
             done.map_err(|error| LoadError::option("set", error))?;
         }
         if !self.only.is_empty() {
-            let queries = queries("only", &self.only)?;
+            let queries = queries(world, "only", &self.only)?;
             let kept = meant(world, &queries, "only", &self.only)?;
             for entity in world.in_order() {
                 if !kept.contains(&entity) {
@@ -42,7 +42,7 @@ impl Edits {
             }
         }
         if !self.hide.is_empty() {
-            let queries = queries("hide", &self.hide)?;
+            let queries = queries(world, "hide", &self.hide)?;
             let mut hides = false;
             let is_added = |entity: &hecs::Entity| world.entities.satisfies::<&AddedSurroundings>(*entity);
             let mut all = meant(world, &queries, "hide", &self.hide)?;
@@ -148,8 +148,8 @@ fn is_of_background(statement: &str) -> bool {
     field.is_some_and(|field| field.trim_start().starts_with("background"))
 }
 
-fn queries(option: &'static str, texts: &[String]) -> Result<Vec<Query>, LoadError> {
-    let parse = |text: &String| Query::parse(text).map_err(|error| LoadError::option(option, error));
+fn queries(world: &World, option: &'static str, texts: &[String]) -> Result<Vec<Query>, LoadError> {
+    let parse = |text: &String| Query::parse(text, world).map_err(|error| LoadError::option(option, error));
     texts.iter().map(parse).collect()
 }
 

@@ -277,9 +277,10 @@ fn shown() -> World {
 
 fn query(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    match Query::parse(text) {
+    let world = shown();
+    match Query::parse(text, &world) {
         Ok(query) => {
-            let _ = select(&shown(), &query).len();
+            let _ = select(&world, &query).len();
         }
         Err(error) => is_fair_in_lines(&error),
     }

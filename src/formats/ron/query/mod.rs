@@ -11,6 +11,7 @@
 //! Kinds are components and their forms, as named in scene files; keys are `name`, `parent` and `material`; after `~`,
 //! `*` stands for any text. Values are validated by the reader of scene files, which reads the changed component again.
 
+mod advice;
 mod in_text;
 mod mix;
 mod rotation;
@@ -21,7 +22,7 @@ mod tests;
 
 use crate::error::{did_you_mean, in_one_line, with_blanks};
 use crate::formats::ron::scan::{self, find_unclosed};
-use crate::world::{Camera, Light, Shape};
+use crate::world::{Camera, Light, Shape, World};
 
 pub use in_text::{assignment, with_statements};
 pub use mix::mix;
@@ -132,9 +133,9 @@ pub enum Query {
 }
 
 impl Query {
-    /// Parses a query, which must fill all of `text`.
-    pub fn parse(text: &str) -> Result<Query, QueryError> {
-        let mut reader = QueryReader::new(text)?;
+    /// Parses a query about a world, which must fill all of `text`. Only messages depend on the world.
+    pub fn parse(text: &str, world: &World) -> Result<Query, QueryError> {
+        let mut reader = QueryReader { world: Some(world), ..QueryReader::new(text)? };
         let query = reader.either()?;
         match reader.rest.trim_start() {
             "" => Ok(query),
@@ -144,12 +145,14 @@ impl Query {
 }
 
 /// A parser of queries and statements.
-struct QueryReader<'a> {
+struct QueryReader<'a, 'w> {
     text: &'a str,
     rest: &'a str,
+    /// The world whose names messages suggest, if there is one.
+    world: Option<&'w World>,
 }
 
-impl<'a> QueryReader<'a> {
+impl<'a> QueryReader<'a, '_> {
     fn new(text: &'a str) -> Result<Self, QueryError> {
         if text.len() > LONGEST || text.matches('(').count() > DEEPEST {
             let start: String = text.chars().take(40).collect();
@@ -158,7 +161,7 @@ impl<'a> QueryReader<'a> {
         if let Some(open) = find_unclosed(text) {
             return Err(QueryError::new(text, &text[open.offset..], "this is never closed"));
         }
-        Ok(Self { text, rest: text })
+        Ok(Self { text, rest: text, world: None })
     }
 
     fn error(&self, part: &str, reason: impl Into<String>) -> QueryError {
@@ -215,11 +218,7 @@ impl<'a> QueryReader<'a> {
         }
         let (name, rest) = scan::split_identifier(self.rest);
         let Some((_, kind)) = Kind::all().find(|(known, _)| *known == name) else {
-            let known: Vec<_> = Kind::all().map(|(known, _)| known).collect();
-            let (part, hint) =
-                (if name.is_empty() { self.rest } else { name }, did_you_mean(name, known.iter().copied()));
-            let reason = format!("expected a query{hint}: a name in quotes, or one of {}", known.join(", "));
-            return Err(self.error(part, reason));
+            return Err(self.unknown_kind());
         };
         self.rest = rest;
         let mut filters = Vec::new();
@@ -241,6 +240,9 @@ impl<'a> QueryReader<'a> {
         self.rest = self.rest.trim_start();
         if self.rest.starts_with('"') {
             return self.string().map(named);
+        }
+        if self.rest.starts_with('\'') {
+            return Err(self.single_quotes());
         }
         let (name, rest) = scan::split_identifier(self.rest);
         let Some((_, key)) = KEYS.iter().find(|(known, _)| *known == name) else {
@@ -275,6 +277,9 @@ impl<'a> QueryReader<'a> {
                 ends
             })
         });
+        if self.rest.starts_with('\'') {
+            return Err(self.single_quotes());
+        }
         let Some(end) = end else { return Err(self.error(self.rest, "expected text in quotes")) };
         let (quoted, rest) = self.rest.split_at(end + 2);
         let text = ron::from_str(quoted).map_err(|error| self.error(quoted, error.code.to_string()))?;

@@ -7,7 +7,7 @@ use crate::math::{DMat3, DQuat, DVec3};
 use crate::world::{Transform, transforms};
 
 /// The fields of a transform in parts.
-const PARTS: [&str; 4] = ["translate", "rotate_degrees", "rotate_quaternion", "scale"];
+pub(super) const PARTS: [&str; 4] = ["translate", "rotate_degrees", "rotate_quaternion", "scale"];
 /// The largest cosine between axes that count as perpendicular.
 const SKEW: f64 = 1e-4;
 

@@ -171,6 +171,12 @@ impl Kind {
     }
 }
 
+/// True if a material has a name.
+pub(super) fn is_named(world: &World, name: &str) -> bool {
+    let mut names = world.assets.materials.iter().filter_map(|named| named.name.as_deref());
+    names.any(|found| is_same_name(found, name))
+}
+
 /// The forms of an entity's shape, light and camera.
 pub(super) fn forms(world: &World, entity: hecs::Entity) -> [Option<&'static str>; 3] {
     fn name(form: &dyn Forms) -> &'static str {

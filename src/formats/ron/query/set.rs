@@ -5,7 +5,7 @@ use crate::error::Diagnostic;
 use hecs::Entity;
 
 use super::select::Index;
-use super::{Query, QueryError, QueryReader, Selected, rotation};
+use super::{Query, QueryError, QueryReader, Selected, advice, rotation};
 use crate::error::{LoadError, did_you_mean, in_one_line};
 use crate::formats::AssetFiles;
 use crate::formats::ron::lower::reread::{Component, Names, reread, reread_settings};
@@ -33,6 +33,13 @@ const OPERATORS: [(&str, Operator); 5] = [
     ("=", Operator::Set),
 ];
 
+impl Operator {
+    /// The text of the operator.
+    pub(super) fn sign(self) -> &'static str {
+        OPERATORS.iter().find(|(_, operator)| *operator == self).map_or("=", |(sign, _)| sign)
+    }
+}
+
 /// A component or material to change.
 #[derive(Clone, Copy)]
 enum Target {
@@ -42,11 +49,13 @@ enum Target {
 
 /// A parsed statement.
 pub(super) struct Statement<'a> {
-    text: &'a str,
+    pub(super) text: &'a str,
     /// The field names, from the component's field inwards.
     pub(super) path: Vec<&'a str>,
     pub(super) operator: Operator,
     pub(super) value: &'a str,
+    /// True if it changes one thing, as far as is known.
+    is_only: bool,
 }
 
 /// Executes one statement. Returns the number of entities or materials that it changed, at least 1.
@@ -83,7 +92,7 @@ impl EditRunner {
         text: &str,
         files: &mut dyn AssetFiles,
     ) -> Result<usize, QueryError> {
-        let mut reader = QueryReader::new(text)?;
+        let mut reader = QueryReader { world: Some(world), ..QueryReader::new(text)? };
         if reader.accept("settings.") {
             // The dot belongs to the path.
             reader.rest = &text[scan::offset_of(text, reader.rest).unwrap_or(1) - 1..];
@@ -94,13 +103,18 @@ impl EditRunner {
         let mut statement = statement(text, reader)?;
         let selected = self.index.select(world, &query);
         if selected.is_empty() {
-            return Err(QueryError::new(text, query_text, no_match(world, &query)));
+            let reason = advice::name_of_material(world, &query, Some(&statement));
+            let reason = reason.unwrap_or_else(|| no_match(world, &query));
+            return Err(QueryError::new(text, query_text, reason));
         }
         self.count(world, selected.len(), text, query_text)?;
+        statement.is_only = selected.len() == 1;
         let targets: Vec<Target> = match selected {
             Selected::Materials(materials) => materials.into_iter().map(Target::Material).collect(),
             Selected::Entities(entities) => {
-                let component = statement.component(&query)?;
+                let component = statement.component(&query).map_err(|error| {
+                    statement.without_component(world, &entities, (&query, query_text), error)
+                })?;
                 if matches!(component, Component::Material | Component::Shape) {
                     self.index.forget_worn();
                 }
@@ -108,7 +122,18 @@ impl EditRunner {
             }
         };
         for target in &targets {
-            statement.change(world, *target, files, &mut self.names)?;
+            let changed = statement.change(world, *target, files, &mut self.names);
+            changed.map_err(|error| match *target {
+                Target::Entity(entity, component) => {
+                    let entities = targets.iter().filter_map(|target| match target {
+                        Target::Entity(entity, _) => Some(*entity),
+                        Target::Material(_) => None,
+                    });
+                    let all: Vec<Entity> = entities.collect();
+                    statement.lacking(world, (&all, component), entity, query_text).unwrap_or(error)
+                }
+                Target::Material(_) => error,
+            })?;
         }
         let mut materials = targets.iter().filter_map(|target| match target {
             Target::Material(id) => Some(id),
@@ -169,6 +194,9 @@ pub fn no_match(world: &World, query: &Query) -> String {
     if names.contains(&wanted) && matches!(query, Query::Atom(super::Kind::Material, _)) {
         return format!("a material is no thing: what has it is Shape[material=\"{wanted}\"]");
     }
+    if let Some(reason) = advice::name_of_material(world, query, None) {
+        return reason;
+    }
     let hint = did_you_mean(&wanted, names.iter().map(String::as_str));
     format!("nothing in the scene matches this{hint}: rayfront ls lists what there is")
 }
@@ -184,7 +212,7 @@ fn with_keys_of_image(old: &str, image: &str, values: &mut dyn Iterator<Item = &
 }
 
 /// The defaults of numbers that files mostly leave out.
-fn default_of(name: &str) -> Option<&'static str> {
+pub(super) fn default_of(name: &str) -> Option<&'static str> {
     match name {
         "translate" => Some("(0, 0, 0)"),
         "scale" | "radiance" => Some("1"),
@@ -197,7 +225,10 @@ fn default_form(name: &str) -> &'static str {
     if name == "filter" { "BlackmanHarris" } else { "" }
 }
 
-pub(super) fn statement<'a>(text: &'a str, mut reader: QueryReader<'a>) -> Result<Statement<'a>, QueryError> {
+pub(super) fn statement<'a>(
+    text: &'a str,
+    mut reader: QueryReader<'a, '_>,
+) -> Result<Statement<'a>, QueryError> {
     let mut path = Vec::new();
     while reader.accept(".") {
         let (name, rest) = scan::split_identifier(reader.rest.trim_start());
@@ -208,6 +239,14 @@ pub(super) fn statement<'a>(text: &'a str, mut reader: QueryReader<'a>) -> Resul
         reader.rest = rest;
     }
     if path.is_empty() {
+        let query = text[..text.len() - reader.rest.len()].trim();
+        let name = query.strip_prefix("Material[").and_then(|rest| rest.strip_suffix(']'));
+        if let Some(name) = name.filter(|name| name.starts_with('"')) {
+            let reason = format!(
+                "its fields are set, such as .base_color; what has it gets another one by Shape[material={name}].material = …"
+            );
+            return Err(reader.error(reader.rest, reason));
+        }
         return Err(reader.error(reader.rest, "expected a dot and the name of a field, such as .power_w"));
     }
     let operator = OPERATORS.iter().find(|(word, _)| reader.accept(word)).map(|(_, operator)| *operator);
@@ -218,11 +257,11 @@ pub(super) fn statement<'a>(text: &'a str, mut reader: QueryReader<'a>) -> Resul
     if value.is_empty() {
         return Err(reader.error(reader.rest, "expected a value"));
     }
-    Ok(Statement { text, path, operator, value })
+    Ok(Statement { text, path, operator, value, is_only: true })
 }
 
 impl Statement<'_> {
-    fn error(&self, part: &str, reason: impl Into<String>) -> QueryError {
+    pub(super) fn error(&self, part: &str, reason: impl Into<String>) -> QueryError {
         QueryError::new(self.text, part, reason)
     }
 
@@ -249,8 +288,9 @@ impl Statement<'_> {
         let whole = |reason: String| self.error(self.path.first().unwrap_or(&self.value), reason);
         // A depth that no file sets stays one.
         let names_depth = self.path.first() == Some(&"max_depth");
-        let new = self.edited(&settings_text(world, names_depth).map_err(whole)?)?;
-        reread_settings(world, &new, files).map_err(|error| self.explained(&error))?;
+        let old = settings_text(world, names_depth).map_err(whole)?;
+        let new = self.edited(&old).map_err(|error| self.of_vector(&old).unwrap_or(error))?;
+        reread_settings(world, &new, files).map_err(|error| self.of_component(&error, &old))?;
         Ok(1)
     }
 
@@ -293,6 +333,9 @@ impl Statement<'_> {
             Ok(new) => new,
             Err(error) if self.operator == Operator::Set => return Err(error),
             Err(error) => {
+                if let Some(error) = self.of_vector(&old) {
+                    return Err(error);
+                }
                 return Err(self.not_there(
                     world,
                     (component, entity, material),
@@ -303,7 +346,20 @@ impl Statement<'_> {
             }
         };
         reread(world, component, (entity, material), &new, files, names)
-            .map_err(|error| self.explained(&error))
+            .map_err(|error| self.of_component(&error, &old))
+    }
+
+    /// The error of the scene file reader about a component whose text was `old`.
+    fn of_component(&self, error: &LoadError, old: &str) -> QueryError {
+        let field = self.path.iter().rev().nth(1).copied().unwrap_or_default();
+        let is_known = !error.to_string().contains(&format!("unknown field \"{field}\""));
+        self.of_vector(old).filter(|_| is_known).unwrap_or_else(|| self.explained(error))
+    }
+
+    /// The error for a component of a vector.
+    fn of_vector(&self, old: &str) -> Option<QueryError> {
+        let reason = self.vector_component(old, self.is_only)?;
+        Some(self.error(self.path.last()?, reason))
     }
 
     /// The component's text with the new value.

@@ -15,7 +15,7 @@ const SCENE: &str = r#"(
 
 fn names(text: &str) -> Vec<String> {
     let world = read(SCENE).unwrap();
-    match select(&world, &Query::parse(text).unwrap()) {
+    match select(&world, &Query::parse(text, &world).unwrap()) {
         Selected::Entities(entities) => entities.into_iter().map(|entity| world.name_of(entity)).collect(),
         Selected::Materials(materials) => {
             let name = |id: &crate::world::MaterialId| world.assets.materials[id.0 as usize].name.clone();
@@ -56,7 +56,7 @@ fn unnamed_materials_are_selected_by_number_and_changing_unused_ones_warns() {
         SCENE.replace("material: \"glass\"", "material: (diffuse: 0.3)").replace("Mesh(\"a.ply\")", "Sphere");
     let mut world = read(&text).unwrap();
     // The default material is counted, since the knot has it.
-    let count = |world: &World, text: &str| select(world, &Query::parse(text).unwrap()).len();
+    let count = |world: &World, text: &str| select(world, &Query::parse(text, world).unwrap()).len();
     assert_eq!([count(&world, "Material[\"*\"]"), count(&world, "Material[\"material 3\"]")], [4, 1]);
     world.warnings.clear();
     let mut told = |text: &str| {
@@ -176,4 +176,59 @@ fn mistakes_in_queries_are_marked_with_carets() {
     marked("Light.power_w = -2", "power", "-2");
     marked("Light.power_w *= \"x\"", "unknown colour", "\"x\"");
     marked("Material[\"glas\"].ior = 2", "did you mean \"glass\"", "Material[\"glas\"]");
+}
+
+/// Messages about vectors and names print a statement, which can be typed.
+#[test]
+fn mistakes_about_vectors_and_names_print_what_to_type() {
+    let scene = SCENE.replace("eye\", ", "eye\", transform: (translate: (0, 1, 6)), ").replace(
+        "\"paint\": (diffuse: 0.5)",
+        "\"paint\": (diffuse: (0.1, 0.2, 0.3)), \"knot\": (diffuse: 0.5)",
+    );
+    let run = |text: &str| {
+        let mut world = read(&scene).unwrap();
+        set(&mut world, text, &mut Fake::default()).map(|_| ()).map_err(|error| error.to_string())
+    };
+    for (text, typed, value) in [
+        ("\"eye\".transform.translate.y = 0.5", "\"eye\".transform.translate = (0, 0.5, 6)", ""),
+        ("\"eye\".transform.translate.z *= 2", "\"eye\".transform.translate = (0, 1, 12)", ""),
+        ("\"ball\".transform.translate.y += 0.5", "\"ball\".transform.translate = (0, 0.5, 0)", ""),
+        ("\"ball\".transform.rotate_degrees.x = 30", "\"ball\".transform.rotate_degrees = (30, 0, 0)", ""),
+        ("\"ball\".transform.scale.x = 2", "\"ball\".transform.scale = (2, 1, 1)", ""),
+        ("Entity.transform.translate.y += 1", "Entity.transform.translate += (0, 1, 0)", ""),
+        (
+            "Entity.transform.translate.y = 1",
+            "Entity.transform.translate = (x, y, z), with all components",
+            "-",
+        ),
+        ("Material[\"paint\"].diffuse.g = 1", "Material[\"paint\"].diffuse = (0.1, 1, 0.3)", ""),
+        ("\"lamp 2\".light.power_w.g = 1", "\"lamp 2\".light.power_w = (10, 1, 10)", ""),
+        ("settings.size.x = 30", "settings.size = (…), with all components", "-"),
+        ("ball.transform.scale = 2", "\"ball\".transform", ".scale = 2"),
+        ("Ball.radius_m = 2", "\"ball\".shape.radius_m", " = 2"),
+        ("lamp 1.power_w = 2", "\"lamp 1\".light.power_w", " = 2"),
+        ("paint.diffuse = 0.3", "Material[\"paint\"].diffuse", " = 0.3"),
+        ("knot.diffuse = 0.3", "Material[\"knot\"].diffuse", " = 0.3"),
+        ("\"glass\".ior = 1.4", "Material[\"glass\"].ior", " = 1.4"),
+        ("\"glass\".material.ior = 1.4", "Material[\"glass\"].ior", " = 1.4"),
+        ("\"glass\".transform.scale = 2", "Shape[material=\"glass\"]", ".transform.scale = 2"),
+        ("\"ball\".ior = 1.4", "\"ball\".material.ior", " = 1.4"),
+        ("\"lamp 1\".power_w = 2", "\"lamp 1\".light.power_w", " = 2"),
+        ("Material['glass'].ior = 1.4", "in double quotes: \"glass\"", "-"),
+        ("'glass'.ior = 1.4", "in double quotes: \"glass\"", "-"),
+        ("Light.outer_degrees = 30", "Spot.outer_degrees", " = 30"),
+        ("Light[name~\"*\"].outer_degrees = 30", "(Light[name~\"*\"] & Spot).light.outer_degrees", " = 30"),
+        ("Material[\"glass\"] = (diffuse: 1)", "Shape[material=\"glass\"].material", " = (diffuse: 1)"),
+        ("variables.ink = \"navy\"", "--var 'ink=\"navy\"'", "-"),
+        ("$ink = \"navy\"", "--var 'ink=\"navy\"'", "-"),
+        ("Material[\"paint\"].diffuse = #ff0000", "a colour stands in quotes: \"#ff0000\"", "-"),
+    ] {
+        let error = run(text).unwrap_err();
+        assert!(error.contains(typed), "{text}: {error}");
+        if value == "-" {
+            continue;
+        }
+        let typed = format!("{typed}{value}");
+        run(&typed).unwrap_or_else(|error| panic!("{text}: {typed}: {error}"));
+    }
 }
