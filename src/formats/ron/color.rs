@@ -54,9 +54,36 @@ impl<'a> SceneText<'a> {
     }
 
     fn no_color(&self, raw: Raw<'a>, what: &str, advice: Option<String>) -> LoadError {
-        let advice = advice.map(|advice| format!(" (write {advice})")).unwrap_or_default();
+        let advice = advice.map(|advice| self.advice_at(raw.0, &advice)).unwrap_or_default();
         let forms = "as (r, g, b), one number, \"red\", \"#ff8000\", Srgb(r, g, b) or Kelvin(3000)";
         self.error(raw.0, format!("expected {what}, {forms}, found {}{advice}", describe(raw)))
+    }
+
+    /// Advice about what to write at a place: as it is typed in a shell, if it is the value of an option.
+    fn advice_at(&self, place: &str, advice: &str) -> String {
+        let part = &self.parts[self.part_of(place)];
+        match &part.option {
+            Some(name) if advice.starts_with('"') && part.text.trim() == place.trim() => {
+                format!(" (write --var '{name}={advice}')")
+            }
+            _ => format!(" (write {advice})"),
+        }
+    }
+
+    /// The advice for the value of an option that is a colour of digits without quotes.
+    pub(super) fn color_of_option(&self, text: &'a str) -> Option<String> {
+        let digits = text.trim().strip_prefix('#')?;
+        let is_color = [3, 6].contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+        self.parts[self.part_of(text)].option.as_ref().filter(|_| is_color)?;
+        Some(format!("a colour stands in quotes{}", self.advice_at(text, &format!("\"#{digits}\""))))
+    }
+
+    /// The error for the name of a colour without quotes, where a texture can stand, too; none for other names.
+    pub(super) fn unquoted_color(&self, variant: &VariantText<'a>) -> Option<LoadError> {
+        let advice = variant.body.is_none().then(|| elsewhere::color_advice(variant.name)).flatten()?;
+        let advice = self.advice_at(variant.name, &advice);
+        let name = shorten(variant.name);
+        Some(self.error(variant.name, format!("expected a colour or a texture, found {name}{advice}")))
     }
 
     /// A colour as one or two hexadecimal digits each for red, green and blue, or by its name in CSS.

@@ -374,7 +374,7 @@ impl<'a> SceneText<'a> {
     }
 
     /// Translates a syntax error of `ron` into an error with our wording and position.
-    fn syntax_error(&self, text: &str, error: &SpannedError) -> LoadError {
+    fn syntax_error(&self, text: &'a str, error: &SpannedError) -> LoadError {
         use ron::Error;
         let code = &error.code;
         let stop = &text[scan::offset(text, error.span.end.line, error.span.end.col)..];
@@ -385,6 +385,9 @@ impl<'a> SceneText<'a> {
             && (at_end || matches!(unclosed.what, "string" | "comment"))
         {
             return self.error(&text[unclosed.offset..], format!("this {} is never closed", unclosed.what));
+        }
+        if let Some(advice) = self.color_of_option(text) {
+            return self.error(text, advice);
         }
         let stop = scan::skip_blank(stop);
         let found = match stop.chars().next() {

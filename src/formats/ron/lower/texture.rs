@@ -207,6 +207,9 @@ impl<'a> Lowering<'_, 'a> {
         let form = |of: &[&str]| of.iter().position(|name| *name == variant.name);
         let (pattern, combination) = (form(TexturePattern::FORMS), form(Combination::FORMS));
         if pattern.or(combination).is_none() {
+            if let Some(error) = source.unquoted_color(&variant) {
+                return Err(error);
+            }
             let known = [&IMAGES, TexturePattern::FORMS, Combination::FORMS].concat();
             return Err(source.unknown(variant.name, "texture", &known));
         }
