@@ -43,19 +43,30 @@ impl Edits {
         }
         if !self.hide.is_empty() {
             let queries = queries(world, "hide", &self.hide)?;
-            let mut hides = false;
             let is_added = |entity: &hecs::Entity| world.entities.satisfies::<&AddedSurroundings>(*entity);
             let mut all = meant(world, &queries, "hide", &self.hide)?;
             all.retain(|entity| !is_added(entity));
-            for entity in all {
-                hides |= world.entities.remove_one::<Shape>(entity).is_ok();
-                hides |= world.entities.remove_one::<Light>(entity).is_ok();
+            let is_visible =
+                |entity: &hecs::Entity| world.entities.satisfies::<hecs::Or<&Shape, &Light>>(*entity);
+            let mut idle = Vec::new();
+            for (query, text) in queries.iter().zip(&self.hide) {
+                // Those that another query hides count, too.
+                let one = meant(world, std::slice::from_ref(query), "hide", std::slice::from_ref(text))?;
+                if !one.iter().any(|entity| is_visible(entity) && !is_added(entity)) {
+                    idle.push(text);
+                }
             }
-            if !hides {
-                world.warnings.push(Diagnostic::warning(
-                    "hide-without-effect",
-                    "hide: nothing of that is a shape or a light of the files, so nothing is hidden",
-                ));
+            for text in idle {
+                let what = format!(
+                    "hide: {}: nothing of that is a shape or a light of the files, so nothing is hidden",
+                    in_one_line(text)
+                );
+                world.warnings.push(Diagnostic::warning("hide-without-effect", what));
+            }
+            for entity in all {
+                // Not every entity has both.
+                let _ = world.entities.remove_one::<Shape>(entity);
+                let _ = world.entities.remove_one::<Light>(entity);
             }
         }
         if let Some(background) = &self.background {
