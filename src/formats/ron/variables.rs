@@ -216,6 +216,17 @@ impl<'a> SceneText<'a> {
         names
     }
 
+    /// The variables of the caller that files define, but nothing uses.
+    pub(super) fn unused_options(&self) -> Vec<String> {
+        if !self.parts.iter().any(|part| part.option.is_some()) {
+            return Vec::new();
+        }
+        let used: BTreeSet<&str> =
+            self.parts.iter().flat_map(|part| uses(&part.text)).map(|(usage, _)| name_of(usage)).collect();
+        let given = self.parts.iter().filter_map(|part| part.option.as_deref());
+        given.filter(|name| !used.contains(name)).map(str::to_owned).collect()
+    }
+
     /// Returns an error for a variable of the caller that no file defines or uses.
     pub(super) fn check_options(&self) -> Result<(), LoadError> {
         let known = self.known_variables(true);

@@ -392,3 +392,37 @@ fn frames_share_their_exposure_and_are_kept() {
     here.write("fade.ron", scene.replace("(1, 3000)", "(1, 2000)"));
     assert_eq!(count("--fps 2 -o a.#.png", "was rendered before fade.ron was changed and is kept"), 3);
 }
+
+/// Names without quotes and colours of variables get what to type in a shell; options without an effect are reported.
+#[test]
+fn mistakes_in_names_and_variables_print_what_to_type() {
+    let here = folder(SCENE);
+    let typed = |line: &str, before: &str, after: &str| {
+        let error = here.fails(2, line, &[before]);
+        let rest = &error[error.find(before).expect("advice") + before.len()..];
+        rest[..rest.find(after).expect("its end")].to_owned()
+    };
+    let name = typed("ls scene.ron ball", "in a shell ", "?");
+    assert_eq!(name, "'\"ball\"'");
+    assert!(here.shell(&format!("rayfront ls scene.ron {name}")).printed().contains("Sphere"));
+    let name = typed("scene.ron -o a.png --hide Ball", "in a shell ", "?");
+    here.shell(&format!("rayfront scene.ron --spp 1 -o a.png --hide {name}")).printed();
+
+    let scene = SCENE.replace("(0.8, 0.4, 0.2)", "$accent").replacen(
+        '(',
+        "(variables: {\"accent\": \"red\", \"spare\": 1}, ",
+        1,
+    );
+    here.write("colors.ron", scene);
+    for value in ["navy", "'#102030'"] {
+        let option = typed(&format!("colors.ron -o a.png --var accent={value}"), "(write ", ")");
+        here.shell(&format!("rayfront colors.ron --spp 1 -o a.png {option}")).printed();
+    }
+    let option = typed("colors.ron -o a.png --set '$accent = \"navy\"'", "is set by ", "\n");
+    here.shell(&format!("rayfront colors.ron --spp 1 -o a.png {option}")).printed();
+
+    let told = here.messages("colors.ron --spp 1 -o a.png --var spare=2 --hide Camera --hide Sphere");
+    assert!(told.contains("nothing in the scene uses $spare"), "{told}");
+    assert!(told.contains("hide: Camera: nothing of that"), "{told}");
+    assert!(!told.contains("hide: Sphere") && !told.contains("$accent"), "{told}");
+}

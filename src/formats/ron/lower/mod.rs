@@ -106,6 +106,10 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
     let Lowering { mut world, assets, .. } = lowering;
     assets.read_images(source, &mut world)?;
     source.check_faults()?;
+    world.warnings.extend(source.unused_options().into_iter().map(|name| {
+        let what = format!("var: nothing in the scene uses ${name}, so its value changes nothing");
+        Diagnostic::warning("var-without-effect", what)
+    }));
     world.usual_depth = (!names_depth).then_some(world.settings.max_depth);
     let edits = edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))?;
     let mut changes = query::EditRunner::new(&world);
