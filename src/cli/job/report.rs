@@ -178,12 +178,13 @@ impl RenderReport<'_> {
         }
         if let Some((denoised, paths)) = self.denoised {
             let paths: Vec<_> = paths.iter().map(|path| path.display().to_string()).collect();
-            let (noise, time) = (denoised.noise, seconds(p.denoise));
-            line(
-                &mut out,
-                "denoised",
-                format!("{} in {time}; {noise:.4} of noise is left", paths.join(", ")),
-            );
+            let time = seconds(p.denoise);
+            // Both are root mean squares over the image.
+            let before = self.session.film().noise().filter(|before| *before > 0.0);
+            let left = before.map_or(String::new(), |before| {
+                format!("; about {:.0} % of the noise is left", 100.0 * (denoised.noise / before).min(1.0))
+            });
+            line(&mut out, "denoised", format!("{} in {time}{left}", paths.join(", ")));
         }
         line(&mut out, "film", self.header.film_hash.clone());
         out
