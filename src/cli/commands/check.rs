@@ -11,7 +11,7 @@ use crate::check::{check, not_found};
 use crate::cli::args::{ModelOptions, PictureOptions};
 use crate::cli::failure::{Failure, Fault};
 use crate::cli::output;
-use crate::error::Diagnostic;
+use crate::error::{Diagnostic, Severity};
 use crate::view::json_of;
 
 /// `rayfront check`.
@@ -35,15 +35,18 @@ pub fn run(arguments: &Check) -> Result<ExitCode, Failure> {
     let options = model.of_size(picture.sampling.size);
     let (world, setup) =
         load(path, &options, picture.sampling.camera.as_deref(), |world| picture.apply(world))?;
-    let findings = check(&world, &setup, true);
-    let warnings: Vec<&Diagnostic> = not_found(&setup.scene.warnings, &findings).collect();
+    let mut findings = check(&world, &setup, true);
+    // A rendering reports these as warnings, too.
+    let others = not_found(&setup.scene.warnings, &findings).cloned();
+    let (more, notes): (Vec<_>, Vec<_>) = others.partition(|other| other.severity == Severity::Warning);
+    findings.extend(more);
     if arguments.json {
-        let warnings: Vec<_> = warnings.iter().map(|warning| warning.to_string()).collect();
+        let notes: Vec<_> = notes.iter().map(Diagnostic::to_string).collect();
         let findings: Vec<_> = findings.iter().map(json_of).collect();
-        let json = json!({"scene": output::path_json(path), "warnings": warnings, "findings": findings});
+        let json = json!({"scene": output::path_json(path), "warnings": notes, "findings": findings});
         output::print(&format!("{json}\n"))?;
     } else {
-        let mut text: String = warnings.iter().map(|warning| format!("note: {warning}\n")).collect();
+        let mut text: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
         text.extend(findings.iter().map(|finding| format!("found: {finding}\n")));
         if findings.is_empty() {
             let path = path.display();

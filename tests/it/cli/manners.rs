@@ -426,3 +426,16 @@ fn mistakes_in_names_and_variables_print_what_to_type() {
     assert!(told.contains("hide: Camera: nothing of that"), "{told}");
     assert!(!told.contains("hide: Sphere") && !told.contains("$accent"), "{told}");
 }
+
+/// `check` finds what a rendering warns of; what was only chosen is a note.
+#[test]
+fn check_finds_what_renderings_warn_of() {
+    let here = folder(SCENE);
+    here.write("clamp.ron", SCENE.replace("samples: 4", "samples: 4, transport: Whitted, clamp: 3"));
+    let told = here.messages("clamp.ron --spp 1 -o a.png");
+    assert!(told.contains("warning: ") && told.contains("makes no use of clamp"), "{told}");
+    let run = here.run("check clamp.ron");
+    assert!(run.out.contains("found: ") && run.out.contains("makes no use of clamp"), "{}", run.out);
+    assert!(!run.out.contains("nothing is wrong"), "{}", run.out);
+    run.ends(1, &[]);
+}
