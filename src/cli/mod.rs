@@ -254,10 +254,16 @@ fn answer(error: clap::Error, words: &[OsString]) -> Result<ExitCode, Failure> {
 fn with_our_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     use clap::error::{ContextKind, ContextValue, ErrorKind};
     let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else { return error };
-    if error.kind() != ErrorKind::UnknownArgument || !option.starts_with('-') {
+    if error.kind() != ErrorKind::UnknownArgument {
         return error;
     }
-    let tip = tip_on(&option.clone(), words);
+    let tip = match option.starts_with('-') {
+        true => tip_on(&option.clone(), words),
+        false => tip_on_pair(&option.clone(), words),
+    };
+    if tip.is_none() && !option.starts_with('-') {
+        return error;
+    }
     for kind in [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::Suggested] {
         error.remove(kind);
     }
@@ -265,6 +271,14 @@ fn with_our_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
     }
     error
+}
+
+/// Returns what to type in place of two numbers, if `second` is one that follows another.
+fn tip_on_pair(second: &str, words: &[OsString]) -> Option<String> {
+    let at = words.iter().position(|word| word == second)?;
+    let first = words[at.checked_sub(1)?].to_str()?;
+    let are_numbers = [first, second].iter().all(|word| word.parse::<u32>().is_ok());
+    are_numbers.then(|| format!("two numbers are one word: {first},{second}"))
 }
 
 /// Returns what to type in place of an unknown option.

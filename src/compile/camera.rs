@@ -67,7 +67,8 @@ pub(super) fn focused(
     let Some(depth) = depth else {
         let [x, y] = [0, 1].map(|axis: usize| (places[0][axis] * size[axis] as f32).floor());
         let reason = format!(
-            "it cannot focus on pixel {x},{y}, where nothing is: choose another, or an entity (--focus)"
+            "it cannot focus on pixel {x},{y} of the image of {} x {} that these options give, where nothing is: choose another, or an entity (--focus)",
+            size[0], size[1]
         );
         return Err(entity_error(world, entity, reason));
     };

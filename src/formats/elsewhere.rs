@@ -311,7 +311,7 @@ const FIELDS: [(&str, &[&str]); 35] = [
 
 /// Options of other programs, without their hyphens, and what to type here.
 #[cfg_attr(not(feature = "cli"), allow(dead_code, reason = "only the program has options"))]
-const OPTIONS: [(&[&str], &str); 31] = [
+const OPTIONS: [(&[&str], &str); 32] = [
     (&["width", "height", "w", "h", "W", "H", "xres", "yres"], "`--size 1280x720`"),
     (&["fovy", "camera-view-angle", "field-of-view"], "`--fov 40`"),
     (&["lens", "focal"], "`--focal-length 85`"),
@@ -356,6 +356,10 @@ const OPTIONS: [(&[&str], &str); 31] = [
     (&["gamma", "tone-mapping", "tonemapping", "view-transform", "colorspace"], "`--tonemap aces`"),
     (&["brightness", "exposure-value", "ev"], "`--exposure 1.5`"),
     (&["cropwindow", "crop-window", "region", "border"], "`--crop 100,50,200,150`"),
+    (
+        &["clip", "near", "far", "clip-start", "clip-end", "near-clip", "far-clip", "znear", "zfar"],
+        "no distance is cut off: cameras see all that is before them",
+    ),
     (&["time-limit", "timeout", "max-seconds", "timelimit"], "`--max-time 10m`"),
     (&["noise-threshold", "adaptive-threshold"], "`--until noise=1%`"),
     (

@@ -129,8 +129,13 @@ impl World {
         if self.transport_is_chosen {
             self.settings.transport = self.fitting_transport();
             if self.settings.transport == Transport::Path {
-                let text = "the path transport was chosen, because the scene has a glTF file, a Principled material or \
-                            surroundings";
+                let (has_model, is_surrounded) = (self.has_model(), self.surroundings().next().is_some());
+                let why = match (has_model, self.has_principled(), is_surrounded) {
+                    (true, ..) => "a glTF file",
+                    (_, true, _) => "a Principled material",
+                    _ => "surroundings",
+                };
+                let text = format!("the path transport was chosen, because the scene has {why}");
                 let note = Diagnostic::note(Self::PATH_IS_CHOSEN, text);
                 self.warnings.push(note.fixed_by("settings: (transport: Path) says so in the scene"));
             }
@@ -170,10 +175,15 @@ impl World {
     /// once the world is complete: `world.settings.transport = world.fitting_transport()`.
     pub fn fitting_transport(&self) -> Transport {
         let entities = &self.entities;
-        let asks = entities.query::<&Model>().iter().next().is_some()
+        let asks = self.has_model()
             || entities.query::<&Light>().iter().any(Light::is_around)
             || self.has_principled();
         if asks { Transport::Path } else { Transport::Whitted }
+    }
+
+    /// True if any entity places a glTF file.
+    fn has_model(&self) -> bool {
+        self.entities.query::<&Model>().iter().next().is_some()
     }
 
     /// True if any material is physically based.

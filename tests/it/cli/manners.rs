@@ -427,6 +427,16 @@ fn mistakes_in_names_and_variables_print_what_to_type() {
     assert!(!told.contains("hide: Sphere") && !told.contains("$accent"), "{told}");
 }
 
+#[test]
+fn pixels_in_two_words_and_clipping_planes_get_a_tip() {
+    let here = folder(SCENE);
+    let error = here.fails(2, "explain scene.ron 12 7", &["two numbers are one word: 12,7"]);
+    assert!(error.contains("unexpected argument '7'"), "{error}");
+    here.out("explain scene.ron 12,7");
+    here.fails(2, "scene.ron --clip 0.5", &["no distance is cut off"]);
+    here.fails(1, "scene.ron --fov 30 --f-stop 2 --focus 0,0 --size 30x20 -o a.png", &["image of 30 x 20"]);
+}
+
 /// `check` finds what a rendering warns of; what was only chosen is a note.
 #[test]
 fn check_finds_what_renderings_warn_of() {
