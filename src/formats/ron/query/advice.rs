@@ -4,7 +4,7 @@
 use super::select::is_named;
 use super::set::{Operator, Statement};
 use super::{Comparison, FilterKey, Kind, Query, QueryError, QueryReader};
-use crate::error::did_you_mean;
+use crate::error::{did_you_mean, in_one_line, words};
 use crate::formats::ron::lower::reread::Component;
 use crate::formats::ron::scan;
 use crate::formats::ron::tree::BracketTree;
@@ -32,6 +32,13 @@ fn closest<'n>(names: impl Iterator<Item = &'n str> + Clone, name: &str) -> Opti
     let same = names.clone().find(|found| is_same_name(found, name));
     same.or_else(|| names.clone().find(|found| found.to_lowercase() == name.to_lowercase()))
         .map(str::to_owned)
+}
+
+impl QueryError {
+    /// Names the one of several entities or materials that has the fault.
+    pub(super) fn about(self, name: &str) -> QueryError {
+        QueryError { reason: in_one_line(&format!("{}: {}", words(name), self.reason)), ..self }
+    }
 }
 
 impl QueryReader<'_, '_> {

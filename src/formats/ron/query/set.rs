@@ -123,17 +123,7 @@ impl EditRunner {
         };
         for target in &targets {
             let changed = statement.change(world, *target, files, &mut self.names);
-            changed.map_err(|error| match *target {
-                Target::Entity(entity, component) => {
-                    let entities = targets.iter().filter_map(|target| match target {
-                        Target::Entity(entity, _) => Some(*entity),
-                        Target::Material(_) => None,
-                    });
-                    let all: Vec<Entity> = entities.collect();
-                    statement.lacking(world, (&all, component), entity, query_text).unwrap_or(error)
-                }
-                Target::Material(_) => error,
-            })?;
+            changed.map_err(|error| statement.failed(world, (&targets, *target), query_text, error))?;
         }
         let mut materials = targets.iter().filter_map(|target| match target {
             Target::Material(id) => Some(id),
@@ -428,6 +418,23 @@ impl Statement<'_> {
         match read {
             Ok(Err(unknown)) if unknown.to_string().contains("unknown") => self.explained(&unknown),
             _ => error,
+        }
+    }
+
+    /// The error for one of the targets, which it names if there are several and it lacks the field.
+    fn failed(&self, world: &World, of: (&[Target], Target), query: &str, error: QueryError) -> QueryError {
+        let entity = |target: &Target| match target {
+            Target::Entity(entity, _) => Some(*entity),
+            Target::Material(_) => None,
+        };
+        match of.1 {
+            _ if self.is_only || !error.reason.starts_with("unknown field") => error,
+            Target::Material(id) => error.about(&world.assets.material_name(id)),
+            Target::Entity(one, component) => {
+                let all: Vec<Entity> = of.0.iter().filter_map(entity).collect();
+                let lacking = self.lacking(world, (&all, component), one, query);
+                lacking.unwrap_or_else(|| error.about(&world.name_of(one)))
+            }
         }
     }
 

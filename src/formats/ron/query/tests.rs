@@ -218,6 +218,8 @@ fn mistakes_about_vectors_and_names_print_what_to_type() {
         ("'glass'.ior = 1.4", "in double quotes: \"glass\"", "-"),
         ("Light.outer_degrees = 30", "Spot.outer_degrees", " = 30"),
         ("Light[name~\"*\"].outer_degrees = 30", "(Light[name~\"*\"] & Spot).light.outer_degrees", " = 30"),
+        ("Shape.material.metallic = 0.5", "knot: unknown field", "-"),
+        ("Material[\"*t\"].metallic = 0.5", "default: unknown field", "-"),
         ("Material[\"glass\"] = (diffuse: 1)", "Shape[material=\"glass\"].material", " = (diffuse: 1)"),
         ("variables.ink = \"navy\"", "--var 'ink=\"navy\"'", "-"),
         ("$ink = \"navy\"", "--var 'ink=\"navy\"'", "-"),
