@@ -8,11 +8,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from . import media
+from .arithmetic import Map, combined, mixed, one, share
 from .coordinates import MeshSpace
 from .images import Images
 from .nodes import Input, Output, surface
 from .ron import Ron, form
-from .textures import Map, Maps, ObjectInfo, combined, mixed, one, share
+from .textures import Maps, ObjectInfo
 
 BLACK, GREY, WHITE = (0.0, 0.0, 0.0), (0.8, 0.8, 0.8), (1.0, 1.0, 1.0)
 BLEND = Ron("Blend")
@@ -161,15 +162,12 @@ class Material:
         return fields | self._stretched(source, "Anisotropy", "Rotation", roughness) | self._normal(source)
 
     def _metallic(self, source: Output) -> Fields:
-        if source.node.fresnel_type != "F82":
-            self.warn("a Metallic BSDF by physical conductors: Base Color and Edge Tint stand in")
         roughness = self.maps.number(source.input("Roughness"))
-        fields = {
-            "base_color": self.maps.color(source.input("Base Color")),
-            "edge_tint": self.maps.constant(source.input("Edge Tint")),
-            "metallic": 1.0,
-            "roughness": roughness,
-        }
+        if getattr(source.node, "fresnel_type", "F82") == "F82":
+            color, tint = self.maps.color(source.input("Base Color")), self.maps.constant(source.input("Edge Tint"))
+        else:
+            color, tint = _conductor(*(self.maps.constant(source.input(name)) for name in ("IOR", "Extinction")))
+        fields = {"base_color": color, "edge_tint": tint, "metallic": 1.0, "roughness": roughness}
         return fields | self._stretched(source, "Anisotropy", "Rotation", roughness) | self._normal(source)
 
     def _glass(self, source: Output) -> Fields:
@@ -286,7 +284,7 @@ class Material:
         if sheen != 0:
             fields["sheen_color"] = combined("Multiply", maps.color(source.input("Sheen Tint")), sheen)
             fields["sheen_roughness"] = maps.number(source.input("Sheen Roughness"))
-        if "Thin Film Thickness" in source.node.inputs:
+        if source.has("Thin Film Thickness"):
             thickness = maps.constant(source.input("Thin Film Thickness"))
             if thickness > 0:
                 film = {"factor": 1.0, "ior": max(maps.constant(source.input("Thin Film IOR")), 1.0)}
@@ -332,7 +330,10 @@ class Material:
                 self.warn(
                     f"Subsurface by {source.node.subsurface_method.replace('_', ' ').title()}: Random Walk stands in"
                 )
-            anisotropy = maps.constant(source.input("Subsurface Anisotropy"))
+            # Christensen and Burley's has none.
+            anisotropy = (
+                maps.constant(source.input("Subsurface Anisotropy")) if source.has("Subsurface Anisotropy") else 0.0
+            )
             if isinstance(color, Ron):
                 self.warn("Subsurface of a texture's colour: one colour is scattered")
                 color = source.input("Base Color").value
@@ -357,7 +358,7 @@ class Material:
 
     def _normal(self, source: Output) -> Fields:
         found: Fields = {}
-        normal = source.input("Normal").source() if "Normal" in source.node.inputs else None
+        normal = source.input("Normal").source() if source.has("Normal") else None
         while normal:
             inner = None
             if normal.type == "NORMAL_MAP" and normal.node.space == "TANGENT":
@@ -379,10 +380,31 @@ class Material:
     def _ignored(self, source: Output, **plain: Any) -> None:
         """Tells of inputs that count in Blender alone, unless they have the value that changes nothing."""
         for name, value in plain.items():
-            if name in source.node.inputs:
+            if source.has(name):
                 found = source.input(name)
                 if found.source() or not _close(found.value, value):
                     self.warn(name)
+
+
+def _conductor(index: tuple[float, ...], extinction: tuple[float, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """What a metal reflects straight on by Fresnel's equations, and its tint at 82 degrees over Schlick's."""
+    cosine = math.cos(math.radians(82))
+    colors, tints = [], []
+    for n, k in zip(index, extinction):
+        straight, grazing = (_reflectance(max(n, 0.0), max(k, 0.0), c) for c in (1.0, cosine))
+        colors.append(straight)
+        tints.append(grazing / (straight + (1 - straight) * (1 - cosine) ** 5))
+    return tuple(colors), tuple(tints)
+
+
+def _reflectance(n: float, k: float, cosine: float) -> float:
+    """Fresnel's equations of a conductor in air, for light without polarization."""
+    sine, both = 1 - cosine**2, n * n - k * k
+    root = math.sqrt((both - sine) ** 2 + 4 * n * n * k * k)
+    a = math.sqrt(max((root + both - sine) / 2, 0.0))
+    across = (root + cosine**2 - 2 * a * cosine) / (root + cosine**2 + 2 * a * cosine)
+    part, mixed = cosine**2 * root + sine**2, 2 * a * cosine * sine
+    return across * (1 + (part - mixed) / (part + mixed)) / 2
 
 
 def _close(a: Any, b: Any) -> bool:

@@ -42,7 +42,7 @@ def of_volume(source: Output, maps: Maps) -> dict[str, Any]:
             for name in ("Emission Strength", "Blackbody Intensity"):
                 if part.input(name).source() or part.input(name).value > 0:
                     maps.warn(f"{name} of a volume")
-        if part.type != "VOLUME_ABSORPTION":
+        if part.has("Anisotropy"):
             moment += maps.constant(part.input("Anisotropy")) * density * max(color)
     anisotropy = moment / max(scattering) if max(scattering) > 0 else 0.0
     return volume([s + a for s, a in zip(scattering, absorption)], scattering, anisotropy)

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 # Sockets of three numbers.
 WIDE = {"RGBA", "VECTOR", "ROTATION"}
+# The parts of red, green and blue in the number that Cycles makes of a colour.
+LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 class Input(NamedTuple):
@@ -79,6 +81,11 @@ class Output(NamedTuple):
     def input(self, name: str | int) -> Input:
         """An input of the same node."""
         return Input(self.node.inputs[name], self.groups)
+
+    def has(self, name: str) -> bool:
+        """True for an input that is in use: modes of a node take inputs away."""
+        found = self.node.inputs.get(name)
+        return found is not None and found.enabled
 
     def inputs(self) -> list[Input]:
         """The inputs of the same node that are in use."""

@@ -15,7 +15,10 @@ MIRROR = Matrix.Diagonal((-1, 1, 1, 1))
 
 
 class Ron(str):
-    """Text that is RON already: a form, a word."""
+    """Text that is RON already: a form, of which `name` and `fields` are known, or a word."""
+
+    name: str = ""
+    fields: dict[str, Any] = {}
 
 
 def text(value: Any) -> str:
@@ -39,7 +42,10 @@ def text(value: Any) -> str:
 
 def form(name: str, **fields: Any) -> Ron:
     """`name(field: value, …)`, without the fields that are None."""
-    return Ron(name + text({key: value for key, value in fields.items() if value is not None}))
+    given = {key: value for key, value in fields.items() if value is not None}
+    found = Ron(name + text(given))
+    found.name, found.fields = name, given
+    return found
 
 
 def matrix(m: Matrix) -> Ron:

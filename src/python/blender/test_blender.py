@@ -35,6 +35,7 @@ import numpy as np  # noqa: E402
 
 import package  # noqa: E402
 import test_looks  # noqa: E402
+import test_node_looks  # noqa: E402, F401  (its looks are added to those of test_looks)
 import test_scenes as scenes  # noqa: E402
 
 SIZE = (128, 72)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from mathutils import Vector
 
+from .arithmetic import Map, clamped, combined, is_arithmetic, mixed, said, share, whole
 from .coordinates import Coordinates, MeshSpace, coordinates
 from .images import Images
 from .nodes import WIDE, Input, Output, adjusted, leads_to
@@ -28,9 +29,6 @@ WAVES = {"X": (20, 0, 0), "Y": (0, 20, 0), "Z": (0, 0, 20), "DIAGONAL": (10, 10,
 XYZ_TO_RGB = np.array(
     ((3.2404542, -1.5371385, -0.4985314), (-0.9692660, 1.8760108, 0.0415560), (0.0556434, -0.2040259, 1.0572252))
 )
-
-# A map: a number, a colour, or RON.
-Map = Any
 
 
 class NotCarried(Exception):
@@ -386,64 +384,6 @@ PATTERNS = {
     "TEX_VORONOI": Maps._voronoi,
     "TEX_WAVE": Maps._wave,
 }
-FOLDED: dict[str, Callable[[float, float], float]] = {
-    "Add": lambda x, y: x + y,
-    "Subtract": lambda x, y: x - y,
-    "Multiply": lambda x, y: x * y,
-    "Min": min,
-    "Max": max,
-}
-OPPOSITES = {"Add": "Subtract", "Subtract": "Add"}
-
-
-def combined(operation: str, x: Map, y: Map) -> Map:
-    """Two maps in one: a number or a colour, if both are."""
-    if isinstance(x, Ron) or isinstance(y, Ron):
-        if operation == "Multiply" and (one(x) or one(y)):
-            return y if one(x) else x
-        if operation == "Add" and isinstance(x, (int, float)):
-            x, y = y, x
-        if operation in OPPOSITES and isinstance(y, (int, float)) and y < 0:
-            operation, y = OPPOSITES[operation], -y  # The program takes no negative numbers.
-        return form(operation, a=whole(x), b=whole(y))
-    fold = FOLDED[operation]
-    if isinstance(x, tuple) or isinstance(y, tuple):
-        x, y = (v if isinstance(v, tuple) else (v,) * 3 for v in (x, y))
-        return tuple(map(fold, x, y))
-    return fold(x, y)
-
-
-def whole(x: Map) -> Map:
-    """A map that can be a colour: one channel of a picture as grey."""
-    is_channel = isinstance(x, Ron) and x.startswith("Texture(") and "channel: " in x
-    return form("Mix", a=0.0, b=1.0, by=x) if is_channel else x
-
-
-def clamped(x: Map, low: float = 0.0, high: float = 1.0) -> Map:
-    """A map between two numbers. One of textures is never negative."""
-    x = combined("Min", x, high)
-    return x if isinstance(x, Ron) and low <= 0 else combined("Max", x, low)
-
-
-def share(x: Map) -> Map:
-    """A map that says how much of one thing there is, and of another. The program takes maps for this from 0 to 1."""
-    return x if isinstance(x, Ron) else clamped(x)
-
-
-def is_arithmetic(x: Map) -> bool:
-    """Whether a map may be beyond 1, of textures that are not."""
-    return isinstance(x, Ron) and x.startswith(("Add(", "Subtract(", "Multiply(", "Max(", "Mix("))
-
-
-def mixed(x: Map, y: Map, by: Map) -> Map:
-    """x where `by` is 0, y where it is 1."""
-    if by == 0 or x == y:
-        return x
-    if by == 1:
-        return y
-    if isinstance(x, Ron) or isinstance(y, Ron) or isinstance(by, Ron):
-        return form("Mix", a=whole(x), b=whole(y), by=by)
-    return combined("Add", combined("Multiply", x, 1 - by), combined("Multiply", y, by))
 
 
 def black_body(kelvin: float) -> tuple[float, ...]:
@@ -464,13 +404,3 @@ def black_body(kelvin: float) -> tuple[float, ...]:
     x, y, z = ((energy * seen).sum() for seen in (red, green, blue))
     rgb = XYZ_TO_RGB @ (x / y, 1.0, z / y)
     return tuple(max(float(c), 0.0) for c in rgb)
-
-
-def said(value: Any) -> str:
-    """A value for a message."""
-    return ", ".join(f"{v:.3g}" for v in value) if isinstance(value, tuple) else f"{value:.3g}"
-
-
-def one(x: Map) -> bool:
-    """Whether a map is 1 or white everywhere."""
-    return not isinstance(x, Ron) and x in (1, (1, 1, 1))
