@@ -25,7 +25,8 @@ def combined(operation: str, x: Map, y: Map) -> Map:
     """Two maps in one: a number or a colour, if both are."""
     if isinstance(x, Ron) or isinstance(y, Ron):
         if operation == "Multiply" and (one(x) or one(y)):
-            return y if one(x) else x
+            by, found = (x, y) if one(x) else (y, x)
+            return whole(found) if isinstance(by, tuple) else found  # White makes a colour of a number.
         if operation == "Add" and isinstance(x, (int, float)):
             x, y = y, x
         if operation in OPPOSITES and isinstance(y, (int, float)) and y < 0:
