@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from .nodes import LUMINANCE
 from .ron import Ron, form
 
 # A map: a number, a colour, or RON.
@@ -18,6 +19,9 @@ FOLDED: dict[str, Callable[[float, float], float]] = {
     "Min": min,
     "Max": max,
 }
+# How the names of pictures begin whose channels are all the same.
+GREY = "grey"
+RGB = ("Red", "Green", "Blue")
 OPPOSITES = {"Add": "Subtract", "Subtract": "Add"}
 
 
@@ -41,8 +45,54 @@ def combined(operation: str, x: Map, y: Map) -> Map:
 
 def whole(x: Map) -> Map:
     """A map that can be a colour: one channel of a picture as grey."""
-    is_channel = isinstance(x, Ron) and x.name == "Texture" and "channel" in x.fields
-    return form("Mix", a=0.0, b=1.0, by=x) if is_channel else x
+    if not isinstance(x, Ron) or x.name != "Texture" or "channel" not in x.fields:
+        return x
+    if x.fields["image"].startswith(GREY):  # All its channels are the same.
+        return form("Texture", **{key: value for key, value in x.fields.items() if key != "channel"})
+    return form("Mix", a=0.0, b=1.0, by=x)
+
+
+def channel(x: Map, number: int) -> Map:
+    """Red (0), green or blue of a map, as a number."""
+    if isinstance(x, tuple):
+        return x[number]
+    if not isinstance(x, Ron):
+        return x
+    if x.name in {"Texture", "Vertex"}:
+        return x if "channel" in x.fields else form(x.name, **x.fields, channel=Ron(RGB[number]))
+    return _parts(x, lambda part: channel(part, number))
+
+
+def grey(x: Map, weights: tuple[float, ...] = LUMINANCE) -> Map:
+    """The number that Cycles makes of a colour where one is linked to a number; of vectors, `weights` make the mean."""
+    if isinstance(x, tuple):
+        return sum(c * weight for c, weight in zip(x, weights))
+    if not isinstance(x, Ron):
+        return x
+    is_linear = x.name == "Add" or x.name == "Multiply" and any(isinstance(x.fields[key], (int, float)) for key in "ab")
+    if x.name in {"Texture", "Vertex"} or x.name in FOLDED and not is_linear:
+        red, green, blue = (channel(x, number) for number in range(3))
+        if red == green == blue:
+            return red
+        first, second, third = (_scaled(part, weight) for part, weight in zip((red, green, blue), weights))
+        return form("Add", a=form("Add", a=first, b=second), b=third)
+    return _parts(x, lambda part: grey(part, weights))
+
+
+def _scaled(x: Map, factor: float) -> Map:
+    """A number times a factor up to 1, as a map that can be a colour."""
+    is_channel = isinstance(x, Ron) and x.name in {"Texture", "Vertex"}
+    return form("Mix", a=0.0, b=factor, by=x) if is_channel else combined("Multiply", x, factor)
+
+
+def _parts(x: Ron, convert: Callable[[Map], Map]) -> Ron:
+    """A pattern or a combination, of which what it is made of is converted: `a`, `b` and the colours of `stops`."""
+    if not x.name:
+        return x
+    fields = {key: whole(convert(part)) if key in {"a", "b"} else part for key, part in x.fields.items()}
+    if "stops" in fields:
+        fields["stops"] = [(place, convert(color)) for place, color in fields["stops"]]
+    return form(x.name, **fields)
 
 
 def clamped(x: Map, low: float = 0.0, high: float = 1.0) -> Map:

@@ -13,29 +13,68 @@ import bpy
 import numpy as np
 
 from . import exr
+from .arithmetic import GREY
+from .nodes import LUMINANCE
 
 # What rayfront reads as it is.
 READABLE = {".png", ".jpg", ".jpeg", ".tga", ".bmp", ".webp", ".hdr", ".exr"}
+SEVERAL = {"TILED": "UDIM tiles", "SEQUENCE": "a sequence", "MOVIE": "a movie"}
+
+
+# Kinds of files of a picture: as it is; its colours times alpha, as Cycles has them; the luminance of colours beyond 1.
+PLAIN, ASSOCIATED, LUMINANT = "picture", "associated", GREY
 
 
 class Images:
-    """The files of a scene's pictures. Each picture is saved once."""
+    """The files of a scene's pictures. Each picture is saved once, of each kind."""
 
     def __init__(self, folder: str):
         self.folder = folder
-        self.files: dict[str, str] = {}
+        self.files: dict[tuple[str, str], str] = {}
+        # Of pictures that were looked at: whether all channels are the same, and whether any texel lets through.
+        self.greys: dict[str, bool] = {}
+        self.veils: dict[str, bool] = {}
 
-    def file(self, image: Any, user: str) -> str:
+    def file(self, image: Any, user: str, kind: str = PLAIN) -> str:
         """The name of a picture's file. A ValueError if there is no picture: Cycles would show magenta."""
-        key = image.name_full  # Those of libraries may have the same name.
+        key = image.name_full, kind  # Those of libraries may have the same name.
         if key not in self.files:
-            self.files[key] = self._save(image, f"picture{len(self.files)}", user)
+            name = f"{kind}{len(self.files)}"
+            self.files[key] = self._save(image, name, user) if kind == PLAIN else self._bake(image, name, kind)
         return self.files[key]
 
+    def is_grey(self, image: Any) -> bool:
+        """True if red, green and blue are the same in all texels."""
+        key = image.name_full
+        if key not in self.greys:
+            rows = pixels(image) if _is_one(image) and image.depth not in {8, 16} else None
+            self.greys[key] = rows is None or bool((rows[..., :1] == rows[..., 1:3]).all())
+        return self.greys[key]
+
+    def is_veiled(self, image: Any) -> bool:
+        """True if the colours of a picture are stored beside an alpha below 1, as those of 8 bits are."""
+        key = image.name_full
+        if key not in self.veils:
+            has_alpha = not image.is_float and image.channels == 4 and image.depth not in {8, 24, 48} and _is_one(image)
+            self.veils[key] = has_alpha and bool((pixels(image)[..., 3] < 1).any())
+        return self.veils[key]
+
+    def _bake(self, image: Any, name: str, kind: str) -> str:
+        rows = pixels(image)
+        if kind == ASSOCIATED:
+            write_png(os.path.join(self.folder, name + ".png"), rows[..., :3] * rows[..., 3:])
+            return name + ".png"
+        exr.write(
+            os.path.join(self.folder, name + ".exr"),
+            np.repeat(rows[..., :3] @ LUMINANCE, 3).reshape(*rows.shape[:2], 3),
+        )
+        return name + ".exr"
+
     def _save(self, image: Any, name: str, user: str) -> str:
-        if image.source in {"TILED", "SEQUENCE", "MOVIE"}:
-            kind = {"TILED": "UDIM tiles", "SEQUENCE": "a sequence", "MOVIE": "a movie"}[image.source]
-            raise ValueError(f"{user}: the picture {image.name!r} is {kind}, which rayfront cannot read")
+        if image.source in SEVERAL:
+            raise ValueError(
+                f"{user}: the picture {image.name!r} is {SEVERAL[image.source]}, which rayfront cannot read"
+            )
         path = bpy.path.abspath(image.filepath_from_user(), library=image.library) if image.filepath else ""
         ending = os.path.splitext(path)[1].lower()
         if not image.is_dirty and ending in READABLE:
@@ -54,6 +93,11 @@ class Images:
             return name + ".exr"
         write_png(os.path.join(self.folder, name + ".png"), rows)
         return name + ".png"
+
+
+def _is_one(image: Any) -> bool:
+    """True for a picture that has pixels, and is not one of several."""
+    return image.source not in SEVERAL and min(image.size) > 0 and (image.source != "FILE" or len(image.pixels) > 0)
 
 
 def pixels(image: Any) -> np.ndarray:

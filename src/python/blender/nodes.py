@@ -24,12 +24,15 @@ class Input(NamedTuple):
         If it takes what comes into a group, and nothing does, that is the value of the group's input.
         """
         end = self._end()
-        value = getattr((end if isinstance(end, Input) else self).socket, "default_value", None)
+        socket = (end if isinstance(end, Input) else self).socket
+        value = getattr(socket, "default_value", None)
         if not hasattr(value, "__len__") or isinstance(value, str):
             is_spread = self.socket.type in WIDE and isinstance(value, (int, float))
             return (value,) * 3 if is_spread else value
         value = tuple(value)[:3]
-        return value if self.socket.type in WIDE else sum(value) / 3
+        if self.socket.type in WIDE:
+            return value
+        return sum(c * weight for c, weight in zip(value, weights(socket)))
 
     def source(self) -> Output | None:
         """The output that feeds it, or None."""
@@ -62,6 +65,11 @@ class Input(NamedTuple):
             else:
                 return Output(output, groups)
         return Input(socket, groups)
+
+
+def weights(socket: Any) -> tuple[float, ...]:
+    """The parts of a socket's three values in the number that Cycles makes of them."""
+    return LUMINANCE if socket.type == "RGBA" else (1 / 3, 1 / 3, 1 / 3)
 
 
 class Output(NamedTuple):

@@ -762,7 +762,7 @@ def node_values() -> None:
             "clamped",
             switches,
             [
-                "Min(a: Add(a: Mix(a: 0.0, b: 1.0, by: Texture(",
+                "Min(a: Add(a: Add(a: Add(a: Mix(a: 0.0, b: 0.2126, by: Texture(",
                 "stops: [(0.0, 0.25), (1.0, 1.0)]",
                 "Min(a: Add(a: (0.75",
             ],

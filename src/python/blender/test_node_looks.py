@@ -60,3 +60,100 @@ def sheen_by_picture():
     separate = node(found, "ShaderNodeSeparateColor", shader(found).inputs["Sheen Weight"], "Red")
     slopes(found, separate.inputs[0])
     return found
+
+
+@look()
+def roughness_by_green():
+    """Cycles takes the luminance of a colour as a number, whatever it comes from."""
+    found = material("m", Metallic=1.0)
+    node(found, "ShaderNodeRGB", shader(found).inputs["Roughness"]).outputs[0].default_value = (0, 0.6, 0, 1)
+    return found
+
+
+@look()
+def roughness_by_picture():
+    found = material("m", Metallic=1.0)
+    slopes(found, shader(found).inputs["Roughness"])
+    return found
+
+
+@look()
+def alpha_by_vertex_colors():
+    found = material("m", Base_Color=(0.7, 0.3, 0.1), Roughness=1.0, Specular_IOR_Level=0.0)
+    node(found, "ShaderNodeVertexColor", shader(found).inputs["Alpha"]).layer_name = "paint"
+    return found
+
+
+@look()
+def glow_by_bright_picture():
+    """The luminance of a picture that goes up to 3."""
+    found = material("m", Base_Color=(0.2, 0.2, 0.2), Emission_Color=(1, 0.5, 0.2), Specular_IOR_Level=0.0)
+    texture = node(found, "ShaderNodeTexImage", shader(found).inputs["Emission Strength"])
+    bright = lambda u, v: np.stack([3 * u, v, 0 * u], axis=-1)  # noqa: E731
+    texture.image = picture("bright", (64, 64), bright, float_buffer=True, is_data=True)
+    return found
+
+
+@look()
+def ramp_of_mixed_colors():
+    """The luminance of colours that are mixed, multiplied and subtracted."""
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    ramp = node(found, "ShaderNodeValToRGB", shader(found).inputs["Base Color"])
+    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.8, 0.1, 0.1, 1), (0.1, 0.3, 0.9, 1)
+    mix = node(found, "ShaderNodeMix", ramp.inputs[0], 2)
+    mix.data_type, mix.blend_type, mix.inputs[0].default_value = "RGBA", "MULTIPLY", 1.0
+    found.node_tree.links.new(mix.outputs[2], ramp.inputs[0])
+    mix.inputs[7].default_value = (0.2, 1, 0.5, 1)
+    slopes(found, mix.inputs[6])
+    return found
+
+
+@look()
+def black_and_white():
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    slopes(found, node(found, "ShaderNodeRGBToBW", shader(found).inputs["Base Color"]).inputs[0])
+    return found
+
+
+def veiled(found: Any, **fields: Any) -> Any:
+    """A picture with stripes of alpha as Base Color."""
+    texture = node(found, "ShaderNodeTexImage", shader(found).inputs["Base Color"])
+    image = texture.image = picture("veiled", (64, 64), lambda u, v: np.stack([u, v, 0 * u + 0.8], axis=-1), **fields)
+    texels = np.empty(64 * 64 * 4, np.float32)
+    image.pixels.foreach_get(texels)
+    texels.reshape(64, 64, 4)[..., 3] = np.arange(64) // 8 % 3 / 2
+    image.pixels.foreach_set(texels)
+    return texture
+
+
+@look()
+def picture_with_alpha():
+    """Cycles' colours are multiplied by alpha, as they are stored."""
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    veiled(found, alpha=True)
+    return found
+
+
+@look()
+def picture_with_packed_alpha():
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    veiled(found, alpha=True).image.alpha_mode = "CHANNEL_PACKED"
+    return found
+
+
+@look()
+def picture_with_used_alpha():
+    """They are not where alpha is used."""
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    texture = veiled(found, alpha=True)
+    found.node_tree.links.new(texture.outputs["Alpha"], shader(found).inputs["Alpha"])
+    return found
+
+
+@look()
+def one_vertex_color():
+    """One channel of the mesh's colours as a colour."""
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    separate = node(found, "ShaderNodeSeparateColor", shader(found).inputs["Base Color"], "Green")
+    node(found, "ShaderNodeVertexColor", separate.inputs[0]).layer_name = "paint"
+    return found

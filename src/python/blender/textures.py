@@ -10,17 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from mathutils import Vector
 
-from .arithmetic import Map, clamped, combined, is_arithmetic, mixed, said, share, whole
+from .arithmetic import Map, channel, clamped, combined, grey, is_arithmetic, mixed, said, share, whole
 from .coordinates import Coordinates, MeshSpace, coordinates
-from .images import Images
-from .nodes import WIDE, Input, Output, adjusted, leads_to
+from .images import ASSOCIATED, LUMINANT, PLAIN, Images
+from .nodes import WIDE, Input, Output, adjusted, leads_to, weights
 from .ron import Ron, form
 
-CHANNELS = {"Red": "Red", "Green": "Green", "Blue": "Blue", "R": "Red", "G": "Green", "B": "Blue"}
 SEPARATE = {"SEPARATE_COLOR", "SEPRGB"}
-# Nodes of which one channel can be had.
-CHANNELED = {"TEX_IMAGE", "VERTEX_COLOR", "ATTRIBUTE"}
 SRGB = {"sRGB", "sRGB Texture", "Filmic sRGB"}
+DATA = {"Non-Color", "Raw", "Generic Data"}
 LINEAR = {"Non-Color", "Linear Rec.709", "Linear", "Raw", "Generic Data"}
 BLENDS = {"ADD": "Add", "SUBTRACT": "Subtract", "MULTIPLY": "Multiply", "LIGHTEN": "Max", "DARKEN": "Min"}
 OPERATIONS = {"ADD": "Add", "SUBTRACT": "Subtract", "MULTIPLY": "Multiply", "MINIMUM": "Min", "MAXIMUM": "Max"}
@@ -135,7 +133,7 @@ class Maps:
         if kind == "TEX_IMAGE":
             return self._picture(source, "Alpha" if source.socket.name == "Alpha" else None)
         if kind in {"VERTEX_COLOR", "ATTRIBUTE"}:
-            return self._vertex(source, "Alpha" if source.socket.name == "Alpha" else None)
+            return self._vertex(source)
         if kind == "OBJECT_INFO":
             return self._object(source)
         if kind == "MIX" and node.data_type == "RGBA" or kind == "MIX_RGB":
@@ -158,21 +156,11 @@ class Maps:
         if kind == "VALUE":
             return node.outputs[0].default_value
         if kind == "TEX_IMAGE":
-            return self._picture(source, "Alpha" if source.socket.name == "Alpha" else "Red")
+            return self._picture(source, "Alpha" if source.socket.name == "Alpha" else "Luminance")
         if kind in SEPARATE and getattr(node, "mode", "RGB") == "RGB":
-            inner, channel = source.input(0).source(), CHANNELS[source.socket.name]
-            while inner and inner.type not in CHANNELED and (behind := self._behind(inner)) and behind.source():
-                self.warn(f"the node {inner.node.bl_label} (its {behind.socket.name} goes through unchanged)")
-                inner = behind.source()
-            if inner is None:
-                return source.input(0).value["RGB".index(channel[0])]
-            if inner.type == "TEX_IMAGE":
-                return self._picture(inner, channel)
-            if inner.type in CHANNELED:
-                return self._vertex(inner, channel)
-            raise NotCarried(f"a channel of the node {inner.node.bl_label}")
-        if kind in {"VERTEX_COLOR", "ATTRIBUTE"}:
-            return self._vertex(source, "Alpha" if source.socket.name == "Alpha" else "Red")
+            return channel(self.color(source.input(0)), "RGB".index(source.socket.name[0]))
+        if kind == "RGBTOBW":
+            return grey(self.color(source.input(0)))
         if kind == "MATH":
             return self._math(source)
         if kind == "CLAMP":
@@ -182,12 +170,11 @@ class Maps:
             return clamped(self.number(source.input("Value")), low, high)
         if kind in SEPARATE:
             raise NotCarried(f"the node {node.bl_label} of the mode {node.mode}")
-        if kind in {"RGBTOBW", "MAP_RANGE"}:
+        if kind == "MAP_RANGE":
             raise NotCarried(f"the node {node.bl_label}")
-        value = self._color(source)
-        return sum(value) / 3 if isinstance(value, tuple) else value
+        return grey(self._color(source), weights(source.socket))
 
-    def _picture(self, source: Output, channel: str | None) -> Ron:
+    def _picture(self, source: Output, part: str | None) -> Ron:
         node = source.node
         if not node.image:
             raise ValueError(f"{self.user}: an Image Texture has no picture")
@@ -197,18 +184,31 @@ class Maps:
         wrap = {"REPEAT": None, "EXTEND": "Clamp", "MIRROR": "Mirror"}.get(node.extension, "Clamp")
         if node.extension == "CLIP":
             self.warn(f"the picture {node.image.name!r} is clipped: its edge goes on")
-        space = node.image.colorspace_settings.name
+        image, space = node.image, node.image.colorspace_settings.name
         if space not in SRGB | LINEAR:
             self.warn(f"the colour space {space} of {node.image.name!r}")
-        return form(
+        kind = ASSOCIATED if part != "Alpha" and self._is_associated(node, space) else PLAIN
+        if part == "Luminance" and self.images.is_grey(image):
+            part = "Red"
+        elif part == "Luminance" and image.is_float:
+            part, kind = "Red", LUMINANT
+        found = form(
             "Texture",
-            image=self.images.file(node.image, self.user),
+            image=self.images.file(image, self.user, kind),
             filter=Ron("Nearest") if node.interpolation == "Closest" else None,
             wrap=wrap and Ron(wrap),
             color_space=Ron("Srgb" if space in SRGB else "Linear"),
-            channel=channel and Ron(channel),
+            channel=Ron(part) if part in {"Red", "Alpha"} else None,
             **place.picture(),
         )
+        return grey(found) if part == "Luminance" else found
+
+    def _is_associated(self, node: Any, space: str) -> bool:
+        """Whether Cycles multiplies colours by alpha: unless they are data, or the Alpha of the node is linked."""
+        image = node.image
+        if image.alpha_mode in {"CHANNEL_PACKED", "NONE"} or space in DATA or node.outputs["Alpha"].is_linked:
+            return False
+        return self.images.is_veiled(image)
 
     def _coordinates(self, source: Output, default: str) -> Coordinates:
         reasons: list[str] = []
@@ -218,7 +218,7 @@ class Maps:
             raise NotCarried(f"the node {source.node.bl_label} with {reasons[0]}")
         return place
 
-    def _vertex(self, source: Output, channel: str | None) -> Ron:
+    def _vertex(self, source: Output) -> Ron:
         node = source.node
         name = node.layer_name if source.type == "VERTEX_COLOR" else node.attribute_name
         if source.type == "ATTRIBUTE" and node.attribute_type != "GEOMETRY":
@@ -226,7 +226,7 @@ class Maps:
         if self.vertex_colors not in (None, name):
             raise NotCarried(f"the colours {name!r} beside {self.vertex_colors!r}")
         self.vertex_colors = name
-        return form("Vertex", channel=channel and Ron(channel))
+        return form("Vertex", channel=Ron("Alpha") if source.socket.name == "Alpha" else None)
 
     def _object(self, source: Output) -> Map:
         name = source.socket.name
