@@ -14,8 +14,6 @@ from mathutils import Matrix
 from .images import write_png
 from .ron import Ron, form, unscaled
 
-FISHEYES = {"FISHEYE_EQUIDISTANT": "Equidistant", "FISHEYE_EQUISOLID": "Equisolid"}
-
 
 def camera(depsgraph: Any, size: tuple[int, int], folder: str, warn: Callable[[str], None]) -> tuple[Ron, Matrix]:
     """The camera of the scene for an image of this size, and its place in Blender's world."""
@@ -42,7 +40,7 @@ def camera(depsgraph: Any, size: tuple[int, int], folder: str, warn: Callable[[s
         return form("Orthographic", height_m=2 / p[1][1]), moved
     if data.type != "PANO":
         raise ValueError(f"the camera is of the type {data.type.title()}, which rayfront does not have")
-    return _panorama(data, size), place
+    return _panorama(data, size, warn), place
 
 
 def _perspective(ob: Any, data: Any, p: Matrix, size: tuple[int, int], folder: str, warn: Any, depsgraph: Any) -> Ron:
@@ -95,10 +93,10 @@ def panorama(data: Any) -> Any:
     return data if hasattr(data, "panorama_type") else getattr(data, "cycles", None)
 
 
-def _panorama(data: Any, size: tuple[int, int]) -> Ron:
+def _panorama(data: Any, size: tuple[int, int], warn: Callable[[str], None]) -> Ron:
     of = panorama(data)
     if of is None:
-        raise ValueError("the camera is a panorama, of which Blender knows with the add-on Cycles alone")
+        raise ValueError("the camera is a panorama, of which Blender knows with the add-on Cycles only")
     kind = of.panorama_type
     if kind == "EQUIRECTANGULAR":
         across, up = of.longitude_max - of.longitude_min, of.latitude_max - of.latitude_min
@@ -106,12 +104,31 @@ def _panorama(data: Any, size: tuple[int, int]) -> Ron:
         if level and across > 0 and up > 0:
             return form("Panorama", horizontal_degrees=math.degrees(across), vertical_degrees=math.degrees(up))
         raise ValueError("the camera is a panorama whose middle is not straight ahead, which rayfront does not have")
-    if kind in FISHEYES and size[0] == size[1]:
-        fov = of.fisheye_fov
-        if kind == "FISHEYE_EQUISOLID":
-            fov = 4 * math.asin(min(data.sensor_width / (4 * of.fisheye_lens), 1)) if of.fisheye_lens else fov
-        mapping = Ron(FISHEYES[kind])
-        return form("Fisheye", fov_degrees=math.degrees(fov), mapping=mapping, circular=kind == "FISHEYE_EQUIDISTANT")
+    if kind == "FISHEYE_EQUIDISTANT":
+        if size[0] != size[1]:
+            warn("a Fisheye Equidistant in a picture that is not square: its disc is round here, Cycles stretches it")
+        return form("Fisheye", fov_degrees=math.degrees(of.fisheye_fov), mapping=Ron("Equidistant"))
+    if kind == "FISHEYE_EQUISOLID":
+        return _equisolid(data, of, size, warn)
     raise ValueError(
         f"the camera is a panorama of the type {kind.replace('_', ' ').title()}, which rayfront does not have"
     )
+
+
+def _equisolid(data: Any, of: Any, size: tuple[int, int], warn: Callable[[str], None]) -> Ron:
+    """At the angle t to the axis, the lens throws 2 · lens · sin(t / 2) from the middle of the sensor."""
+    width, height = size
+    is_upright = data.sensor_fit == "VERTICAL" or data.sensor_fit == "AUTO" and height > width
+    side = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+    millimetres = side / (height if is_upright else width)  # Of a pixel.
+    rim = millimetres * min(size) / (4 * of.fisheye_lens) if of.fisheye_lens else math.inf
+    if rim > 1:
+        raise ValueError("the lens of the camera's fisheye sees all around within the picture: lengthen it")
+    half, edge = 2 * math.asin(rim), of.fisheye_fov / 2
+    corner = millimetres * math.hypot(*size) / (4 * of.fisheye_lens)
+    is_circular = abs(half - edge) < 0.02
+    if not is_circular and math.sin(min(edge, math.pi) / 2) < min(corner, 1.0):
+        warn(
+            f"the Field of View of the fisheye, {math.degrees(2 * edge):.0f} degrees: it sees to the picture's corners"
+        )
+    return form("Fisheye", fov_degrees=math.degrees(2 * half), mapping=Ron("Equisolid"), circular=is_circular)

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 HAS_POINTS, HAS_RADII = 2, 4
+# That of curves without radii in Cycles, in metres.
+RADIUS = 0.005
 
 
 def digest(curves: Any) -> bytes:
@@ -26,7 +28,10 @@ def write(curves: Any, path: str) -> bool:
         return False
     at, radii = np.empty(points * 3, np.float32), np.empty(points, np.float32)
     curves.points.foreach_get("position", at)
-    curves.points.foreach_get("radius", radii)
+    if "radius" in curves.attributes:
+        curves.points.foreach_get("radius", radii)
+    else:
+        radii[:] = RADIUS
     lengths = np.empty(count, np.int32)
     curves.curves.foreach_get("points_length", lengths)
     if lengths.max() < 2 or lengths.max() > 65536:

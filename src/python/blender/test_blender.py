@@ -169,6 +169,20 @@ def cameras() -> None:
     square = scene(type="PANO", panorama_type="FISHEYE_EQUIDISTANT", fisheye_fov=2.5)
     square.render.resolution_x = square.render.resolution_y
     compare("camera_fisheye", square, 32, 32)
+    for name, fields in (
+        ("", {"fisheye_fov": 5.0}),
+        ("_by_height", {"fisheye_fov": 5.0, "sensor_fit": "VERTICAL", "sensor_height": 20}),
+        ("_upright", {"fisheye_fov": 5.0}),
+    ):
+        wide = scene(type="PANO", panorama_type="FISHEYE_EQUISOLID", fisheye_lens=12, **fields)
+        if name == "_upright":
+            wide.render.resolution_x, wide.render.resolution_y = SIZE[::-1]
+        compare(f"camera_equisolid{name}", wide, 32, 32)
+        check(f"camera_equisolid{name}_told", not engine().last["lost"], f"{engine().last['lost']}")
+    round_ = scene(type="PANO", panorama_type="FISHEYE_EQUIDISTANT", fisheye_fov=2.5)
+    picture = rgb(shoot(round_, "camera_equidistant", 4))
+    edges, told = picture[:, :20].max(), "\n".join(engine().last["lost"])
+    check("camera_equidistant", edges == 0 < picture.mean() and "its disc is round" in told, f"{edges}; {told}")
 
 
 def compare_films(name: str, scene: Any, limit: float = 0.02, rms: float = 0.02) -> None:
@@ -857,6 +871,8 @@ def hair() -> None:
     scenes.link(bpy.data.objects.new("hair", curves))
     scene.cycles_curves.shape = "THICK"
     compare("hair", scene, 64, 64, rms=0.06)
+    curves.attributes.remove(curves.attributes["radius"])
+    compare("hair_without_radius", scene, 64, 64)
     # Bent by time, and all of another material.
     tree = bpy.data.node_groups.new("bend", "GeometryNodeTree")
     for direction in ("INPUT", "OUTPUT"):
