@@ -74,12 +74,12 @@ def grey(x: Map, weights: tuple[float, ...] = LUMINANCE) -> Map:
         red, green, blue = (channel(x, number) for number in range(3))
         if red == green == blue:
             return red
-        first, second, third = (_scaled(part, weight) for part, weight in zip((red, green, blue), weights))
+        first, second, third = (scaled(part, weight) for part, weight in zip((red, green, blue), weights))
         return form("Add", a=form("Add", a=first, b=second), b=third)
     return _parts(x, lambda part: grey(part, weights))
 
 
-def _scaled(x: Map, factor: float) -> Map:
+def scaled(x: Map, factor: float) -> Map:
     """A number times a factor up to 1, as a map that can be a colour."""
     is_channel = isinstance(x, Ron) and x.name in {"Texture", "Vertex"}
     return form("Mix", a=0.0, b=factor, by=x) if is_channel else combined("Multiply", x, factor)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from . import media
-from .arithmetic import Map, combined, mixed, one, share
+from .arithmetic import Map, combined, mixed, one, scaled, share
 from .coordinates import MeshSpace
 from .images import Images
 from .nodes import Input, Output, surface
@@ -127,14 +127,13 @@ class Material:
         return fields
 
     def _displacement(self, source: Output, fields: Fields) -> None:
-        if source.type != "DISPLACEMENT" or "bump" in fields:
+        if source.type != "DISPLACEMENT":
             self.warn("displacement")
             return
         if getattr(self.material, "displacement_method", "BUMP") != "BUMP":
             self.warn("displacement, which is shaded as a bump in its place")
         height = self.maps.number(source.input("Height"))
-        if isinstance(height, Ron):
-            fields["bump"] = {"texture": height, "height_m": self.maps.constant(source.input("Scale"))}
+        _raise(fields, height, self.maps.constant(source.input("Scale")))
 
     def _shader(self, source: Output | None) -> Fields:
         if source is None:
@@ -368,9 +367,7 @@ class Material:
             elif normal.type == "BUMP":
                 height = self.maps.number(normal.input("Height"))
                 strength, distance = (self.maps.constant(normal.input(name)) for name in ("Strength", "Distance"))
-                if isinstance(height, Ron):
-                    sign = -1 if normal.node.invert else 1
-                    found["bump"] = {"texture": height, "height_m": sign * strength * distance}
+                _raise(found, height, strength * distance * (-1 if normal.node.invert else 1))
                 inner = normal.input("Normal").source()
             else:
                 self.warn(f"the node {normal.node.bl_label} as Normal")
@@ -384,6 +381,23 @@ class Material:
                 found = source.input(name)
                 if found.source() or not _close(found.value, value):
                     self.warn(name)
+
+
+def _raise(fields: Fields, height: Map, metres: float) -> None:
+    """Adds a relief to that of `fields`: heights of several Bump nodes add up."""
+    if not isinstance(height, Ron) or metres == 0:
+        return
+    if "bump" not in fields:
+        fields["bump"] = {"texture": height, "height_m": metres}
+        return
+    before = fields["bump"]
+    whole = abs(before["height_m"]) + abs(metres)
+    parts = []
+    for texture, amount in ((before["texture"], before["height_m"]), (height, metres)):
+        # What goes down is the rest of what goes up.
+        upwards = texture if amount > 0 else combined("Subtract", 1.0, texture)
+        parts.append(scaled(upwards, abs(amount) / whole))
+    fields["bump"] = {"texture": form("Add", a=parts[0], b=parts[1]), "height_m": whole}
 
 
 def _conductor(index: tuple[float, ...], extinction: tuple[float, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -157,3 +157,21 @@ def one_vertex_color():
     separate = node(found, "ShaderNodeSeparateColor", shader(found).inputs["Base Color"], "Green")
     node(found, "ShaderNodeVertexColor", separate.inputs[0]).layer_name = "paint"
     return found
+
+
+def ripples(found: Any, to: Any, across: bool, **inputs: Any) -> Any:
+    raised = node(found, "ShaderNodeBump", to, Distance=0.05, **inputs)
+    waves = lambda u, v: 0.5 + 0.5 * np.sin(60 * v if across else 40 * u)[..., None]  # noqa: E731
+    texture = node(found, "ShaderNodeTexImage", raised.inputs["Height"])
+    texture.image = picture("ripples", (512, 512), waves, is_data=True)
+    return raised
+
+
+@look()
+def two_bumps():
+    """One Bump on another, one of which goes down."""
+    found = material("m", Base_Color=(0.8, 0.8, 0.8), Roughness=0.25, Metallic=1.0)
+    outer = ripples(found, shader(found).inputs["Normal"], True)
+    outer.invert = True
+    ripples(found, outer.inputs["Normal"], False, Strength=0.7)
+    return found
