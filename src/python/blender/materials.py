@@ -83,9 +83,8 @@ class Material:
         self.number = 0
 
     def _plain(self) -> Fields:
-        """Without nodes, materials have the colours of the viewport."""
-        m = self.material
-        return {"base_color": tuple(m.diffuse_color)[:3], "metallic": m.metallic, "roughness": m.roughness}
+        """Without nodes, materials are matte in Cycles, of the viewport's colour."""
+        return {"base_color": tuple(self.material.diffuse_color)[:3], "specular": 0.0}
 
     def _limit(self, fields: Fields) -> None:
         """Keeps what reflects or lets light through from 0 to 1, beyond which rayfront refuses it."""

@@ -10,6 +10,9 @@ WIDE = {"RGBA", "VECTOR", "ROTATION"}
 # The parts of red, green and blue in the number that Cycles makes of a colour.
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 
+# Output nodes that count.
+TARGETS = ("CYCLES", "ALL")
+
 
 class Input(NamedTuple):
     """An input of a node. `groups` are the group nodes that it lies within, the innermost last."""
@@ -122,7 +125,7 @@ def adjusted(source: Output) -> list[Input]:
 
 
 def surface(tree: Any, kind: str, socket: str) -> Output | None:
-    """The shader of a tree's output node for any renderer, as Cycles would choose it."""
-    nodes = [n for n in tree.nodes if n.type == kind and n.is_active_output]
-    nodes.sort(key=lambda n: ("CYCLES", "ALL").index(n.target) if n.target in ("CYCLES", "ALL") else 2)
-    return Input(nodes[0].inputs[socket]).source() if nodes else None
+    """The shader of a tree's output node as Cycles chooses it: its own, else one for all; the active one, else the first."""
+    outputs = [n for n in tree.nodes if n.type == kind and n.target in TARGETS]
+    outputs.sort(key=lambda n: (TARGETS.index(n.target), not n.is_active_output))
+    return Input(outputs[0].inputs[socket]).source() if outputs else None

@@ -175,3 +175,34 @@ def two_bumps():
     outer.invert = True
     ripples(found, outer.inputs["Normal"], False, Strength=0.7)
     return found
+
+
+@look()
+def without_nodes():
+    """Matte, whatever the viewport shows."""
+    found = material("m")
+    found.use_nodes, found.diffuse_color, found.roughness, found.metallic = False, (0.8, 0.1, 0.1, 1), 0.2, 1.0
+    return found
+
+
+@look()
+def two_outputs():
+    """One for EEVEE, which is active, and one for Cycles."""
+    found = material("m", Base_Color=(0.8, 0.1, 0.1))
+    found.node_tree.nodes["Material Output"].target = "EEVEE"
+    other = node(found, "ShaderNodeOutputMaterial")
+    other.target = "CYCLES"
+    node(found, "ShaderNodeBsdfDiffuse", other.inputs["Surface"], Color=(0.1, 0.8, 0.1, 1))
+    found.node_tree.nodes.active = found.node_tree.nodes["Material Output"]
+    return found
+
+
+@look()
+def two_outputs_for_all():
+    """The active one counts."""
+    found = material("m", Base_Color=(0.8, 0.1, 0.1))
+    other = node(found, "ShaderNodeOutputMaterial")
+    node(found, "ShaderNodeBsdfDiffuse", other.inputs["Surface"], Color=(0.1, 0.8, 0.1, 1))
+    found.node_tree.nodes["Material Output"].is_active_output = True
+    other.is_active_output = False
+    return found
