@@ -234,7 +234,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
     def _show(self, picture: np.ndarray, layer: str) -> None:
         height, width = picture.shape[:2]
         rgba = np.ones((height, width, 4), np.float32)
-        rgba[..., :3] = picture
+        rgba[..., :3] = picture * self.exported.exposure
         result = self.begin_result(0, 0, width, height, layer=layer)
         result.layers[0].passes["Combined"].rect.foreach_set(rgba[::-1].ravel())
         self.update_result(result)
@@ -260,8 +260,9 @@ class RayfrontEngine(bpy.types.RenderEngine):
                 rows = np.stack(channels, axis=2)[::-1]
                 passes[name].rect.foreach_set(np.ascontiguousarray(rows, np.float32).ravel())
 
-        put("Combined", light["R"], light["G"], light["B"], alpha)
-        put(NOISY, planes["R"], planes["G"], planes["B"])
+        exposure = np.float32(self.exported.exposure)
+        put("Combined", *(light[c] * exposure for c in "RGB"), alpha)
+        put(NOISY, *(planes[c] * exposure for c in "RGB"))
         if "depth.Z" in planes:
             put("Depth", np.where(np.isfinite(planes["depth.Z"]), planes["depth.Z"], FAR))
         for layer, name in (("normal", "Normal"), ("position", "Position")):
@@ -269,7 +270,7 @@ class RayfrontEngine(bpy.types.RenderEngine):
                 put(name, planes[f"{layer}.X"], -planes[f"{layer}.Z"], planes[f"{layer}.Y"])
         for group in depsgraph.view_layer_eval.lightgroups:
             dark = np.zeros((height, width), np.float32)
-            put(f"Combined_{group.name}", *(planes.get(f"light_{group.name}.{c}", dark) for c in "RGB"))
+            put(f"Combined_{group.name}", *(planes.get(f"light_{group.name}.{c}", dark) * exposure for c in "RGB"))
         if "albedo.R" in planes:
             put("DiffCol", planes["albedo.R"], planes["albedo.G"], planes["albedo.B"])
         self.end_result(result)

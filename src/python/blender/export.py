@@ -36,10 +36,11 @@ class Moments(NamedTuple):
 
 
 class Exported(NamedTuple):
-    """What the program has to be told about the scene."""
+    """What the program has to be told about the scene, and the factor on the light that it finds."""
 
     size: tuple[int, int]
     shutter: float | None
+    exposure: float
 
 
 class Export:
@@ -84,7 +85,8 @@ class Export:
         lines = "".join(f"  {text(entity)},\n" for entity in self.entities)
         with open(os.path.join(self.folder, SCENE), "w", encoding="utf-8") as out:
             out.write(f"(settings: {text(settings(evaluated, size, around.backdrop))},\nentities: [\n{lines}])\n")
-        return Exported(size, shutter)
+        cycles = getattr(evaluated, "cycles", None)
+        return Exported(size, shutter, cycles.film_exposure if cycles else 1.0)
 
     def _models(self) -> None:
         """Writes the meshes, when all of them are placed, and moved."""
@@ -287,8 +289,7 @@ def settings(scene: Any, size: tuple[int, int], backdrop: tuple[float, ...] | No
         "transport": Ron("Path"),
         "exposure": Ron("Fixed"),
         "seed": mine.seed,
-        # What Blender calls a width is where the weight is zero, in Cycles and in EEVEE: rayfront's radius.
-        "filter": form("BlackmanHarris", radius=max(scene.render.filter_size, 0.01)),
+        "filter": pixel_filter(scene),
     }
     for kind in ("diffuse", "glossy", "transmission"):
         depth = getattr(mine, f"{kind}_depth")
@@ -303,6 +304,21 @@ def settings(scene: Any, size: tuple[int, int], backdrop: tuple[float, ...] | No
     elif backdrop:
         fields["backdrop"] = backdrop
     return fields
+
+
+def pixel_filter(scene: Any) -> Ron:
+    """The filter of Cycles, else, without that add-on, that of the width that EEVEE has."""
+    cycles = getattr(scene, "cycles", None)
+    width = max(cycles.filter_width if cycles else scene.render.filter_size, 0.01)
+    kind = cycles.pixel_filter_type if cycles else "BLACKMAN_HARRIS"
+    if kind == "BOX":
+        return Ron("Box")
+    if kind == "GAUSSIAN":
+        return form(
+            "Gaussian", radius=0.75 * width
+        )  # Its deviation is a quarter of the width, and a third of the radius.
+    # What Blender calls a width is where the weight is zero: rayfront's radius.
+    return form("BlackmanHarris", radius=width)
 
 
 def folder(path: str) -> str:

@@ -166,7 +166,13 @@ class RAYFRONT_PT_film(RenderPanel, bpy.types.Panel):
     def draw(self, context) -> None:
         RenderPanel.draw(self, context)
         layout, render, cycles = self.layout, context.scene.render, getattr(context.scene, "cycles", None)
-        layout.prop(render, "filter_size", text="Filter Width")
+        if cycles:
+            layout.prop(cycles, "film_exposure", text="Exposure")
+            layout.prop(cycles, "pixel_filter_type", text="Pixel Filter")
+            if cycles.pixel_filter_type != "BOX":
+                layout.prop(cycles, "filter_width", text="Filter Width")
+        else:
+            layout.prop(render, "filter_size", text="Filter Width")
         layout.prop(render, "film_transparent", text="Transparent")
         if cycles:
             column = layout.column()

@@ -249,9 +249,26 @@ def pixel_filter() -> None:
     scenes.surface(white, "ShaderNodeEmission")
     scenes.plane((2, 0, 0), 4, white)
     scenes.camera((0, 0, 5), (0, 0, 0), type="ORTHO", ortho_scale=3.2)
-    theirs, ours = shoot(scene, "filter", 1024, cycles=True), shoot(scene, "filter", 1024)
-    a, b = (planes["Combined.R"].mean(axis=0)[14:18] for planes in (ours, theirs))
-    check("pixel_filter", float(np.abs(a - b).max()) < 0.005, f"{a.round(3)}, Cycles {b.round(3)}")
+    for kind, width in (("BLACKMAN_HARRIS", 1.5), ("BLACKMAN_HARRIS", 3), ("GAUSSIAN", 2), ("BOX", 3)):
+        scene.cycles.pixel_filter_type, scene.cycles.filter_width = kind, width
+        theirs, ours = shoot(scene, "filter", 1024, cycles=True), shoot(scene, "filter", 1024)
+        a, b = (planes["Combined.R"].mean(axis=0)[14:18] for planes in (ours, theirs))
+        same = float(np.abs(a - b).max()) < 0.005
+        check(f"pixel_filter_{kind.lower()}_{width}", same, f"{a.round(3)}, Cycles {b.round(3)}")
+
+
+@test
+def film_exposure() -> None:
+    """It multiplies the light, and neither alpha nor other passes."""
+    scene = scenes.lamps(SIZE, "AREA")
+    scene.render.film_transparent = scene.view_layers[0].use_pass_diffuse_color = True
+    scene.cycles.film_exposure = 2.5
+    bpy.data.objects["area"].lightgroup = "lamp"
+    scene.view_layers[0].lightgroups.add().name = "lamp"
+    theirs, ours = shoot(scene, "exposure", 64, cycles=True), shoot(scene, "exposure", 64)
+    for name in ("Combined.R", "Combined_lamp.R", "Combined.A", "DiffCol.R"):
+        ratio = ours[name].mean() / theirs[name].mean()
+        check(f"film_exposure_{name}", abs(ratio - 1) < 0.005, f"ratio {ratio:.4f}")
 
 
 @test
@@ -441,7 +458,7 @@ def panels() -> None:
         "DATA_PT_spot": "spot_blend", "EEVEE_MATERIAL_PT_surface": "", "EEVEE_MATERIAL_PT_volume": "",
         "EEVEE_MATERIAL_PT_context_material": "", "EEVEE_WORLD_PT_surface": "use_nodes", "OBJECT_PT_visibility": "is_holdout",
         "RAYFRONT_PT_sampling": "samples noise seed", "RAYFRONT_PT_light_paths": "clamp caustics",
-        "RAYFRONT_PT_film": "filter_size film_transparent film_transparent_glass", "RAYFRONT_PT_performance": "threads",
+        "RAYFRONT_PT_film": "film_exposure filter_width film_transparent film_transparent_glass", "RAYFRONT_PT_performance": "threads",
         "RAYFRONT_PT_motion_blur": "use_motion_blur motion_blur_shutter", "RAYFRONT_PT_passes": "use_pass_z",
         "RAYFRONT_PT_light_groups": "", "RAYFRONT_PT_override": "material_override", "RAYFRONT_PT_world": "lightgroup camera",
         "RAYFRONT_PT_object": "is_shadow_catcher visible_camera lightgroup",
