@@ -69,16 +69,22 @@ class Export:
         evaluated = self.depsgraph.scene_eval
         part = render.resolution_percentage / 100
         size = (max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part)))
-        lens, place = camera(self.depsgraph, size, self.folder, self.warn)
-        self.entities.append({"name": "camera", "camera": lens, "transform": placed(place)})
+        self.entities.append({"name": "camera"})
+        eye = self._camera(size)
         world = (getattr(layer, "world_override", None) or evaluated.world) if layer.use_sky else None
         self._include(layer)
         around = surroundings(world, self.images, self.warn)
         for name, entity in zip(("world", "sun of the world"), around.entities):
             self.entities.append({"name": name} | self._group(world) | entity)
         self._collections(layer.layer_collection)
-        nodes = self._instances()
-        shutter = self._moves(moments, nodes, place) if moments else None
+        nodes, shutter = self._instances(), None
+        if moments:
+            # As in Cycles, lamps and the lens are those in the middle of the shutter's time.
+            moments.go_to(0.5)
+            eye = self._camera(size)
+        self._lamps()
+        if moments:
+            shutter = self._moves(moments, nodes, size, eye)
         self._models()
         evaluated = self.depsgraph.scene_eval  # Anew, for the shutter has changed the frame.
         self._beside(evaluated)
@@ -87,6 +93,24 @@ class Export:
             out.write(f"(settings: {text(settings(evaluated, size, around.backdrop))},\nentities: [\n{lines}])\n")
         cycles = getattr(evaluated, "cycles", None)
         return Exported(size, shutter, cycles.film_exposure if cycles else 1.0)
+
+    def _camera(self, size: tuple[int, int]) -> Matrix:
+        """Writes the camera as it is now. Returns where its lens is, as seen from the camera."""
+        lens, place = camera(self.depsgraph, size, self.folder, self.warn)
+        self.entities[0] |= {"camera": lens, "transform": placed(place)}
+        return unscaled(self._eye().matrix_world).inverted() @ place
+
+    def _eye(self) -> Any:
+        return self.depsgraph.scene.camera.evaluated_get(self.depsgraph)
+
+    def _lamps(self) -> None:
+        for instance in self.depsgraph.object_instances:
+            ob = instance.object
+            if ob.type == "LIGHT" and self._is_visible(instance):
+                self.count += 1
+                found = light(ob, instance.matrix_world.copy(), self.warn)
+                if found:
+                    self.entities.append({"name": f"{ob.name} (light{self.count})"} | self._group(ob) | found)
 
     def _models(self) -> None:
         """Writes the meshes, when all of them are placed, and moved."""
@@ -103,19 +127,13 @@ class Export:
         return {"group": of.lightgroup} if of.lightgroup in self.groups else {}
 
     def _instances(self) -> dict[tuple, tuple[Model, int]]:
-        """Adds all that the dependency graph places. Returns the nodes of the meshes, by what stays the same with time."""
+        """Adds all but lamps that the dependency graph places. Returns the nodes of the meshes, by what stays the same with time."""
         nodes = {}
         for instance in self.depsgraph.object_instances:
             ob = instance.object
-            if not self._is_visible(instance):
+            if ob.type == "LIGHT" or not self._is_visible(instance):
                 continue
-            if ob.type == "LIGHT":
-                self.count += 1
-                name = f"light{self.count}"
-                found = light(ob, instance.matrix_world.copy(), self.warn)
-                if found:
-                    self.entities.append({"name": f"{ob.name} ({name})"} | self._group(ob) | found)
-            elif isinstance(ob.data, bpy.types.Mesh):  # Text and the like come once more, as a mesh.
+            if isinstance(ob.data, bpy.types.Mesh):  # Text and the like come once more, as a mesh.
                 self._particles(ob)
                 if instance.show_self:
                     model = self._model(ob)
@@ -221,19 +239,26 @@ class Export:
                 self.warn(f"collection {child.name!r}: Indirect Only: the camera sees it")
             self._collections(child)
 
-    def _moves(self, moments: Moments, nodes: dict[tuple, tuple[Model, int]], place: Matrix) -> float | None:
-        """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves."""
+    def _moves(
+        self, moments: Moments, nodes: dict[tuple, tuple[Model, int]], size: tuple, shift: Matrix
+    ) -> float | None:
+        """Gives moving meshes and the camera their places at several times. Returns the shutter's part, if any moves.
+
+        `size` is that of the image, `shift` where the lens is, as seen from the camera.
+        """
         seen: dict[tuple, list[Matrix]] = {key: [] for key in nodes}
         shapes = {key: [] for key, (model, node) in nodes.items() if model.is_first(node)}
-        eye = self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world
-        shift, cameras = unscaled(eye).inverted() @ place, []
+        cameras, lenses, unblurred = [], [], set()
         strands_at: dict[tuple, list[tuple[Matrix, bytes]]] = {}
         try:
             for time in moments.times:
                 moments.go_to(time)
-                cameras.append(self.depsgraph.scene.camera.evaluated_get(self.depsgraph).matrix_world.copy())
+                cameras.append(self._eye().matrix_world.copy())
+                lenses.append(camera(self.depsgraph, size, self.folder, lambda _: None)[0])
                 for instance in self.depsgraph.object_instances:
                     key = identity(instance)
+                    if not blurs(instance.object):
+                        unblurred.add(key)
                     if key in seen:
                         seen[key].append(instance.matrix_world.copy())
                     if key in shapes and may_bend(instance.object):
@@ -254,17 +279,41 @@ class Export:
         times = [time * moments.part for time in moments.times]
         for key, places in moving.items():
             model, node = nodes[key]
-            model.move(node, times, places)
+            model.move(node, times, [places[len(places) // 2]] * len(places) if key in unblurred else places)
+        for key in unblurred & set(shapes):
+            shapes[key] = [found[len(found) // 2] for found in [shapes[key]] for _ in found]
         bent = [nodes[key][0].bend(nodes[key][1], times, found) for key, found in shapes.items() if found]
         for (name, *_), places in strands_at.items():
             (first, points), *others = places
             if any(points != p or differ(first, m) for m, p in others):
                 self.warn(f"object {name!r}: the motion of its hair")
+        zooms = self._zooms(times, lenses)
         if any(differ(cameras[0], other) for other in cameras[1:]):
             self.entities[0]["transform"] = moved(times, [unscaled(m) @ shift for m in cameras])
-        elif not moving and not any(bent):
+        elif not moving and not any(bent) and not zooms:
             return None
         return moments.part
+
+    def _zooms(self, times: list[float], lenses: list[Ron]) -> bool:
+        """Gives a camera that zooms its focal lengths, and tells of what else Cycles blurs beside motion."""
+        cycles = getattr(self.depsgraph.scene_eval, "cycles", None)
+        if getattr(cycles, "rolling_shutter_type", "NONE") != "NONE":
+            self.warn("Rolling Shutter: all rows see the same time")
+        lengths = [lens.fields.get("focal_length_mm", lens.fields.get("fx", 0.0)) for lens in lenses]
+        if max(lengths) - min(lengths) <= 1e-4 * max(lengths):
+            return False
+        lens = self.entities[0]["camera"]
+        if lens.name != "Photographic":
+            self.warn("the zoom of a camera with pixels that are not square: it is that of the shutter's middle")
+            return False
+        keys = Ron(f"Keys({text(list(zip(times, lengths)))})")
+        self.entities[0]["camera"] = form(lens.name, **lens.fields | {"focal_length_mm": keys})
+        return True
+
+
+def blurs(ob: Any) -> bool:
+    """Whether an object's own Motion Blur, of Cycles, is on."""
+    return getattr(getattr(ob, "cycles", None), "use_motion_blur", True)
 
 
 def may_bend(ob: Any) -> bool:

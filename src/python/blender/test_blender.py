@@ -597,6 +597,34 @@ def motion_blur() -> None:
 
 
 @test
+def shutter_positions() -> None:
+    """Lamps are those of the shutter's middle, materials those of the frame; what has no blur of its own, has none."""
+    for position in ("START", "END"):
+        scene = scenes.lamps(SIZE, "SUN")
+        sun, color = bpy.data.lights["sun"], scenes.shader(bpy.data.materials["white"]).inputs["Base Color"]
+        ball = scenes.ball((-1, -2, 1), scenes.material("red", Base_Color=(0.8, 0.1, 0.1), Specular_IOR_Level=0.0))
+        ball.cycles.use_motion_blur = False
+        for frame, part in ((1, 0.0), (3, 1.0)):
+            sun.energy, ball.location.x, color.default_value[0] = 1 + 4 * part, 2 * part - 1, 0.2 + 0.6 * part
+            scene.camera.location.x = 0.5 * part
+            for of, what in ((sun, "energy"), (ball, "location"), (color, "default_value"), (scene.camera, "location")):
+                of.keyframe_insert(what, frame=frame)
+        scene.frame_set(2)
+        scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+        scene.render.motion_blur_position = position
+        compare(f"shutter_{position.lower()}", scene, 64, 128)
+    lens = scene.camera.data
+    for frame, length in ((1, 40), (3, 90)):
+        lens.lens = length
+        lens.keyframe_insert("lens", frame=frame)
+    compare("shutter_zoom", scene, 64, 128)
+    scene.cycles.rolling_shutter_type, scene.render.pixel_aspect_x = "TOP", 1.5
+    shoot(scene, "shutter_told", 1)
+    lost = "\n".join(engine().last["lost"])
+    check("shutter_told", "the zoom of a camera" in lost and "Rolling Shutter" in lost, lost)
+
+
+@test
 def bending() -> None:
     """Shape keys and modifiers that move vertices while the shutter is open; what changes their number is told."""
     scene = scenes.lamps(SIZE, "SUN", "AREA")
