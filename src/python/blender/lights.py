@@ -34,6 +34,9 @@ def light(ob: Any, place: Matrix, warn: Callable[[str], None]) -> dict[str, Any]
         return None
     if not data.use_shadow or not getattr(getattr(data, "cycles", None), "cast_shadow", True):
         warn_("it casts shadows here")
+    bounces = getattr(getattr(data, "cycles", None), "max_bounces", 1024)
+    if bounces < 16:
+        warn_(f"Max Bounces {bounces}: its light is followed farther")
     if ob.visible_camera and data.type != "AREA" and (data.angle if data.type == "SUN" else data.shadow_soft_size) > 0:
         warn_("the camera does not see it")
     fields = KINDS[data.type](ob, tuple(power), place, warn_)

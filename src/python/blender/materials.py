@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from . import media
-from .arithmetic import Map, combined, mixed, one, scaled, share
+from .arithmetic import Map, clamped, combined, mixed, one, scaled, share
 from .coordinates import MeshSpace
 from .images import Images
 from .nodes import Input, Output, surface
@@ -185,7 +185,12 @@ class Material:
         return DARK | {"emission": self._glow(source.input("Color"), source.input("Strength"))}
 
     def _glow(self, color: Input, strength: Input) -> Map:
-        return combined("Multiply", self.maps.color(color), self.maps.number(strength))
+        found = [self.maps.color(color), self.maps.number(strength)]
+        for number, what in enumerate(("Emission Color", "Emission Strength")):
+            if not isinstance(found[number], Ron) and clamped(found[number], high=math.inf) != found[number]:
+                self.warn(f"{what} below 0: it takes no light away")
+                found[number] = clamped(found[number], high=math.inf)
+        return combined("Multiply", *found)
 
     def _translucent(self, source: Output) -> Fields:
         fields = {"specular": 0.0, "diffuse_transmission": 1.0}
@@ -271,7 +276,7 @@ class Material:
         if alpha != 1:
             fields |= {"alpha": alpha, "alpha_mode": BLEND}
         strength = source.input("Emission Strength")
-        if strength.source() or strength.value > 0:
+        if strength.source() or strength.value != 0:
             fields["emission"] = self._glow(source.input("Emission Color"), strength)
         coat = maps.number(source.input("Coat Weight"))
         if coat != 0:
@@ -280,11 +285,14 @@ class Material:
                 self.warn("Coat Normal")
         sheen = maps.number(source.input("Sheen Weight"))
         if sheen != 0:
+            self.warn("Sheen: another model, up to a third brighter or darker than in Cycles")
             fields["sheen_color"] = combined("Multiply", maps.color(source.input("Sheen Tint")), sheen)
             fields["sheen_roughness"] = maps.number(source.input("Sheen Roughness"))
         if source.has("Thin Film Thickness"):
             thickness = maps.constant(source.input("Thin Film Thickness"))
             if thickness > 0:
+                if fields["metallic"] != 0:
+                    self.warn("Thin Film on metal: its colours differ from those in Cycles")
                 film = {"factor": 1.0, "ior": max(maps.constant(source.input("Thin Film IOR")), 1.0)}
                 fields["iridescence"] = film | {"thickness_minimum_nm": 0.0, "thickness_maximum_nm": thickness}
         fields |= self._stretched(source, "Anisotropic", "Anisotropic Rotation", roughness)

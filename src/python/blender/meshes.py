@@ -73,7 +73,8 @@ class Shape(NamedTuple):
         count = len(mesh.loops)
         corner = _read(mesh.loops, "vertex_index", count, np.int32)
         at = _read(mesh.vertices, "co", len(mesh.vertices) * 3, np.float32).reshape(-1, 3)
-        return cls(at[corner], _read(mesh.corner_normals, "vector", count * 3, np.float32).reshape(-1, 3))
+        normals = _read(mesh.corner_normals, "vector", count * 3, np.float32).reshape(-1, 3)
+        return cls(*(np.nan_to_num(v, nan=0.0, posinf=0.0, neginf=0.0) for v in (at[corner], normals)))
 
     def equals(self, other: Shape | None) -> bool:
         return other is not None and all(map(np.array_equal, self, other))
@@ -232,13 +233,19 @@ class Model:
         loops, which = _read(mesh.loop_triangles, "loops", triangles * 3, np.int32), np.empty(triangles, np.int32)
         mesh.loop_triangles.foreach_get("material_index", which)
         which = np.minimum(which, max(len(ob.material_slots) - 1, 0))
+        loops = loops.reshape(-1, 3).astype(np.uint32)
+        is_whole = _finite(mesh)[loops].all(axis=1)
+        if not is_whole.all():
+            self.warn(f"object {ob.name!r}: {np.count_nonzero(~is_whole)} triangles, whose vertices are not numbers")
+            loops, which = loops[is_whole], which[is_whole]
+            if not len(loops):
+                return None, False
         space = MeshSpace.of(mesh)
         used = {slot: self._material(ob, int(slot), space, shown, info) for slot in np.unique(which)}
         colors = {m.maps.vertex_colors for _, m in used.values() if m} - {None}
         attributes = self._attributes(mesh, next(iter(colors), None))
         if len(colors) > 1:
             self.warn(f"more than one layer of vertex colours of {ob.name!r}")
-        loops = loops.reshape(-1, 3).astype(np.uint32)
         parts = [
             {
                 "attributes": attributes,
@@ -305,6 +312,12 @@ class Model:
             self.overrides[name] = ron
             self.names.append(name)
         return self.names.index(name)
+
+
+def _finite(mesh: Any) -> np.ndarray:
+    """Whether each corner of a mesh is somewhere."""
+    at = _read(mesh.vertices, "co", len(mesh.vertices) * 3, np.float32).reshape(-1, 3)
+    return np.isfinite(at).all(axis=1)[_read(mesh.loops, "vertex_index", len(mesh.loops), np.int32)]
 
 
 def _read(collection: Any, name: str, count: int, kind: type) -> np.ndarray:

@@ -37,6 +37,7 @@ import package  # noqa: E402
 import test_looks  # noqa: E402
 import test_node_looks  # noqa: E402, F401  (its looks are added to those of test_looks)
 import test_scenes as scenes  # noqa: E402
+import test_told  # noqa: E402
 
 SIZE = (128, 72)
 TESTS: dict[str, Callable] = {}
@@ -832,6 +833,28 @@ def node_values() -> None:
         text, lost = ron(name, change)
         missing = [part for part in words if part not in text]
         check(f"node_{name}", not missing and told in lost and bool(told) == bool(lost), f"{missing or words}; {lost}")
+
+
+@test
+def told() -> None:
+    """The scene file and the messages after single changes of a scene. RAYFRONT_TOLD chooses some."""
+    chosen = os.environ.get("RAYFRONT_TOLD", "").split(",")
+    for name, (change, words, messages) in test_told.CASES.items():
+        if chosen != [""] and name not in chosen:
+            continue
+        scene = scenes.lamps((32, 18), "POINT")
+        of = scenes.material("of")
+        scenes.ball((0, -2, 1), of)
+        change(scene, of)
+        scene.render.engine, scene.rayfront.samples = "RAYFRONT", 1
+        scene.rayfront.keep = os.path.join(FOLDER, name)
+        failure = attempt(bpy.ops.render.render)
+        lost = "; ".join(engine().last["lost"])
+        with open(os.path.join(scene.rayfront.keep, "scene.ron"), encoding="utf-8") as file:
+            text = file.read()
+        missing = [part for part in words if part not in text] + [part for part in messages if part not in lost]
+        holds = "FINISHED" in failure and not missing and bool(messages) == bool(lost)
+        check(f"told_{name}", holds, f"{missing or words}; {lost or failure}")
 
 
 @test

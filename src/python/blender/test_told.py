@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What is told about single things, for `test_blender.py`: a function of each name changes a scene with a ball."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+
+import test_scenes as scenes
+
+# The change of a scene by its name, with parts of the scene file, and of what is told.
+CASES: dict[str, tuple[Callable[[Any, Any], None], list[str], list[str]]] = {}
+
+
+def case(ron: list[str], told: list[str]) -> Callable:
+    """A change, after which these words are in the scene file, and these are told. Without words, nothing is."""
+
+    def add(function: Callable) -> Callable:
+        CASES[function.__name__] = (function, ron, told)
+        return function
+
+    return add
+
+
+def ball(material: str = "of") -> Any:
+    """The object with a material."""
+    return next(ob for ob in bpy.data.objects if ob.type == "MESH" and material in ob.data.materials)
+
+
+@case(["emission: (0.0, 0.0, 0.0)"], ["material 'of': Emission Strength below 0"])
+def negative_strength(scene: Any, of: Any) -> None:
+    scenes.surface(of, "ShaderNodeEmission", Strength=-2.0)
+
+
+@case([], ["material 'of': Emission Strength below 0"])
+def negative_principled(scene: Any, of: Any) -> None:
+    scenes.shader(of).inputs["Emission Color"].default_value = (1, 1, 1, 1)
+    scenes.shader(of).inputs["Emission Strength"].default_value = -1
+
+
+@case([], ["triangles, whose vertices are not numbers"])
+def vertex_nowhere(scene: Any, of: Any) -> None:
+    ball().data.vertices[5].co = (float("nan"), 0, 0)
+
+
+@case([], ["lamp 'point': Max Bounces 0"])
+def lamp_bounces(scene: Any, of: Any) -> None:
+    bpy.data.lights["point"].cycles.max_bounces = 0
+
+
+@case([], ["Shadow Terminator"])
+def terminator(scene: Any, of: Any) -> None:
+    ball().shadow_terminator_geometry_offset = 0.5
+
+
+@case(["iridescence: "], ["Thin Film on metal"])
+def film_on_metal(scene: Any, of: Any) -> None:
+    scenes.shader(of).inputs["Metallic"].default_value = 1
+    scenes.shader(of).inputs["Thin Film Thickness"].default_value = 400
+
+
+@case(["iridescence: "], [])
+def film_on_plastic(scene: Any, of: Any) -> None:
+    scenes.shader(of).inputs["Thin Film Thickness"].default_value = 400
+
+
+@case(["sheen_color: "], ["Sheen: another model"])
+def sheen(scene: Any, of: Any) -> None:
+    scenes.shader(of).inputs["Sheen Weight"].default_value = 1
