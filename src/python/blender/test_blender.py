@@ -289,6 +289,51 @@ def backdrop() -> None:
 
 
 @test
+def nodes_of_worlds() -> None:
+    """Nodes of a world that are computed: a gradient, a picture that is adjusted, another one as strength."""
+
+    def scene() -> tuple[Any, Callable, Callable]:
+        found = scenes.lamps(SIZE)
+        scenes.panorama(1.0, 0.5)
+        tree = found.world.node_tree
+        return found, lambda kind: tree.nodes.new(f"ShaderNode{kind}"), tree.links.new
+
+    found, node, link = scene()
+    background = found.world.node_tree.nodes["Background"]
+    place, parts, ramp, mapping = (node(kind) for kind in ("TexCoord", "SeparateXYZ", "ValToRGB", "MapRange"))
+    mapping.inputs["From Min"].default_value = -1
+    colors = ((0.2, 0.1, 0.05, 1), (0.1, 0.3, 0.9, 1))
+    for element, color in zip(ramp.color_ramp.elements, colors):
+        element.color = color
+    ramp.color_ramp.elements.new(0.52).color = (0.9, 0.8, 0.7, 1)
+    link(place.outputs["Generated"], parts.inputs[0])
+    link(parts.outputs["Z"], mapping.inputs[0])
+    link(mapping.outputs[0], ramp.inputs[0])
+    link(ramp.outputs[0], background.inputs["Color"])
+    compare("world_gradient", found, 32, 64)
+    check("world_gradient_told", not engine().last["lost"], f"{engine().last['lost']}")
+    found, node, link = scene()
+    background = found.world.node_tree.nodes["Background"]
+    mix, hue, curves = (node(kind) for kind in ("Mix", "HueSaturation", "RGBCurve"))
+    mix.data_type, mix.blend_type, mix.inputs[0].default_value = "RGBA", "MULTIPLY", 0.8
+    mix.inputs[7].default_value = (1, 0.5, 0.2, 1)
+    hue.inputs["Hue"].default_value, hue.inputs["Saturation"].default_value = 0.6, 1.4
+    curves.mapping.curves[3].points[0].location = (0, 0.1)
+    picture = background.inputs["Color"].links[0].from_node
+    link(picture.outputs[0], mix.inputs[6])
+    link(mix.outputs[2], hue.inputs["Color"])
+    link(hue.outputs[0], curves.inputs["Color"])
+    link(curves.outputs[0], background.inputs["Color"])
+    compare("world_adjusted", found, 32, 64)
+    found, node, link = scene()
+    background = found.world.node_tree.nodes["Background"]
+    picture = background.inputs["Color"].links[0].from_node
+    picture.projection = "MIRROR_BALL"
+    link(picture.outputs[0], background.inputs["Strength"])
+    compare("world_strength", found, 32, 64)
+
+
+@test
 def skies() -> None:
     def at(elevation: float, azimuth: float, **fields: float) -> dict[str, Any]:
         return fields | {"sun_elevation": math.radians(elevation), "sun_rotation": math.radians(azimuth)}
@@ -814,7 +859,7 @@ def node_values() -> None:
         ("black_body", warm, ["base_color: (1.0, 0.849"], "base color above 1"),
         ("adjusted", adjust, ["base_color: Texture("], "Gamma (for Color: its Color goes through unchanged)"),
         ("muted", mute, ["base_color: Texture("], ""),
-        ("around", around, ['Environment(image: "'], "RGB Curves: its Color goes through unchanged"),
+        ("around", around, ['Environment(image: "world.exr"'], ""),
         ("of_groups", shaders, ["base_color: Texture(", "clearcoat: 1.0"], "Anisotropy without a Tangent"),
         ("of_lights", lights, ["radiance: (0.2, 0.4, 0.8)", "power_w: (60.0, 18.0, 6.0)"], ""),
         ("of_volumes", inside, ["attenuation_distance_m: "], ""),

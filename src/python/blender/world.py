@@ -8,10 +8,13 @@ import os
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
 from mathutils import Euler, Matrix, Vector
 
 from . import atmosphere, exr
+from .arithmetic import said
 from .coordinates import MeshSpace
+from .evaluate import Evaluator, Unknown
 from .images import Images
 from .nodes import Input, Output, adjusted, leads_to, surface
 from .ron import TO_Y_UP, Ron, form, matrix, placed
@@ -80,8 +83,14 @@ def _background(source: Output | None, images: Images, maps: Maps) -> Surroundin
         return Surroundings()
     if source.type not in {"BACKGROUND", "EMISSION"}:
         raise ValueError(f"{maps.user}: the node {source.node.bl_label}, which rayfront does not have in a world")
-    color, strength = source.input("Color"), maps.constant(source.input("Strength"))
-    behind = color.source()
+    color, strength = source.input("Color"), source.input("Strength")
+    behind, reason = color.source(), None
+    if (behind or strength.source()) and (strength.source() or not _is_carried(behind)):
+        try:
+            return _baked(color, strength, images)
+        except Unknown as unknown:
+            reason = unknown
+    strength = maps.constant(strength)
     while behind and behind.type not in SURROUNDINGS and leads_to(behind, SURROUNDINGS):
         through = next(i for i in adjusted(behind) if leads_to(i.source(), SURROUNDINGS))
         maps.warn(f"the node {behind.node.bl_label}: its {through.socket.name} goes through unchanged")
@@ -92,9 +101,44 @@ def _background(source: Output | None, images: Images, maps: Maps) -> Surroundin
         return Surroundings(_sky(behind.node, strength, images, maps))
     value = maps.color(color)
     if isinstance(value, Ron):
-        maps.warn(f"the node {behind.node.bl_label}: its colour where nothing is linked stands in")
         value = color.value
+        maps.warn(f"{reason}: the Color of the Background has the plain {said(value)}, without what is linked to it")
     return _plain(tuple(c * strength for c in value))
+
+
+def _is_carried(source: Output) -> bool:
+    """True for pictures of surroundings and skies as rayfront has them: equirectangular, and turned only."""
+    if source.type != "TEX_ENVIRONMENT":
+        return source.type == "TEX_SKY"
+    if not source.node.image:
+        return True  # An error.
+    by = source.input("Vector").source()
+    if by and by.type == "MAPPING" and by.node.vector_type in {"POINT", "TEXTURE", "VECTOR"}:
+        values = [by.input(name) for name in ("Location", "Rotation", "Scale")]
+        moves = max(map(abs, values[0].value)) > 1e-4 or max(abs(s - 1) for s in values[2].value) > 1e-4
+        if moves or any(value.source() for value in values):
+            return False
+        by = by.input("Vector").source()
+    is_plain = by is None or by.type == "TEX_COORD" and by.socket.name in {"Generated", "Object"} and not by.node.object
+    return source.node.projection == "EQUIRECTANGULAR" and is_plain
+
+
+def _baked(color: Input, strength: Input, images: Images) -> Surroundings:
+    """Nodes of a world as a picture, or as one colour. An `Unknown` if they cannot be computed."""
+    width, height = 1024, 512
+    for node in color.socket.id_data.nodes:
+        if node.type == "TEX_ENVIRONMENT" and node.image:
+            width, height = (min(max(side, least), 4 * least) for side, least in zip(node.image.size, (width, height)))
+    around = math.pi * (1 - 2 * (np.arange(width) + 0.5) / width)
+    up = math.pi * (0.5 - (np.arange(height) + 0.5) / height)[:, None]
+    level, rise = np.cos(up), np.sin(up) + 0 * around
+    of = Evaluator(np.stack([level * np.cos(around), level * np.sin(around), rise], axis=-1))
+    light = np.maximum(of.input(color) * of.input(strength), 0)
+    if light.ndim == 1:
+        return _plain(tuple(float(c) for c in light))
+    name = "world.exr"
+    exr.write(os.path.join(images.folder, name), np.broadcast_to(light, (height, width, 3)).astype(np.float32))
+    return Surroundings((_around(name, 1.0, Matrix.Identity(3)),))
 
 
 def _plain(color: tuple[float, ...]) -> Surroundings:
@@ -107,11 +151,13 @@ def _picture(source: Output, strength: float, images: Images, maps: Maps) -> dic
         raise ValueError(f"{maps.user}: an Environment Texture has no picture")
     if node.projection != "EQUIRECTANGULAR":
         maps.warn("a mirror ball: its picture counts as equirectangular")
-    turn = _turn(source.input("Vector"), maps)
+    return _around(images.file(node.image, maps.user), strength, _turn(source.input("Vector"), maps))
+
+
+def _around(file: str, strength: float, turn: Matrix) -> dict[str, Any]:
     # Blender's pictures have their middle along +X, rayfront's along -Z, which is Blender's +Y.
     axes = TO_Y_UP.to_3x3()
     m = axes @ turn.transposed() @ Matrix.Rotation(-math.pi / 2, 3, "Z") @ axes.transposed()
-    file = images.file(node.image, maps.user)
     return {"light": form("Environment", image=file, radiance=strength), "transform": matrix(m.to_4x4())}
 
 
