@@ -79,6 +79,19 @@ def grey(x: Map, weights: tuple[float, ...] = LUMINANCE) -> Map:
     return _parts(x, lambda part: grey(part, weights))
 
 
+def joined(parts: list[Map]) -> Map:
+    """A colour of three numbers."""
+    if not any(isinstance(part, Ron) for part in parts):
+        return tuple(parts)
+    if all(isinstance(part, Ron) and part.name in {"Texture", "Vertex"} for part in parts):
+        rests = [{key: value for key, value in part.fields.items() if key != "channel"} for part in parts]
+        if [part.fields.get("channel") for part in parts] == list(RGB) and rests[0] == rests[1] == rests[2]:
+            return form(parts[0].name, **rests[0])  # It was only taken apart.
+    tints = [tuple(float(number == axis) for axis in range(3)) for number in range(3)]
+    red, green, blue = (combined("Multiply", part, tint) for part, tint in zip(parts, tints))
+    return combined("Add", combined("Add", red, green), blue)
+
+
 def scaled(x: Map, factor: float) -> Map:
     """A number times a factor up to 1, as a map that can be a colour."""
     is_channel = isinstance(x, Ron) and x.name in {"Texture", "Vertex"}

@@ -206,3 +206,64 @@ def two_outputs_for_all():
     found.node_tree.nodes["Material Output"].is_active_output = True
     other.is_active_output = False
     return found
+
+
+@look()
+def constants():
+    """Nodes without textures are computed."""
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    hue = node(found, "ShaderNodeHueSaturation", shader(found).inputs["Base Color"], Hue=0.6, Saturation=0.8)
+    curves = node(found, "ShaderNodeRGBCurve", hue.inputs["Color"])
+    curves.mapping.curves[3].points[0].location = (0, 0.2)
+    node(found, "ShaderNodeCombineColor", curves.inputs["Color"], Red=0.8, Green=0.1, Blue=0.3)
+    return found
+
+
+@look()
+def exchanged_channels():
+    """The channels of a picture in another order."""
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    join = node(found, "ShaderNodeCombineColor", shader(found).inputs["Base Color"], Blue=0.4)
+    separate = node(found, "ShaderNodeSeparateColor", join.inputs["Green"], "Red")
+    found.node_tree.links.new(separate.outputs["Green"], join.inputs["Red"])
+    slopes(found, separate.inputs[0])
+    return found
+
+
+def ramp_of_u(mode: str, interpolation: str) -> Any:
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    ramp = node(found, "ShaderNodeValToRGB", shader(found).inputs["Base Color"])
+    ramp.color_ramp.color_mode, ramp.color_ramp.interpolation = mode, interpolation
+    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (1, 0, 0, 1), (0, 0, 0.8, 1)
+    gradient = node(found, "ShaderNodeTexGradient", ramp.inputs[0])
+    node(found, "ShaderNodeTexCoord", gradient.inputs[0], "UV")
+    return found
+
+
+@look()
+def ramp_by_hue():
+    return ramp_of_u("HSV", "LINEAR")
+
+
+@look()
+def ramp_that_eases():
+    return ramp_of_u("RGB", "EASE")
+
+
+@look(0.005)
+def cells_in_a_grid():
+    """Voronoi cells without randomness."""
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    cells = node(found, "ShaderNodeTexVoronoi", shader(found).inputs["Base Color"], "Distance", Scale=4.0)
+    cells.inputs["Randomness"].default_value = 0
+    node(found, "ShaderNodeTexCoord", cells.inputs["Vector"], "Object")
+    return found
+
+
+@look(0.05)
+def colored_noise():
+    """Another noise than Blender's, as colourful."""
+    found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
+    noise = node(found, "ShaderNodeTexNoise", shader(found).inputs["Base Color"], "Color", Scale=30.0)
+    node(found, "ShaderNodeTexCoord", noise.inputs["Vector"], "Object")
+    return found

@@ -69,3 +69,29 @@ def film_on_plastic(scene: Any, of: Any) -> None:
 @case(["sheen_color: "], ["Sheen: another model"])
 def sheen(scene: Any, of: Any) -> None:
     scenes.shader(of).inputs["Sheen Weight"].default_value = 1
+
+
+@case(["Noise(kind: Ridged"], ["a Noise Texture of the type Ridged Multifractal", "from 0 to 1, without Distortion"])
+def ridges(scene: Any, of: Any) -> None:
+    noise = scenes.node(of, "ShaderNodeTexNoise", scenes.shader(of).inputs["Roughness"], Distortion=1.0)
+    noise.noise_type = "RIDGED_MULTIFRACTAL"
+
+
+@case(["Marble("], ["rayfront's own noise, as strong and as fine, bends its bands"])
+def bent_waves(scene: Any, of: Any) -> None:
+    scenes.node(of, "ShaderNodeTexWave", scenes.shader(of).inputs["Roughness"], Distortion=2.0)
+
+
+@case(["b: (1.0, 0.0, 0.0)"], ["a Noise Texture: rayfront's own"])
+def colored_noise(scene: Any, of: Any) -> None:
+    scenes.node(of, "ShaderNodeTexNoise", scenes.shader(of).inputs["Base Color"], "Color")
+
+
+@case(
+    ["radiance: (0.05, 0.05, 0.06)"],
+    ["'world': the node Voronoi Texture: the Color of the Background has the plain 0.05, 0.05, 0.06"],
+)
+def cells_of_world(scene: Any, of: Any) -> None:
+    tree = scene.world.node_tree
+    cells = tree.nodes.new("ShaderNodeTexVoronoi")
+    tree.links.new(cells.outputs["Color"], tree.nodes["Background"].inputs["Color"])

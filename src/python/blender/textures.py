@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -10,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from mathutils import Vector
 
-from .arithmetic import Map, channel, clamped, combined, grey, is_arithmetic, mixed, said, share, whole
+from .arithmetic import Map, channel, clamped, combined, grey, is_arithmetic, joined, mixed, said, share, whole
 from .coordinates import Coordinates, MeshSpace, coordinates
+from .evaluate import Evaluator, Unknown
 from .images import ASSOCIATED, LUMINANT, PLAIN, Images
 from .nodes import WIDE, Input, Output, adjusted, leads_to, weights
 from .ron import Ron, form
@@ -107,6 +109,9 @@ class Maps:
         try:
             return convert(source)
         except NotCarried as reason:
+            with contextlib.suppress(Unknown):
+                found = Evaluator(None).input(socket)
+                return tuple(map(float, found)) if len(found) == 3 else float(found[0])
             behind = self._behind(source)
             if behind:
                 self.warn(f"{reason} (for {socket.socket.name}: its {behind.socket.name} goes through unchanged)")
@@ -144,6 +149,8 @@ class Maps:
             return tuple(c ** source.input("Gamma").value for c in source.input("Color").value)
         if kind == "VALTORGB":
             return self._ramp(source)
+        if kind in {"COMBINE_COLOR", "COMBRGB"} and getattr(node, "mode", "RGB") == "RGB":
+            return joined([self.number(i) for i in source.inputs()])
         if kind in PATTERNS:
             return PATTERNS[kind](self, source)
         if kind in SEPARATE | {"MATH", "RGBTOBW", "CLAMP", "MAP_RANGE"}:
@@ -284,12 +291,13 @@ class Maps:
         of = self.number(source.input("Fac" if "Fac" in source.node.inputs else 0))
         if not isinstance(of, Ron):
             return part(ramp.evaluate(of))
+        if ramp.interpolation != "CONSTANT" and (ramp.interpolation != "LINEAR" or ramp.color_mode != "RGB"):
+            places = {t / 32 for t in range(33)} | {element.position for element in ramp.elements}
+            return form("Curve", of=whole(of), stops=[(place, part(ramp.evaluate(place))) for place in sorted(places)])
         for element in ramp.elements:
             if ramp.interpolation == "CONSTANT" and stops:
                 stops.append((max(element.position - 1e-5, 0.0), stops[-1][1]))
             stops.append((element.position, part(element.color)))
-        if ramp.interpolation not in {"LINEAR", "CONSTANT"} or ramp.color_mode != "RGB":
-            self.warn("a Color Ramp that is neither linear nor constant: it is linear here")
         return form("Curve", of=whole(of), stops=stops)
 
     def _checker(self, source: Output) -> Map:
@@ -341,7 +349,7 @@ class Maps:
         stops = [(t / 8, 0.5 - 0.5 * math.cos(math.pi * t / 8)) for t in range(9)]
         fields: dict[str, Any] = {"stops": stops} if node.wave_profile == "SIN" else {}
         if distortion != 0:
-            self.warn("the Distortion of a Wave Texture: rayfront's own marble, as fine, stands in for it")
+            self.warn("the Distortion of a Wave Texture: rayfront's own noise, as strong and as fine, bends its bands")
             octaves = min(max(round(self.constant(source.input("Detail"))) + 1, 1), 16)
             turbulence = 0.25 * abs(distortion) / (2 * math.pi)  # Its noise is finer.
             return form("Marble", turbulence=turbulence, octaves=octaves, **place.pattern(waves), **fields)
@@ -355,15 +363,28 @@ class Maps:
         if source.node.noise_dimensions != "3D":
             raise NotCarried(f"the node Noise Texture in {source.node.noise_dimensions}")
         place = self._coordinates(source, "Generated")
-        scale, detail, roughness, lacunarity = (
-            self.constant(source.input(name)) for name in ("Scale", "Detail", "Roughness", "Lacunarity")
+        scale, detail, roughness, lacunarity, distortion = (
+            self.constant(source.input(name)) for name in ("Scale", "Detail", "Roughness", "Lacunarity", "Distortion")
         )
-        self.warn("a Noise Texture: rayfront's own noise of the same fineness stands in for it")
-        octaves = min(max(round(detail) + 1, 1), 16)
-        lacunarity = min(max(lacunarity, 1.0), 8.0)
-        return form(
-            "Noise", octaves=octaves, roughness=min(roughness, 1.0), lacunarity=lacunarity, **place.pattern(scale)
-        )
+        kind = getattr(source.node, "noise_type", "FBM")
+        named = "" if kind == "FBM" else f" of the type {kind.replace('_', ' ').title()}"
+        plain = (", from 0 to 1" if named else "") + (", without Distortion" if distortion else "")
+        self.warn(f"a Noise Texture{named}: rayfront's own noise of the same fineness stands in for it{plain}")
+        pattern: dict[str, Any] = {
+            "kind": Ron("Ridged") if kind == "RIDGED_MULTIFRACTAL" else None,
+            "octaves": min(max(round(detail) + 1, 1), 16),
+            "roughness": min(roughness, 1.0),
+            "lacunarity": min(max(lacunarity, 1.0), 8.0),
+        }
+        if source.socket.name != "Color":
+            return form("Noise", **pattern, **place.pattern(scale))
+        # One noise for each channel, from elsewhere.
+        channels = []
+        for number, tint in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+            fields = place.pattern(scale)
+            fields["offset"] = fields.get("offset", Vector()) + Vector((number * 19.3, number * 7.1, number * 13.7))
+            channels.append(form("Noise", **pattern, **fields, a=0.0, b=tint))
+        return form("Add", a=form("Add", a=channels[0], b=channels[1]), b=channels[2])
 
     def _voronoi(self, source: Output) -> Map:
         node, kind = source.node, source.socket.name
@@ -371,9 +392,15 @@ class Maps:
         if node.voronoi_dimensions != "3D" or node.feature != "F1" or node.distance != "EUCLIDEAN" or kind not in kinds:
             raise NotCarried(f"the node Voronoi Texture ({node.voronoi_dimensions}, {node.feature}, {kind})")
         place = self._coordinates(source, "Generated")
-        self.warn("a Voronoi Texture: rayfront's own cells of the same size stand in for it")
         scale, randomness = (self.constant(source.input(name)) for name in ("Scale", "Randomness"))
-        return form("Voronoi", kind=Ron(kinds[kind]), randomness=randomness, **place.pattern(scale))
+        randomness = min(max(randomness, 0.0), 1.0)
+        if randomness > 0 or kind != "Distance":
+            self.warn("a Voronoi Texture: rayfront's own cells of the same size stand in for it")
+        fields = place.pattern(scale)
+        # Without randomness a cell's point is in its corner in Blender, in its middle in rayfront.
+        shift = 0.5 * (1 - randomness)
+        fields["offset"] = fields.get("offset", Vector()) + Vector((shift, shift, shift))
+        return form("Voronoi", kind=Ron(kinds[kind]), randomness=randomness, **fields)
 
 
 PATTERNS = {

@@ -99,8 +99,12 @@ def _background(source: Output | None, images: Images, maps: Maps) -> Surroundin
         return Surroundings((_picture(behind, strength, images, maps),))
     if behind and behind.type == "TEX_SKY":
         return Surroundings(_sky(behind.node, strength, images, maps))
-    value = maps.color(color)
-    if isinstance(value, Ron):
+    kept: list[str] = []
+    value = Maps(images, MeshSpace(), maps.user, kept.append).color(color)
+    if not isinstance(value, Ron):
+        for what in kept:
+            maps.warn(what.removeprefix(f"{maps.user}: "))
+    else:
         value = color.value
         maps.warn(f"{reason}: the Color of the Background has the plain {said(value)}, without what is linked to it")
     return _plain(tuple(c * strength for c in value))
