@@ -21,8 +21,9 @@ READABLE = {".png", ".jpg", ".jpeg", ".tga", ".bmp", ".webp", ".hdr", ".exr"}
 SEVERAL = {"TILED": "UDIM tiles", "SEQUENCE": "a sequence", "MOVIE": "a movie"}
 
 
-# Kinds of files of a picture: as it is; its colours times alpha, as Cycles has them; the luminance of colours beyond 1.
-PLAIN, ASSOCIATED, LUMINANT = "picture", "associated", GREY
+# Kinds of files of a picture: as it is; its colours times alpha, as Cycles has them; black where alpha is 0; the luminance
+# of colours beyond 1.
+PLAIN, ASSOCIATED, MASKED, LUMINANT = "picture", "associated", "masked", GREY
 
 
 class Images:
@@ -61,8 +62,11 @@ class Images:
 
     def _bake(self, image: Any, name: str, kind: str) -> str:
         rows = pixels(image)
-        if kind == ASSOCIATED:
-            write_png(os.path.join(self.folder, name + ".png"), rows[..., :3] * rows[..., 3:])
+        if kind in {ASSOCIATED, MASKED}:
+            alpha = rows[..., 3:]
+            write_png(
+                os.path.join(self.folder, name + ".png"), rows[..., :3] * (alpha if kind == ASSOCIATED else alpha > 0)
+            )
             return name + ".png"
         exr.write(
             os.path.join(self.folder, name + ".exr"),

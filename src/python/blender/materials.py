@@ -340,6 +340,10 @@ class Material:
             anisotropy = (
                 maps.constant(source.input("Subsurface Anisotropy")) if source.has("Subsurface Anisotropy") else 0.0
             )
+            if weight != 1:
+                self.warn("a Subsurface Weight below 1: light that comes out is weakened by it, too")
+            if abs(anisotropy) > 0.5:
+                self.warn(f"a Subsurface Anisotropy of {anisotropy:.2g}: darker than in Cycles")
             if isinstance(color, Ron):
                 self.warn("Subsurface of a texture's colour: one colour is scattered")
                 color = source.input("Base Color").value

@@ -873,7 +873,7 @@ def node_values() -> None:
             ],
             "",
         ),
-        ("wide", wide, ["attenuation_distance_m: "], ""),
+        ("wide", wide, ["attenuation_distance_m: "], "a Subsurface Weight below 1"),
     ):
         text, lost = ron(name, change)
         missing = [part for part in words if part not in text]

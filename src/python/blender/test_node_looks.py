@@ -143,10 +143,10 @@ def picture_with_packed_alpha():
 
 @look()
 def picture_with_used_alpha():
-    """They are not where alpha is used."""
+    """Where alpha is used, they are not, but for those that are not there at all."""
     found = material("m", Roughness=1.0, Specular_IOR_Level=0.0)
     texture = veiled(found, alpha=True)
-    found.node_tree.links.new(texture.outputs["Alpha"], shader(found).inputs["Alpha"])
+    found.node_tree.links.new(texture.outputs["Alpha"], shader(found).inputs["Coat Weight"])
     return found
 
 

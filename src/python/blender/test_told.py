@@ -95,3 +95,9 @@ def cells_of_world(scene: Any, of: Any) -> None:
     tree = scene.world.node_tree
     cells = tree.nodes.new("ShaderNodeTexVoronoi")
     tree.links.new(cells.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+
+
+@case(["diffuse_transmission: 0.5"], ["a Subsurface Weight below 1", "a Subsurface Anisotropy of 0.8"])
+def half_subsurface(scene: Any, of: Any) -> None:
+    scenes.shader(of).inputs["Subsurface Weight"].default_value = 0.5
+    scenes.shader(of).inputs["Subsurface Anisotropy"].default_value = 0.8

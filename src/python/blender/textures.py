@@ -14,7 +14,7 @@ from mathutils import Vector
 from .arithmetic import Map, channel, clamped, combined, grey, is_arithmetic, joined, mixed, said, share, whole
 from .coordinates import Coordinates, MeshSpace, coordinates
 from .evaluate import Evaluator, Unknown
-from .images import ASSOCIATED, LUMINANT, PLAIN, Images
+from .images import ASSOCIATED, LUMINANT, MASKED, PLAIN, Images
 from .nodes import WIDE, Input, Output, adjusted, leads_to, weights
 from .ron import Ron, form
 
@@ -194,7 +194,7 @@ class Maps:
         image, space = node.image, node.image.colorspace_settings.name
         if space not in SRGB | LINEAR:
             self.warn(f"the colour space {space} of {node.image.name!r}")
-        kind = ASSOCIATED if part != "Alpha" and self._is_associated(node, space) else PLAIN
+        kind = PLAIN if part == "Alpha" else self._kind(node, space)
         if part == "Luminance" and self.images.is_grey(image):
             part = "Red"
         elif part == "Luminance" and image.is_float:
@@ -210,12 +210,12 @@ class Maps:
         )
         return grey(found) if part == "Luminance" else found
 
-    def _is_associated(self, node: Any, space: str) -> bool:
-        """Whether Cycles multiplies colours by alpha: unless they are data, or the Alpha of the node is linked."""
+    def _kind(self, node: Any, space: str) -> str:
+        """Which colours Cycles has: times alpha, unless they are data; divided by it again where the node's Alpha is used."""
         image = node.image
-        if image.alpha_mode in {"CHANNEL_PACKED", "NONE"} or space in DATA or node.outputs["Alpha"].is_linked:
-            return False
-        return self.images.is_veiled(image)
+        if image.alpha_mode in {"CHANNEL_PACKED", "NONE"} or space in DATA or not self.images.is_veiled(image):
+            return PLAIN
+        return MASKED if node.outputs["Alpha"].is_linked else ASSOCIATED
 
     def _coordinates(self, source: Output, default: str) -> Coordinates:
         reasons: list[str] = []
