@@ -20,12 +20,6 @@ class Unknown(Exception):
     """A node that cannot be computed here."""
 
 
-def constant(source: Output) -> tuple[float, ...]:
-    """The colour, or number three times, of an output into which no texture goes. An `Unknown` without one."""
-    found = Evaluator(None).output(source)
-    return tuple(float(c) for c in np.broadcast_to(found, (3,)))
-
-
 class Evaluator:
     """Computes outputs in directions, an array whose last axis is x, y and z; None: for constants.
 

@@ -135,7 +135,9 @@ class Export:
                 continue
             if isinstance(ob.data, bpy.types.Mesh):  # Text and the like come once more, as a mesh.
                 self._particles(ob)
-                if ob.shadow_terminator_geometry_offset > 0.1001 or ob.shadow_terminator_shading_offset > 0:
+                # Those of new objects are 0.1 and 0.
+                geometry = getattr(ob, "shadow_terminator_geometry_offset", 0.1)
+                if geometry > 0.1001 or getattr(ob, "shadow_terminator_shading_offset", 0.0) > 0:
                     self.warn(f"object {ob.name!r}: Shadow Terminator: shadows begin where its triangles turn away")
                 if instance.show_self:
                     model = self._model(ob)
