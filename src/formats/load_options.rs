@@ -146,7 +146,8 @@ impl UpAxis {
 /// combine by `&`, `|`, `!` and parentheses. A filter compares `name`, `parent` or `material` by `=`, `!=` or `~`. In
 /// names and after `~`, `*` stands for any text. `set` holds statements, which change a value of everything that a
 /// query selects: `Material["glass"].ior = 1.6`, `Light.power_w *= 2`, `settings.samples = 64`. The operators are `=`,
-/// `*=`, `/=`, `+=` and `-=`.
+/// `*=`, `/=`, `+=` and `-=`. `hide` removes the cameras of what it selects if nothing of that is a shape or a light; if
+/// no camera is left, one is added that sees everything.
 ///
 /// A text that cannot be parsed, selects nothing, or sets a value that a scene file cannot hold is a
 /// [`LoadError::Option`] with the name of its field.

@@ -2,6 +2,7 @@
 
 use rayfront::world::{Caustics, Texels, Transport, World};
 
+use crate::program::{Place, empty_folder};
 use crate::support::{Picture, mean, world};
 
 /// Balls of many colours all around, each with its own brightness, with a sample in the centre of each pixel.
@@ -224,4 +225,32 @@ fn photons_count_the_same_in_all_cameras() {
             assert!((found / expected - 1.0).abs() < 0.02, "{camera} {transport:?}: {found}");
         }
     }
+}
+
+/// Without the first camera the next one counts, and without all of them one is added that sees everything.
+#[test]
+fn hidden_cameras_give_way_to_others() {
+    let folder = empty_folder();
+    let eye = |name: &str, x: f32| {
+        format!("(name: \"{name}\", camera: Pinhole(), transform: LookAt(from: ({x}, 0, 4), to: (0, 0, 0))),")
+    };
+    folder.write(
+        "scene.ron",
+        format!(
+            "(settings: (size: (24, 16), samples: 1), entities: [{}{}(light: Point(power_w: 100), transform: (translate: (1, 2, 5))), (shape: Sphere())])",
+            eye("one", 1.0),
+            eye("two", -2.0)
+        ),
+    );
+    let image = |options: &str| {
+        folder.out(&format!("scene.ron -q -o a.png {options}"));
+        image::open(folder.join("a.png")).expect("an image").to_rgb8()
+    };
+    let two = image("--camera two");
+    assert_ne!(image(""), two);
+    assert_eq!(image("--hide 'Entity[\"one\"]'"), two);
+    let around = image("--hide Camera");
+    assert!(around != two && around.pixels().any(|pixel| pixel.0[0] > 50));
+    let told = folder.messages("scene.ron -o a.png --hide Camera");
+    assert!(told.contains("camera") && !told.contains("nothing is hidden"), "{told}");
 }

@@ -250,7 +250,8 @@ pub struct EditOptions {
     /// Keep only these shapes, such as '"ball" | Plane', and their children
     #[arg(long, value_name = "QUERY")]
     pub only: Vec<String>,
-    /// Remove shapes and lights, such as 'Mesh & !Material', and their children
+    /// Remove shapes and lights, such as 'Mesh & !Material', and their children, or cameras ('Camera': the view is that
+    /// of a model without one)
     #[arg(long, value_name = "QUERY")]
     pub hide: Vec<String>,
     /// Look from one point at another, each as X,Y,Z in metres

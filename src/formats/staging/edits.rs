@@ -3,13 +3,14 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+use super::framing;
 use super::surroundings::{self, AddedSurroundings};
 use crate::error::Diagnostic;
 use crate::error::{LoadError, in_one_line};
 use crate::formats::load_options::Edits;
 use crate::formats::ron::query::{EditRunner, Query, no_match};
 use crate::formats::{AssetFiles, Files};
-use crate::world::{Background, Backplate, Light, Parent, Settings, Shape, World};
+use crate::world::{Background, Backplate, Camera, Light, Parent, Settings, Shape, World};
 
 impl Edits {
     /// Applies the edits that do not depend on positions. Fails for texts that are no query, or that select nothing.
@@ -48,17 +49,22 @@ impl Edits {
             all.retain(|entity| !is_added(entity));
             let is_visible =
                 |entity: &hecs::Entity| world.entities.satisfies::<hecs::Or<&Shape, &Light>>(*entity);
-            let mut idle = Vec::new();
+            let (mut idle, mut cameras) = (Vec::new(), Vec::new());
             for (query, text) in queries.iter().zip(&self.hide) {
                 // Those that another query hides count, too.
                 let one = meant(world, std::slice::from_ref(query), "hide", std::slice::from_ref(text))?;
-                if !one.iter().any(|entity| is_visible(entity) && !is_added(entity)) {
+                if one.iter().any(|entity| is_visible(entity) && !is_added(entity)) {
+                    continue;
+                }
+                let before = cameras.len();
+                cameras.extend(one.into_iter().filter(|it| world.entities.satisfies::<&Camera>(*it)));
+                if cameras.len() == before {
                     idle.push(text);
                 }
             }
             for text in idle {
                 let what = format!(
-                    "hide: {}: nothing of that is a shape or a light of the files, so nothing is hidden",
+                    "hide: {}: nothing of that is a shape, a light or a camera of the files, so nothing is hidden",
                     in_one_line(text)
                 );
                 world.warnings.push(Diagnostic::warning("hide-without-effect", what));
@@ -67,6 +73,13 @@ impl Edits {
                 // Not every entity has both.
                 let _ = world.entities.remove_one::<Shape>(entity);
                 let _ = world.entities.remove_one::<Light>(entity);
+            }
+            if !cameras.is_empty() {
+                for entity in cameras {
+                    // Queries may select the same one.
+                    let _ = world.entities.remove_one::<Camera>(entity);
+                }
+                framing::add_camera(world);
             }
         }
         if let Some(background) = &self.background {

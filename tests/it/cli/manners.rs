@@ -421,9 +421,12 @@ fn mistakes_in_names_and_variables_print_what_to_type() {
     let option = typed("colors.ron -o a.png --set '$accent = \"navy\"'", "is set by ", "\n");
     here.shell(&format!("rayfront colors.ron --spp 1 -o a.png {option}")).printed();
 
-    let told = here.messages("colors.ron --spp 1 -o a.png --var spare=2 --hide Camera --hide Sphere");
+    let empty = std::fs::read_to_string(here.join("colors.ron")).expect("the scene");
+    here.write("colors.ron", empty.replacen("entities: [", "entities: [(name: \"empty\"), ", 1));
+    let told =
+        here.messages("colors.ron --spp 1 -o a.png --var spare=2 --hide 'Entity[\"empty\"]' --hide Sphere");
     assert!(told.contains("nothing in the scene uses $spare"), "{told}");
-    assert!(told.contains("hide: Camera: nothing of that"), "{told}");
+    assert!(told.contains("hide: Entity[\"empty\"]: nothing of that"), "{told}");
     assert!(!told.contains("hide: Sphere") && !told.contains("$accent"), "{told}");
 }
 
