@@ -7,7 +7,7 @@ use crate::math::{Vec3, Vector};
 use crate::scene::material::Coverage;
 use crate::scene::{HalfSize, Lens, Projection};
 use crate::shading::camera::CameraImage;
-use crate::world::{Shape, StereoLayout};
+use crate::world::{Shape, StereoLayout, Transport};
 
 /// The number of rays around the camera.
 const ABOUT: u32 = 64;
@@ -155,14 +155,23 @@ fn inside(checked: &Checked) -> Option<Diagnostic> {
     let material = &scene.materials[around.material as usize];
     let emits = material.emits() || material.unlit;
     let is_dark = checked.probes.dark() > 0.5 && !emits;
+    // An entity that is small in the image escapes the rays about the camera.
+    let is_other = |entity: u32| entity != 0 && entity != around.entity + 1;
+    if checked.probes.seen().any(|(features, _)| is_other(features.entity)) {
+        return None;
+    }
+    if has_lamp_beside(checked, &mut tracer) {
+        return None;
+    }
     if !is_dark {
         let others = scene.geometry.parts.entity.iter().chain(&scene.geometry.instance_entities);
         let is_alone = others.copied().all(|entity| entity == around.entity);
         let is_body = around.is_from_behind || is_ball(checked, around.entity);
         let is_solid = !material.lets_through() && material.coverage == Coverage::Whole;
-        // A picture may be all around the camera.
-        let is_meant = is_alone && emits;
-        if !is_body || !is_solid || is_meant || has_lamp_beside(checked, &mut tracer) {
+        // A picture may be all around the camera. Under the path transport, what lights its inside is there, too.
+        let lights_itself = checked.world.settings.transport == Transport::Path && !emits;
+        let is_meant = (is_alone && emits) || lights_itself;
+        if !is_body || !is_solid || is_meant {
             return None;
         }
         Enclosure::of(&mut tracer, eye, MORE)?;

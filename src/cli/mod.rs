@@ -275,10 +275,10 @@ fn with_our_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
 
 /// Returns what to type in place of two numbers, if `second` is one that follows another.
 fn tip_on_pair(second: &str, words: &[OsString]) -> Option<String> {
-    let at = words.iter().position(|word| word == second)?;
-    let first = words[at.checked_sub(1)?].to_str()?;
-    let are_numbers = [first, second].iter().all(|word| word.parse::<u32>().is_ok());
-    are_numbers.then(|| format!("two numbers are one word: {first},{second}"))
+    let is_number = |word: &str| word.parse::<u32>().is_ok();
+    let mut pairs = words.windows(2).filter(|pair| pair[1] == second && is_number(second));
+    let first = pairs.find_map(|pair| pair[0].to_str().filter(|first| is_number(first)))?;
+    Some(format!("two numbers are one word: {first},{second}"))
 }
 
 /// Returns what to type in place of an unknown option.

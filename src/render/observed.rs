@@ -11,7 +11,7 @@ use super::passes::{at_once, work};
 use super::prepare::Prepared;
 use super::session::lock;
 use crate::film::{Film, Region};
-use crate::integrator::observe::{Event, Flow, FnObserver, NoObserver, Timekeeper};
+use crate::integrator::observe::{Event, Flow, FnObserver, NoObserver, Observer, Timekeeper};
 use crate::integrator::photons::PhotonMaps;
 use crate::integrator::{RayStatistics, Schedule, Stage, Stop, Work};
 
@@ -76,6 +76,11 @@ impl Session {
     /// Renders all samples of the tile that contains a pixel, or of all tiles in turn, and reports events to `look`.
     /// Returns the film of the last tile; the session's own film is unchanged.
     pub(crate) fn observe(&self, pixel: Option<[u32; 2]>, look: &mut dyn FnMut(&Event)) -> Film {
+        self.observe_by(pixel, &mut FnObserver(look))
+    }
+
+    /// Does the same with an observer, which may stop it; the film is useless then.
+    pub(crate) fn observe_by(&self, pixel: Option<[u32; 2]>, observer: &mut dyn Observer) -> Film {
         let (setup, options) = (&self.setup, &self.options);
         let mut worker = options.worker(setup);
         let mut tiles = self.tiles();
@@ -87,11 +92,11 @@ impl Session {
         let mut film = setup.film(last);
         self.for_samples(&self.prepared(), self.wanted.clone(), &mut |work, samples, took| {
             if let Some(photons) = work.photons {
-                look(&Event::Wave(flow_of_photons(&photons, took)));
+                observer.report(&Event::Wave(flow_of_photons(&photons, took)));
             }
             for tile in &tiles {
-                let (mut ignored, mut observer) = (RayStatistics::default(), FnObserver(&mut *look));
-                let rendered = worker.observe(work, *tile, samples.clone(), &mut ignored, &mut observer);
+                let mut ignored = RayStatistics::default();
+                let rendered = worker.observe(work, *tile, samples.clone(), &mut ignored, &mut *observer);
                 if *tile == last {
                     film.merge(&rendered);
                 }

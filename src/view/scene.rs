@@ -12,7 +12,6 @@ use crate::files;
 use crate::film::PixelSum;
 use crate::formats::{self, LoadOptions};
 use crate::integrator::RenderSetup;
-use crate::integrator::setup::reuse_groups::ReuseGroups;
 use crate::math::DAffine3;
 use crate::memory;
 use crate::study::explain::{GivenNames, Recipe};
@@ -338,7 +337,7 @@ impl LiveScene {
     }
 
     /// The recipe that reproduces the current image.
-    pub fn recipe(&self, setup: &RenderSetup) -> Recipe {
+    pub fn recipe(&self) -> Recipe {
         let mut options = self.options.clone();
         let put = self.rig.is_some().then(|| self.camera_statements(&self.rig()));
         let is_moved = matches!(put, Some(None));
@@ -346,12 +345,7 @@ impl LiveScene {
             self.forget_camera_options(&mut options.edits);
             options.edits.set.extend(statements);
         }
-        let mut settings = self.world.settings.clone();
-        let is_small = setup.size != settings.size;
-        if is_small && ReuseGroups::of(&setup.scene.materials, &settings).is_some() {
-            // The first, small image is shown before the reuse groups are chosen.
-            settings.sharing = Sharing::Off;
-        }
+        let settings = self.world.settings.clone();
         let (path, camera) = (self.path.clone(), self.camera.clone());
         Recipe { path, options, camera, authored: self.said.clone(), settings, is_moved }
     }

@@ -11,7 +11,7 @@ use super::id_colors::material_color;
 use super::lines::{ImageLines, in_tenths};
 use super::viewer::Snapshot;
 use crate::film::Region;
-use crate::integrator::observe::{Components, Continuation, Event, EventKind, Flow, PathKey};
+use crate::integrator::observe::{Components, Continuation, Event, EventKind, Flow, Observer, PathKey};
 use crate::integrator::schedule::wavefront::material_ranges::MaterialRanges;
 use crate::integrator::{RenderSetup, Schedule, Sorting, Stage};
 use crate::math::Vec3;
@@ -21,9 +21,11 @@ use crate::world::Transport;
 /// The width and height of the block of pixels that the wave renders: a multiple of the blocks of path reuse.
 const BLOCK: u32 = 32;
 /// The largest number of paths in the wave: a quarter of a block's, so that others take the places of those that end.
+/// Path reuse takes as many at least.
 const MOST_PATHS: usize = (BLOCK * BLOCK / 4) as usize;
-/// The largest number of steps that are sent.
+/// The largest number of steps that are sent, and of rays that are traced for them.
 const MOST_STEPS: usize = 300;
+const MOST_RAYS: u64 = 1 << 18;
 
 /// Returns the steps of the wave that renders the block of pixels around a place.
 pub fn steps(shown: &Snapshot, place: [u32; 2]) -> Value {
@@ -41,7 +43,7 @@ pub fn steps(shown: &Snapshot, place: [u32; 2]) -> Value {
         "width": options.isa.lanes(),
         "transport": setup.transport,
         "materials": materials.collect::<Vec<_>>(),
-        "is_complete": recorder.steps.len() < MOST_STEPS,
+        "is_complete": !recorder.is_cut,
         "steps": recorder.steps,
     })
 }
@@ -57,7 +59,7 @@ fn options(shown: Options, size: [u32; 2], place: [u32; 2]) -> (Options, Region)
 /// Records the steps of the first sample of all pixels of a session.
 fn record(setup: &RenderSetup, session: Session, options: Options, far: f32) -> Recorder<'_> {
     let mut recorder = Recorder::new(setup, options, far);
-    session.with_samples(0..1).observe(None, &mut |event| recorder.take(event));
+    session.with_samples(0..1).observe_by(None, &mut recorder);
     recorder.end_turn(0);
     recorder
 }
@@ -123,11 +125,28 @@ struct Recorder<'a> {
     /// All materials that rays have hit.
     materials: BTreeSet<u32>,
     steps: Vec<Value>,
+    /// True if there are more steps.
+    is_cut: bool,
+}
+
+impl Observer for Recorder<'_> {
+    fn is_active(&self) -> bool {
+        true
+    }
+
+    fn report(&mut self, event: &Event) {
+        self.take(event);
+    }
+
+    fn stops(&mut self, rays: u64) -> bool {
+        self.is_cut |= self.steps.len() == MOST_STEPS || rays > MOST_RAYS;
+        self.is_cut
+    }
 }
 
 impl<'a> Recorder<'a> {
     fn new(setup: &'a RenderSetup, options: Options, far: f32) -> Self {
-        let order = |sorting| MaterialRanges::new(options.wave, setup.scene.materials.len(), sorting);
+        let order = |sorting| MaterialRanges::new(MOST_PATHS, setup.scene.materials.len(), sorting);
         Self {
             setup,
             lines: ImageLines::new(setup),
@@ -145,6 +164,7 @@ impl<'a> Recorder<'a> {
             ended: 0,
             materials: BTreeSet::new(),
             steps: Vec::new(),
+            is_cut: false,
         }
     }
 
@@ -179,6 +199,9 @@ impl<'a> Recorder<'a> {
     }
 
     fn end_stage(&mut self, flow: &Flow) {
+        if self.steps.len() == MOST_STEPS {
+            return;
+        }
         match flow.stage {
             Stage::Intersect => {
                 let rays = take(&mut self.found);

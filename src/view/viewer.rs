@@ -88,7 +88,7 @@ impl Snapshot {
         let ((names, entities), wanted) = (scene.names(), scene.settings().samples);
         let region = gathered.film.region();
         let (size, gathered) = ([region.width(), region.height()], Arc::new(gathered));
-        let recipe = Arc::new(scene.recipe(&setup));
+        let recipe = Arc::new(scene.recipe());
         Snapshot {
             setup,
             gathered,

@@ -122,13 +122,15 @@ fn good_scenes_get_no_findings() {
         let text = scene("transport: Path", &format!("EYE, BALL, FLOOR, {more}"));
         assert_eq!(told(&world(&text)), [], "{more}");
     }
-    // In rooms: with a lamp, and before a picture all around.
+    // In rooms: with a lamp, with a small bulb, before a picture all around, and before one with something small.
     let eye =
         "(camera: Pinhole(vertical_fov_degrees: 40), transform: LookAt(from: (0, 0, 0.3), to: (0, 0, 0)))";
     for room in [
         r#"(shape: Box(size_m: 4)), (light: Point(power_w: 20), transform: (translate: (0.5, 1.5, 0.5)))"#,
         r#"(shape: Box(size_m: 4)), FLOOR, (light: Point(power_w: 20), transform: (translate: (0.5, 1.5, 0.5)))"#,
         r#"(shape: Sphere(radius_m: 4), material: (emission: 0.5))"#,
+        r#"(shape: Box(size_m: 4)), (shape: Sphere(radius_m: 0.03), material: (emission: 900), transform: (translate: (0.3, 1.7, 0.9)))"#,
+        r#"(shape: Sphere(radius_m: 100), material: (emission: 0.5)), (shape: Sphere(radius_m: 0.02))"#,
     ] {
         let told = told(&world(&scene("transport: Path", &format!("{eye}, {room}"))));
         assert!(told.iter().all(|finding| finding.code != "camera-inside"), "{room}: {told:?}");

@@ -73,7 +73,7 @@ impl<'a> SceneText<'a> {
     /// The advice for the value of an option that is a colour of digits without quotes.
     pub(super) fn color_of_option(&self, text: &'a str) -> Option<String> {
         let digits = text.trim().strip_prefix('#')?;
-        let is_color = [3, 6].contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let is_color = super::slips::is_hexadecimal_color(digits);
         self.parts[self.part_of(text)].option.as_ref().filter(|_| is_color)?;
         Some(format!("a colour stands in quotes{}", self.advice_at(text, &format!("\"#{digits}\""))))
     }

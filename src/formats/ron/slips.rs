@@ -7,14 +7,20 @@ use super::scan;
 /// The units that people write behind numbers.
 const UNITS: [&str; 14] = ["m", "cm", "mm", "km", "kg", "s", "ms", "W", "w", "lm", "cd", "lx", "K", "deg"];
 
+/// True for the digits of a colour, as in "#ff8000".
+pub(super) fn is_hexadecimal_color(digits: &str) -> bool {
+    [3, 6].contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit())
+}
+
 /// The advice for the place where reading stopped, if an error is one of these slips: `before` and `stop` are the text
 /// before that place and from there on.
 pub(super) fn advice(code: &Error, before: &str, stop: &str) -> Option<String> {
     let before = before.trim_end();
     let (name, rest) = scan::split_identifier(stop);
     let first = stop.chars().next()?;
-    let digits = stop.strip_prefix('#').map(|rest| rest.split(|c: char| !c.is_ascii_alphanumeric()).next());
-    if let Some(Some(digits)) = digits.filter(|it| it.is_some_and(|it| [3, 6].contains(&it.len()))) {
+    let word =
+        stop.strip_prefix('#').and_then(|rest| rest.split(|c: char| !c.is_ascii_alphanumeric()).next());
+    if let Some(digits) = word.filter(|word| is_hexadecimal_color(word)) {
         return Some(format!("a colour stands in quotes: \"#{digits}\""));
     }
     match code {

@@ -51,14 +51,16 @@ impl Edits {
                 |entity: &hecs::Entity| world.entities.satisfies::<hecs::Or<&Shape, &Light>>(*entity);
             let (mut idle, mut cameras) = (Vec::new(), Vec::new());
             for (query, text) in queries.iter().zip(&self.hide) {
-                // Those that another query hides count, too.
-                let one = meant(world, std::slice::from_ref(query), "hide", std::slice::from_ref(text))?;
-                if one.iter().any(|entity| is_visible(entity) && !is_added(entity)) {
+                let order = world.in_order();
+                let own: Vec<_> = order.into_iter().filter(|entity| query.matches(world, *entity)).collect();
+                let is_camera = |entity: &hecs::Entity| world.entities.satisfies::<&Camera>(*entity);
+                if own.iter().all(|entity| is_camera(entity) && !is_visible(entity)) {
+                    cameras.extend(own);
                     continue;
                 }
-                let before = cameras.len();
-                cameras.extend(one.into_iter().filter(|it| world.entities.satisfies::<&Camera>(*it)));
-                if cameras.len() == before {
+                // Those that another query hides count, too.
+                let one = meant(world, std::slice::from_ref(query), "hide", std::slice::from_ref(text))?;
+                if !one.iter().any(|entity| is_visible(entity) && !is_added(entity)) {
                     idle.push(text);
                 }
             }

@@ -48,10 +48,10 @@ function showBoxes() {
 
 function boxesText({ level, last, count: all, is_complete, is_limited, boxes: drawn }) {
   const number = `${is_complete ? "" : "at least "}${count(all)} ${all === 1 ? "box" : "boxes"}`;
-  const some = is_limited
-    ? `, ${count(drawn.length)} of those seen are drawn`
-    : drawn.length === 0
-      ? ": the image shows none of their edges"
+  const some = drawn.length === 0
+    ? ": the image shows none of their edges"
+    : is_limited
+      ? `, ${count(drawn.length)} of those seen are drawn`
       : drawn.length < all
         ? `, ${count(drawn.length)} seen`
         : "";

@@ -58,9 +58,9 @@ const askForSteps = newestOnly(async () => {
 
 /** Requests the steps again after a restart. */
 function followSteps() {
-  if (steps === null || steps.generation === state.generation) return;
+  if (!byId("steps-panel").open) return;
   drawSteps();
-  askForSteps();
+  if (steps?.generation !== state.generation) askForSteps();
 }
 
 function chooseWave(pixel) {

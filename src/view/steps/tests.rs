@@ -109,3 +109,18 @@ fn all_paths_end_and_none_wait_at_the_end() {
     assert_eq!(number(&last["queues"], "waiting"), 0);
     assert!(forks > 0 && steps.iter().any(|step| number(&step["queues"], "waiting") > 0), "{forks}");
 }
+
+#[test]
+fn waves_of_any_size_have_steps_and_an_end() {
+    for text in SCENES {
+        let setup = setup_of(text);
+        for wave in [1, 7, 100, 4096] {
+            let (options, _) = options(Options { wave, ..Options::default() }, setup.size, [25, 20]);
+            let recorder = record(&setup, Session::of(setup.clone(), 4, options), options, 100.0);
+            let count = recorder.steps.len();
+            assert!((5..=MOST_STEPS).contains(&count), "{wave}: {count}");
+            assert!(recorder.is_cut || recorder.steps.last().unwrap()["queues"]["wave"] == 0);
+            assert!(wave > 1 || setup.sharing.is_some() || recorder.is_cut);
+        }
+    }
+}

@@ -104,15 +104,23 @@ impl QueryReader<'_, '_> {
         };
         let field = scan::split_identifier(path.trim_start()).0;
         let is_component = Component::ALL.iter().any(|(name, _)| *name == field);
+        let owner = |entity: &str| {
+            let found = world.in_order().into_iter().find(|id| world.name_of(*id) == entity);
+            found.and_then(|id| owner_of(world, id, field))
+        };
+        let has_itself = |entity: &str| owner(entity).is_some_and(|owner| owner != Component::Material);
         let target = match (entity, material) {
-            (_, Some(material)) if !is_component => format!("Material[{}].{field}", quoted(&material)),
+            (entity, Some(material))
+                if !is_component && !entity.as_ref().is_some_and(|it| has_itself(it)) =>
+            {
+                format!("Material[{}].{field}", quoted(&material))
+            }
             (Some(entity), _) => {
-                let owner = world.in_order().into_iter().find(|id| world.name_of(*id) == entity);
-                let owner = owner.and_then(|id| owner_of(world, id, field)).filter(|_| !is_component);
+                let owner = owner(&entity).filter(|_| !is_component);
                 let owner = owner.map_or_else(String::new, |owner| format!(".{}", owner.name()));
                 format!("{}{owner}.{field}", quoted(&entity))
             }
-            (None, Some(_)) => format!("Shape[material={}].{field}", quoted(part)),
+            (None, Some(material)) => format!("Shape[material={}].{field}", quoted(&material)),
             (None, None) => return None,
         };
         Some(format!("names stand in double quotes: did you mean {target}?"))
@@ -261,19 +269,27 @@ impl Statement<'_> {
             None if self.operator != Operator::Set => return None,
             None => "",
         };
+        let end = scan::offset_of(self.text, letter)?;
+        let target = self.text[..end].trim_end().trim_end_matches('.').trim_end();
         let numbers: Vec<f64> = match present.starts_with('(') {
             true => {
                 let items = present[1..].trim_end_matches(')').split(',').map(str::trim);
                 items.filter(|item| !item.is_empty()).map(|item| item.parse().ok()).collect::<Option<_>>()?
             }
-            false => present.parse().map_or_else(|_| Vec::new(), |number| vec![number; 3]),
+            // One number stands for three in colours and in `scale`.
+            false if "rgb".contains(letter) || *field == "scale" => {
+                present.parse().map_or_else(|_| Vec::new(), |number| vec![number; 3])
+            }
+            false if present.parse::<f64>().is_ok() => {
+                let Self { operator, value, .. } = self;
+                return Some(format!("{field} is one number: write {target} {} {value}", operator.sign()));
+            }
+            false => Vec::new(),
         };
         let is_text = present.is_empty() || present.starts_with('"');
         if !is_text && numbers.len() <= axis {
             return None;
         }
-        let end = scan::offset_of(self.text, letter)?;
-        let target = self.text[..end].trim_end().trim_end_matches('.').trim_end();
         let what = format!("{field} has no field \"{letter}\"");
         let by: Option<f64> = self.value.parse().ok();
         let neutral = match self.operator {
