@@ -12,6 +12,11 @@ from .ron import Ron, form
 # A map: a number, a colour, or RON.
 Map = Any
 
+
+class NotCarried(Exception):
+    """A texture that rayfront has no counterpart of."""
+
+
 FOLDED: dict[str, Callable[[float, float], float]] = {
     "Add": lambda x, y: x + y,
     "Subtract": lambda x, y: x - y,
@@ -35,6 +40,12 @@ def combined(operation: str, x: Map, y: Map) -> Map:
             x, y = y, x
         if operation in OPPOSITES and isinstance(y, (int, float)) and y < 0:
             operation, y = OPPOSITES[operation], -y  # The program takes no negative numbers.
+        if operation == "Max" and (below_zero(x) or below_zero(y)):
+            return y if below_zero(x) else x  # No texture is below 0.
+        if operation == "Subtract" and isinstance(x, (int, float)) and x <= 0:
+            return 0.0
+        if below_zero(x) or below_zero(y):
+            raise NotCarried("a number below 0 beside a texture")
         return form(operation, a=whole(x), b=whole(y))
     fold = FOLDED[operation]
     if isinstance(x, tuple) or isinstance(y, tuple):
@@ -131,8 +142,15 @@ def mixed(x: Map, y: Map, by: Map) -> Map:
     if by == 1:
         return y
     if isinstance(x, Ron) or isinstance(y, Ron) or isinstance(by, Ron):
+        if below_zero(x) or below_zero(y):
+            raise NotCarried("a number below 0 beside a texture")
         return form("Mix", a=whole(x), b=whole(y), by=by)
     return combined("Add", combined("Multiply", x, 1 - by), combined("Multiply", y, by))
+
+
+def below_zero(x: Map) -> bool:
+    """Whether a map is a number below 0, or a colour of which a part is."""
+    return not isinstance(x, Ron) and min(x if isinstance(x, tuple) else (x,)) < 0
 
 
 def said(value: Any) -> str:

@@ -15,6 +15,10 @@ from .nodes import Input, Output, weights
 
 Value = np.ndarray
 
+# The longest chain of nodes, far from the depth at which Python gives up.
+DEEPEST = 100
+TOO_DEEP = "a ring or a very long chain of nodes"
+
 
 class Unknown(Exception):
     """A node that cannot be computed here."""
@@ -29,6 +33,7 @@ class Evaluator:
     def __init__(self, directions: Value | None):
         self.directions = directions
         self.known: dict[Any, Value] = {}
+        self.open: list[Any] = []
 
     def input(self, socket: Input) -> Value:
         source = socket.source()
@@ -45,7 +50,13 @@ class Evaluator:
         if key not in self.known:
             if source.type not in NODES:
                 raise Unknown(f"the node {source.node.bl_label}")
-            self.known[key] = np.asarray(NODES[source.type](self, source), float)
+            if key in self.open or len(self.open) >= DEEPEST:
+                raise Unknown(TOO_DEEP)
+            self.open.append(key)
+            try:
+                self.known[key] = np.asarray(NODES[source.type](self, source), float)
+            finally:
+                self.open.pop()
         return self.known[key]
 
     def inputs(self, source: Output) -> list[Value]:
@@ -165,12 +176,8 @@ class Evaluator:
         by, color = self.inputs(source)
         mapping = source.node.mapping
         mapping.initialize()
-        high = max(float(color.max()), 1.0)
-        places, found = np.linspace(0, high, 1025), []
-        for number in range(3):
-            after = [mapping.evaluate(mapping.curves[3], t) for t in places]
-            table = [mapping.evaluate(mapping.curves[number], t) for t in after]
-            found.append(np.interp(color[..., number], places, table))
+        after = curved(mapping, mapping.curves[3], color)
+        found = [curved(mapping, mapping.curves[number], after[..., number]) for number in range(3)]
         return color + by * (np.stack(found, axis=-1) - color)
 
     def _invert(self, source: Output) -> Value:
@@ -207,13 +214,26 @@ class Evaluator:
         return texels(image, 0.5 - np.arctan2(y, x) / (2 * math.pi), np.arctan2(z, np.hypot(x, y)) / math.pi + 0.5)
 
 
+def curved(mapping: Any, curve: Any, values: Value) -> Value:
+    """Values by a curve, which goes straight on beyond its first and last points."""
+    places = [point.location[0] for point in curve.points]
+    low, high = min(places), max(places)
+    inner = np.linspace(low, high, 1025)
+    table = [mapping.evaluate(curve, t) for t in inner]
+    before = table[0] - mapping.evaluate(curve, low - 1)
+    after = mapping.evaluate(curve, high + 1) - table[-1]
+    beyond = np.minimum(values - low, 0) * before + np.maximum(values - high, 0) * after
+    return np.interp(values, inner, table) + beyond
+
+
 def texels(image: Any, u: Value, v: Value) -> Value:
     """A picture's colours, bilinearly; it goes on to the left and right."""
     space = image.colorspace_settings.name
     rows = pixels(image)[::-1, :, :3].astype(np.float32)
-    if space == "sRGB":
+    is_coded = not image.is_float  # Else Blender has made them linear.
+    if is_coded and space == "sRGB":
         rows = np.where(rows < 0.04045, rows / 12.92, ((np.maximum(rows, 0) + 0.055) / 1.055) ** 2.4)
-    elif space not in {"Non-Color", "Linear Rec.709"}:
+    elif is_coded and space not in {"Non-Color", "Linear Rec.709"}:
         raise Unknown(f"the colour space {space}")
     height, width = rows.shape[:2]
     x, y = u * width - 0.5, np.clip(v * height - 0.5, 0, height - 1)

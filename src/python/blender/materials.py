@@ -310,7 +310,7 @@ class Material:
         elif abs(level - 0.5) > 1e-4:
             # The reflectance straight on times twice the level, as another index of refraction.
             root = ((fields["ior"] - 1) / (fields["ior"] + 1)) ** 2 * 2 * level
-            root = min(root, 0.98) ** 0.5
+            root = min(max(root, 0.0), 0.98) ** 0.5
             fields["ior"] = (1 + root) / (1 - root)
             if root < 1e-3:
                 fields["specular"] = 0.0
@@ -322,7 +322,7 @@ class Material:
         if through != 0:
             fields |= {"transmission": through, "volume": Ron("()")}
             if through == 1 and isinstance(color, tuple):
-                fields["base_color"] = tuple(c**0.5 for c in color)  # Cycles tints by the root at each surface.
+                fields["base_color"] = tuple(max(c, 0.0) ** 0.5 for c in color)  # Cycles tints by the root at each surface.
             elif not one(color):
                 self.warn("the colour of glass that is a texture, or mixed: it counts on the way in and out")
         weight = maps.number(source.input("Subsurface Weight"))
@@ -416,7 +416,7 @@ def _conductor(index: tuple[float, ...], extinction: tuple[float, ...]) -> tuple
     cosine = math.cos(math.radians(82))
     colors, tints = [], []
     for n, k in zip(index, extinction):
-        straight, grazing = (_reflectance(max(n, 0.0), max(k, 0.0), c) for c in (1.0, cosine))
+        straight, grazing = (_reflectance(max(n, 1e-4), max(k, 0.0), c) for c in (1.0, cosine))
         colors.append(straight)
         tints.append(grazing / (straight + (1 - straight) * (1 - cosine) ** 5))
     return tuple(colors), tuple(tints)

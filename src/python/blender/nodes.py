@@ -44,8 +44,11 @@ class Input(NamedTuple):
 
     def _end(self) -> Output | Input:
         """Follows the links, to an output or to the input whose value counts."""
-        socket, groups = self.socket, self.groups
+        socket, groups, seen = self.socket, self.groups, set()
         while socket.is_linked and not socket.links[0].is_muted:
+            if not socket.links[0].is_valid or (socket.as_pointer(), groups) in seen:
+                return self  # A ring of reroutes.
+            seen.add((socket.as_pointer(), groups))
             output = socket.links[0].from_socket
             node = output.node
             if node.type == "REROUTE":

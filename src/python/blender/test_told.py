@@ -101,3 +101,72 @@ def cells_of_world(scene: Any, of: Any) -> None:
 def half_subsurface(scene: Any, of: Any) -> None:
     scenes.shader(of).inputs["Subsurface Weight"].default_value = 0.5
     scenes.shader(of).inputs["Subsurface Anisotropy"].default_value = 0.8
+
+
+@case([], [])
+def ring_of_reroutes(scene: Any, of: Any) -> None:
+    nodes, links = of.node_tree.nodes, of.node_tree.links
+    first, second = (nodes.new("NodeReroute") for _ in range(2))
+    links.new(first.outputs[0], second.inputs[0])
+    links.new(second.outputs[0], first.inputs[0])
+    links.new(second.outputs[0], scenes.shader(of).inputs["Roughness"])
+
+
+@case([], [])
+def ring_of_numbers(scene: Any, of: Any) -> None:
+    links = of.node_tree.links
+    first = scenes.node(of, "ShaderNodeMath", scenes.shader(of).inputs["Roughness"])
+    second = scenes.node(of, "ShaderNodeMath", first.inputs[0])
+    links.new(first.outputs[0], second.inputs[0])
+    links.new(first.outputs[0], second.inputs[1])
+
+
+def chain(of: Any, operation: str, count: int) -> Any:
+    """A chain of Math nodes into Roughness. Returns the input of its first."""
+    socket = scenes.shader(of).inputs["Roughness"]
+    for _ in range(count):
+        math = scenes.node(of, "ShaderNodeMath", socket)
+        math.operation, socket = operation, math.inputs[0]
+    return socket
+
+
+@case([], ["the node Math of the operation Sine"])
+def chain_on_noise(scene: Any, of: Any) -> None:
+    scenes.node(of, "ShaderNodeTexNoise", chain(of, "SINE", 30))
+
+
+@case([], ["a very long chain of nodes"])
+def long_chain(scene: Any, of: Any) -> None:
+    scenes.node(of, "ShaderNodeTexNoise", chain(of, "MULTIPLY", 300))
+
+
+@case(["Subtract(a: 1.0"], [])
+def turned_round(scene: Any, of: Any) -> None:
+    math = scenes.node(of, "ShaderNodeMath", scenes.shader(of).inputs["Roughness"])
+    math.operation = "MULTIPLY_ADD"
+    scenes.node(of, "ShaderNodeTexChecker", math.inputs[0], "Fac")
+    math.inputs[1].default_value, math.inputs[2].default_value = -1, 1
+
+
+@case([], ["a number below 0 beside a texture"])
+def below_zero(scene: Any, of: Any) -> None:
+    math = scenes.node(of, "ShaderNodeMath", scenes.shader(of).inputs["Roughness"])
+    math.operation = "MULTIPLY"
+    scenes.node(of, "ShaderNodeTexChecker", math.inputs[0], "Fac")
+    math.inputs[1].default_value = -1
+
+
+@case(["Curve("], [])
+def stops_in_one_place(scene: Any, of: Any) -> None:
+    ramp = scenes.node(of, "ShaderNodeValToRGB", scenes.shader(of).inputs["Base Color"])
+    scenes.node(of, "ShaderNodeTexChecker", ramp.inputs[0], "Fac")
+    ramp.color_ramp.interpolation = "CONSTANT"
+    for position in (0.5, 0.5):
+        ramp.color_ramp.elements.new(position)
+
+
+@case([], ["edge tint above 1"])
+def metal_that_reflects_all(scene: Any, of: Any) -> None:
+    metal = scenes.surface(of, "ShaderNodeBsdfMetallic")
+    metal.fresnel_type = "PHYSICAL_CONDUCTOR"
+    metal.inputs["IOR"].default_value, metal.inputs["Extinction"].default_value = (0, 0.5, 1), (0, 2, 3)

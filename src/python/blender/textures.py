@@ -11,9 +11,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from mathutils import Vector
 
-from .arithmetic import Map, channel, clamped, combined, grey, is_arithmetic, joined, mixed, said, share, whole
+from .arithmetic import (
+    Map,
+    NotCarried,
+    below_zero,
+    channel,
+    clamped,
+    combined,
+    grey,
+    is_arithmetic,
+    joined,
+    mixed,
+    said,
+    share,
+    whole,
+)
 from .coordinates import Coordinates, MeshSpace, coordinates
-from .evaluate import Evaluator, Unknown
+from .evaluate import DEEPEST, TOO_DEEP, Evaluator, Unknown
 from .images import ASSOCIATED, LUMINANT, MASKED, PLAIN, Images
 from .nodes import WIDE, Input, Output, adjusted, leads_to, weights
 from .ron import Ron, form
@@ -29,10 +43,6 @@ WAVES = {"X": (20, 0, 0), "Y": (0, 20, 0), "Z": (0, 0, 20), "DIAGONAL": (10, 10,
 XYZ_TO_RGB = np.array(
     ((3.2404542, -1.5371385, -0.4985314), (-0.9692660, 1.8760108, 0.0415560), (0.0556434, -0.2040259, 1.0572252))
 )
-
-
-class NotCarried(Exception):
-    """A texture that rayfront has no counterpart of."""
 
 
 class ObjectInfo(NamedTuple):
@@ -84,6 +94,9 @@ class Maps:
         self.warn = lambda what: warn(f"{user}: {what}")
         self.mesh_counts = self.object_counts = False
         self.vertex_colors: str | None = None
+        # What outputs are, or why they have no counterpart; and those whose nodes are being followed.
+        self.known: dict[Any, Map | NotCarried] = {}
+        self.open: list[Any] = []
 
     def color(self, socket: Input) -> Map:
         """A colour, or a texture."""
@@ -107,7 +120,7 @@ class Maps:
         if source is None:
             return socket.value
         try:
-            return convert(source)
+            return self._output(source, convert)
         except NotCarried as reason:
             with contextlib.suppress(Unknown):
                 found = Evaluator(None).input(socket)
@@ -118,6 +131,23 @@ class Maps:
                 return self._value(behind, convert)
             self.warn(f"{reason} (for {socket.socket.name}, where {said(socket.value)} stands in)")
             return socket.value
+
+    def _output(self, source: Output, convert: Callable[[Output], Map]) -> Map:
+        key = source.socket.as_pointer(), source.groups, convert.__name__
+        if key in self.open or len(self.open) >= DEEPEST // 2:
+            raise NotCarried(TOO_DEEP)
+        if key not in self.known:
+            self.open.append(key)
+            try:
+                self.known[key] = convert(source)
+            except NotCarried as reason:
+                self.known[key] = reason
+            finally:
+                self.open.pop()
+        found = self.known[key]
+        if isinstance(found, NotCarried):
+            raise found
+        return found
 
     def _behind(self, source: Output) -> Input | None:
         """The input that stands in for a node without a counterpart: one with an image behind it, else its first colour."""
@@ -146,7 +176,7 @@ class Maps:
         if kind == "INVERT" and not source.input(0).source():
             return self._lerp(source.input("Color"), 1 - source.input(0).value)
         if kind == "GAMMA" and not any(i.source() for i in source.inputs()):
-            return tuple(c ** source.input("Gamma").value for c in source.input("Color").value)
+            return tuple(max(c, 0.0) ** source.input("Gamma").value for c in source.input("Color").value)
         if kind == "VALTORGB":
             return self._ramp(source)
         if kind in {"COMBINE_COLOR", "COMBRGB"} and getattr(node, "mode", "RGB") == "RGB":
@@ -275,11 +305,14 @@ class Maps:
 
     def _operation(self, source: Output) -> Map:
         operation = source.node.operation
-        a, b = (self.number(i) for i in (source.inputs() * 2)[:2])
-        if operation == "MULTIPLY_ADD":
-            return combined("Add", combined("Multiply", a, b), self.number(source.inputs()[2]))
-        if operation not in OPERATIONS:
+        if operation not in OPERATIONS and operation != "MULTIPLY_ADD":
             raise NotCarried(f"the node Math of the operation {operation.title()}")
+        a, b = (self.number(i) for i in source.inputs()[:2])
+        if operation == "MULTIPLY_ADD":
+            more = self.number(source.inputs()[2])
+            if isinstance(a, Ron) and not isinstance(b, Ron) and below_zero(b):
+                return combined("Subtract", more, combined("Multiply", a, -b))
+            return combined("Add", combined("Multiply", a, b), more)
         return combined(OPERATIONS[operation], a, b)
 
     def _ramp(self, source: Output) -> Map:
@@ -296,7 +329,7 @@ class Maps:
             return form("Curve", of=whole(of), stops=[(place, part(ramp.evaluate(place))) for place in sorted(places)])
         for element in ramp.elements:
             if ramp.interpolation == "CONSTANT" and stops:
-                stops.append((max(element.position - 1e-5, 0.0), stops[-1][1]))
+                stops.append((max(element.position - 1e-5, stops[-1][0]), stops[-1][1]))
             stops.append((element.position, part(element.color)))
         return form("Curve", of=whole(of), stops=stops)
 

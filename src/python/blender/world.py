@@ -96,6 +96,8 @@ def _background(source: Output | None, images: Images, maps: Maps) -> Surroundin
         maps.warn(f"the node {behind.node.bl_label}: its {through.socket.name} goes through unchanged")
         behind = through.source()
     if behind and behind.type == "TEX_ENVIRONMENT":
+        if str(reason).startswith("the coordinates"):
+            maps.warn(f"{reason} of its picture: it lies as by Generated")
         return Surroundings((_picture(behind, strength, images, maps),))
     if behind and behind.type == "TEX_SKY":
         return Surroundings(_sky(behind.node, strength, images, maps))
@@ -129,10 +131,8 @@ def _is_carried(source: Output) -> bool:
 
 def _baked(color: Input, strength: Input, images: Images) -> Surroundings:
     """Nodes of a world as a picture, or as one colour. An `Unknown` if they cannot be computed."""
-    width, height = 1024, 512
-    for node in color.socket.id_data.nodes:
-        if node.type == "TEX_ENVIRONMENT" and node.image:
-            width, height = (min(max(side, least), 4 * least) for side, least in zip(node.image.size, (width, height)))
+    sizes = [(1024, 512), *_sizes(color.socket.id_data)]
+    width, height = (min(max(sides), most) for sides, most in zip(zip(*sizes), (4096, 2048)))
     around = math.pi * (1 - 2 * (np.arange(width) + 0.5) / width)
     up = math.pi * (0.5 - (np.arange(height) + 0.5) / height)[:, None]
     level, rise = np.cos(up), np.sin(up) + 0 * around
@@ -143,6 +143,17 @@ def _baked(color: Input, strength: Input, images: Images) -> Surroundings:
     name = "world.exr"
     exr.write(os.path.join(images.folder, name), np.broadcast_to(light, (height, width, 3)).astype(np.float32))
     return Surroundings((_around(name, 1.0, Matrix.Identity(3)),))
+
+
+def _sizes(tree: Any) -> list[tuple[int, int]]:
+    """The sizes of the pictures of a tree and its groups."""
+    sizes = []
+    for node in tree.nodes:
+        if node.type == "TEX_ENVIRONMENT" and node.image:
+            sizes.append(tuple(node.image.size))
+        elif node.type == "GROUP" and node.node_tree:
+            sizes += _sizes(node.node_tree)
+    return sizes
 
 
 def _plain(color: tuple[float, ...]) -> Surroundings:
