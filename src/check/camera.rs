@@ -157,10 +157,8 @@ fn inside(checked: &Checked) -> Option<Diagnostic> {
     let is_dark = checked.probes.dark() > 0.5 && !emits;
     // An entity that is small in the image escapes the rays about the camera.
     let is_other = |entity: u32| entity != 0 && entity != around.entity + 1;
-    if checked.probes.seen().any(|(features, _)| is_other(features.entity)) {
-        return None;
-    }
-    if has_lamp_beside(checked, &mut tracer) {
+    let sees_other = checked.probes.seen().any(|(features, _)| is_other(features.entity));
+    if sees_other || has_lamp_beside(checked, &mut tracer) {
         return None;
     }
     if !is_dark {

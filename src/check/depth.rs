@@ -62,7 +62,8 @@ fn without_caustics(checked: &Checked, setup: &RenderSetup) -> Option<Diagnostic
         && setup.chooses_photons
         && setup.max_depth > 0
         && !scene.emitters.is_empty()
-        && scene.materials.iter().any(throws);
+        && scene.materials.iter().any(throws)
+        && scene.materials.iter().any(|material| material.ends_photons_under(setup.transport));
     is_missed.then(|| {
         let what = "diffuse_depth: 0 leaves out the light that glass throws on matte surfaces (caustics)";
         finding("no-caustics", None, what, "`--diffuse-depth 1`, or `--caustics off`")

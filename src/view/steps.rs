@@ -60,7 +60,9 @@ fn options(shown: Options, size: [u32; 2], place: [u32; 2]) -> (Options, Region)
 fn record(setup: &RenderSetup, session: Session, options: Options, far: f32) -> Recorder<'_> {
     let mut recorder = Recorder::new(setup, options, far);
     session.with_samples(0..1).observe_by(None, &mut recorder);
-    recorder.end_turn(0);
+    if !recorder.is_cut {
+        recorder.end_turn(0);
+    }
     recorder
 }
 

@@ -43,7 +43,7 @@ pub fn run(arguments: &Check) -> Result<ExitCode, Failure> {
     if arguments.json {
         let notes: Vec<_> = notes.iter().map(Diagnostic::to_string).collect();
         let findings: Vec<_> = findings.iter().map(json_of).collect();
-        let json = json!({"scene": output::path_json(path), "warnings": notes, "findings": findings});
+        let json = json!({"scene": output::path_json(path), "notes": notes, "findings": findings});
         output::print(&format!("{json}\n"))?;
     } else {
         let mut text: String = notes.iter().map(|note| format!("note: {note}\n")).collect();

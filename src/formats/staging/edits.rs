@@ -49,11 +49,11 @@ impl Edits {
             all.retain(|entity| !is_added(entity));
             let is_visible =
                 |entity: &hecs::Entity| world.entities.satisfies::<hecs::Or<&Shape, &Light>>(*entity);
-            let (mut idle, mut cameras) = (Vec::new(), Vec::new());
+            let is_camera = |entity: &hecs::Entity| world.entities.satisfies::<&Camera>(*entity);
+            let (order, mut idle, mut cameras) = (world.in_order(), Vec::new(), Vec::new());
             for (query, text) in queries.iter().zip(&self.hide) {
-                let order = world.in_order();
-                let own: Vec<_> = order.into_iter().filter(|entity| query.matches(world, *entity)).collect();
-                let is_camera = |entity: &hecs::Entity| world.entities.satisfies::<&Camera>(*entity);
+                let own: Vec<_> =
+                    order.iter().filter(|entity| query.matches(world, **entity)).copied().collect();
                 if own.iter().all(|entity| is_camera(entity) && !is_visible(entity)) {
                     cameras.extend(own);
                     continue;

@@ -908,15 +908,9 @@ def kinds_of_objects() -> None:
     scene = scenes.lamps(SIZE, "SUN")
     bpy.ops.mesh.primitive_plane_add(size=4, location=(0, 0, 0.2))
     modifier = bpy.context.object.modifiers.new("nodes", "NODES")
-    tree = modifier.node_group = bpy.data.node_groups.new("cubes", "GeometryNodeTree")
-    for direction in ("INPUT", "OUTPUT"):
-        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
-    first, last, copies, cube, both = (
-        tree.nodes.new(kind)
-        for kind in (
-            "NodeGroupInput", "NodeGroupOutput", "GeometryNodeInstanceOnPoints", "GeometryNodeMeshCube", "GeometryNodeJoinGeometry",
-        )
-    )  # fmt: skip
+    kinds = "GeometryNodeInstanceOnPoints", "GeometryNodeMeshCube", "GeometryNodeJoinGeometry"
+    first, last, copies, cube, both = scenes.geometry("cubes", *kinds)
+    tree = modifier.node_group = first.id_data
     cube.inputs[0].default_value = (0.5, 0.5, 0.5)
     for output, to in (
         (first.outputs[0], copies.inputs["Points"]), (cube.outputs[0], copies.inputs["Instance"]),
@@ -987,15 +981,9 @@ def hair() -> None:
     curves.attributes.remove(curves.attributes["radius"])
     compare("hair_without_radius", scene, 64, 64)
     # Bent by time, and all of another material.
-    tree = bpy.data.node_groups.new("bend", "GeometryNodeTree")
-    for direction in ("INPUT", "OUTPUT"):
-        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
-    first, last, place, clock, along = (
-        tree.nodes.new(kind)
-        for kind in (
-            "NodeGroupInput", "NodeGroupOutput", "GeometryNodeSetPosition", "GeometryNodeInputSceneTime", "ShaderNodeCombineXYZ",
-        )
-    )  # fmt: skip
+    kinds = "GeometryNodeSetPosition", "GeometryNodeInputSceneTime", "ShaderNodeCombineXYZ"
+    first, last, place, clock, along = scenes.geometry("bend", *kinds)
+    tree = first.id_data
     for output, to in (
         (first.outputs[0], place.inputs["Geometry"]), (place.outputs[0], last.inputs[0]),
         (clock.outputs["Seconds"], along.inputs["X"]), (along.outputs[0], place.inputs["Offset"]),

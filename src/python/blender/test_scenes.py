@@ -87,6 +87,14 @@ def node(material: Any, kind: str, to: Any = None, out: str | int = 0, **inputs:
     return found
 
 
+def geometry(name: str, *kinds: str) -> list[Any]:
+    """A tree of geometry nodes: the nodes of its input and output, and one of each kind."""
+    tree = bpy.data.node_groups.new(name, "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    return [tree.nodes.new(kind) for kind in ("NodeGroupInput", "NodeGroupOutput", *kinds)]
+
+
 def group(tree: Any, kind: str, to: Any, **free: Any) -> Any:
     """Adds a group with one node to a tree, and links its output. Inputs of the node in `free` are the group's."""
     inner, outer = bpy.data.node_groups.new(kind, "ShaderNodeTree"), tree.nodes.new("ShaderNodeGroup")

@@ -134,6 +134,7 @@ class Maps:
 
     def _output(self, source: Output, convert: Callable[[Output], Map]) -> Map:
         key = source.socket.as_pointer(), source.groups, convert.__name__
+        # A node takes more of Python's depth here than in an Evaluator.
         if key in self.open or len(self.open) >= DEEPEST // 2:
             raise NotCarried(TOO_DEEP)
         if key not in self.known:

@@ -121,7 +121,7 @@ function showStepLanes(step) {
   const rows = (all) => Array.from({ length: Math.ceil(all.length / lanesInRow()) }, (_, row) => all.slice(row * lanesInRow(), (row + 1) * lanesInRow()));
   if (step.items) figures.push(["as they come", rows(step.items)]);
   if (step.stage === "retire") figures.push(["closed up", rows(step.items.filter((material) => material !== null))]);
-  if (step.stage === "shade" && isSorted()) figures.push(["sorted by material", step.sorted.map(([material, lanes]) => Array(lanes).fill(material))]);
+  if (step.stage === "shade" && isSorted() && steps.width > 1) figures.push(["sorted by material", step.sorted.map(([material, lanes]) => Array(lanes).fill(material))]);
   byId("step-lanes").replaceChildren(...figures.map(([title, rows]) => laneFigure(title, rows)));
   const seen = new Set(step.items ?? []);
   const legend = steps.materials.filter(([material]) => seen.has(material)).map(([, name, color]) => {
