@@ -381,10 +381,10 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     );
     browser
         .when("the wave", "return document.getElementById('step-name').textContent === 'Turn 1, generate';");
+    browser.run("window.first = document.getElementById('steps-region').textContent; return true;");
     browser.drag([0.5, 0.8], [0, 0]);
     let chosen =
         "const t = document.getElementById('steps-region').textContent; return t !== window.first && t;";
-    browser.run("window.first = document.getElementById('steps-region').textContent; return true;");
     browser.when("a wave of the floor", chosen);
     for stage in ["intersect", "retire", "shade"] {
         browser.run("document.getElementById('next-step').click(); return true;");
