@@ -386,6 +386,9 @@ fn page_magnifies_compares_and_edits_in_a_browser() {
     let chosen =
         "const t = document.getElementById('steps-region').textContent; return t !== window.first && t;";
     browser.when("a wave of the floor", chosen);
+    // The click has picked the floor, too, whose form comes when the server has answered.
+    let other_form = "return document.getElementById('form-of').value !== 'Material[\"paint\"]';";
+    browser.when("the form of the floor", other_form);
     for stage in ["intersect", "retire", "shade"] {
         browser.run("document.getElementById('next-step').click(); return true;");
         let name = browser.run("return document.getElementById('step-name').textContent;");
