@@ -10,8 +10,10 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     if world.settings.transport != Transport::Path {
         return;
     }
-    // Rays can hit emissive materials and the environment.
-    let emits = scene.materials.iter().any(MaterialRecord::emits) || !scene.environment.is_black();
+    // Rays find emissive materials, lamps with an extent and the environment.
+    let emits = scene.materials.iter().any(MaterialRecord::emits)
+        || !scene.emitters.unseen.placed.is_empty()
+        || !scene.environment.is_black();
     let scatters = |material: &&MaterialRecord| {
         material.encloses
             && material.medium.scatters()
@@ -22,8 +24,8 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     if !scene.lights.is_empty() && !emits && scene.materials.iter().any(|material| scatters(&material)) {
         findings.push(finding("unscattered-light", 
             None,
-            "there is a body that scatters light, and none of the lamps' light is scattered in it: it bends light, and no ray can hit the lamps that there are",
-            "ior: 1 for fog; or use Area(visible: true, …) or an Environment, or diffuse_transmission: 1 instead of transmission",
+            "there is a body that scatters light, and none of the lamps' light is scattered in it: it bends light, and no ray within it finds the lamps that there are",
+            "ior: 1 for fog; or use Area(…), Point(radius_m: 0.1, …) or an Environment, or diffuse_transmission: 1 instead of transmission",
         ));
     }
 }

@@ -1,4 +1,4 @@
-//! Panes of solid glass, which block the light of emitters that no ray can hit.
+//! Panes of solid glass, which block the light of emitters without a surface.
 
 use super::probes::{Met, ProbeTracer};
 use super::{Checked, finding, is_smooth};
@@ -24,7 +24,7 @@ enum Whereabouts {
 
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let Checked { world, scene, .. } = checked;
-    // Refracted light comes from photons, or from rays that hit emitters.
+    // Refracted light comes from photons, or from paths that hit the surfaces of emitters.
     let settings = &world.settings;
     let has_photons = settings.caustics != Caustics::Off;
     let is_pane =
@@ -39,7 +39,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
         let part = 100.0 * part;
         findings.push(finding("dark-glass", 
             Some(Subject::named(name)),
-            format!("the glass of \"{pane}\" keeps its light from {part:.0} % of what it would light: no ray can hit this lamp"),
+            format!("the glass of \"{pane}\" keeps its light from {part:.0} % of what it would light: only photons bring it there"),
             remedy(has_photons),
         ));
     }
@@ -54,7 +54,7 @@ fn remedy(has_photons: bool) -> &'static str {
     }
 }
 
-/// Returns the first pane between the visible surfaces and a light that cannot be hit, and the fraction of places that
+/// Returns the first pane between the visible surfaces and a light without a surface, and the fraction of places that
 /// it darkens.
 fn pane_before(
     checked: &Checked,

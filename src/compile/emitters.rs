@@ -4,17 +4,18 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::emitter_bounds::bounds;
 use super::light_tree::{self, LightBounds};
 use super::lights::{SpotCone, WorldLight, WorldLights};
 use super::memo::{ByPtr, DebugText, debug_text};
 use super::parallelogram::parallelogram;
 use super::textured_emission::EmissionAverages;
-use crate::math::{Aabb, NONE, Rgb, Vec3};
+use crate::math::{NONE, Rgb, Vec3};
 use crate::sampling::pattern::Grid;
 use crate::scene::emitter_rows::{
     AnyRow, ConeRow, DirectionalRow, EmitterRow, PhotometricRow, PlanarRow, PointRow, SphereRow,
 };
-use crate::scene::emitters::{Emitters, flag, kind};
+use crate::scene::emitters::{Emitters, UnseenLamps, flag, kind};
 use crate::scene::environment::Environment;
 use crate::scene::material::{Coverage, MaterialRecord};
 use crate::scene::{Geometry, Textures, WhittedLight};
@@ -108,7 +109,8 @@ pub(super) fn compile(
             let cos = libm::cos(*angle as f64 / 2.0);
             let light = *irradiance * (2.0 / (1.0 + cos)) as f32;
             let row = DirectionalRow { to_light: *to_light, spread: (1.0 - cos) as f32, light };
-            let emitter = push(&mut out, kind::DIRECTIONAL, 0, row.row());
+            let flags = if row.spread > 0.0 { flag::UNSEEN } else { 0 };
+            let emitter = push(&mut out, kind::DIRECTIONAL, flags, row.row());
             out.primitive[emitter as usize] = index as u32;
             lights[index].emitter = emitter;
         }
@@ -135,96 +137,16 @@ pub(super) fn compile(
     let bounds: Vec<LightBounds> =
         (0..out.len()).map(|emitter| bounds(&out, emitter, lamps, environment, &mut glows)).collect();
     out.tree = light_tree::build(&bounds);
+    out.unseen = unseen(&out, &bounds);
     CompiledEmitters { emitters: Arc::new(out), lights, left_out }
 }
 
-/// The bounds of an emitter: its place, its directions and its power.
-fn bounds(
-    out: &Emitters,
-    emitter: usize,
-    lamps: &[WorldLight],
-    environment: &Environment,
-    glows: &mut EmissionAverages,
-) -> LightBounds {
-    let row = &out.rows[emitter];
-    let has = |flag: u32| out.flags[emitter] & flag != 0;
-    let mut light = AnyRow::of(row).light.luminance();
-    if has(flag::TEXTURED) {
-        light *= glows.mean(out.material[emitter], out.primitive[emitter]);
-    }
-    let everywhere = |place: Vec3| LightBounds {
-        bounds: Aabb { min: place, max: place },
-        far: false,
-        power: light,
-        axis: Vec3::Z,
-        cos_spread: -1.0,
-        cos_emission: 0.0,
-        two_sided: false,
-        outside: 0.0,
-    };
-    let coned = |whole: LightBounds| {
-        let ConeRow { axis, cos_outer, .. } = ConeRow::of(row);
-        LightBounds { axis, cos_spread: 1.0, cos_emission: cos_outer, ..whole }
-    };
-    match out.kinds[emitter] {
-        kind::TRIANGLE | kind::QUAD => {
-            let PlanarRow { corner, e1, e2, .. } = PlanarRow::of(row);
-            let cross = e1.cross(e2);
-            let quad = out.kinds[emitter] == kind::QUAD;
-            let round = if has(flag::ROUND) { Outline::Disc.part() } else { 1.0 };
-            let part = if quad { round } else { 0.5 };
-            let corners = [corner + e1, corner + e2, if quad { corner + e1 + e2 } else { corner }];
-            LightBounds {
-                bounds: Aabb {
-                    min: corners.into_iter().fold(corner, Vec3::min),
-                    max: corners.into_iter().fold(corner, Vec3::max),
-                },
-                power: light * cross.length() * part,
-                axis: if has(flag::REVERSED) { -cross } else { cross },
-                cos_spread: 1.0,
-                two_sided: has(flag::TWO_SIDED),
-                ..everywhere(corner)
-            }
-        }
-        kind::SPHERE => {
-            let (SphereRow { center, radius, .. }, pi) = (SphereRow::of(row), std::f32::consts::PI);
-            let bounds = Aabb { min: center - radius, max: center + radius };
-            let within = LightBounds { power: light * pi * radius * radius, ..everywhere(center) };
-            let within = if has(flag::CONE) { coned(within) } else { within };
-            LightBounds { bounds, ..within }
-        }
-        kind::PHOTOMETRIC => {
-            let PhotometricRow { position, axis, .. } = PhotometricRow::of(row);
-            match lamps.get(out.primitive[emitter] as usize) {
-                Some(WorldLight::Photometric { beam, .. }) if beam.cosines[0] > -1.0 => LightBounds {
-                    power: light * beam.intensity,
-                    axis: if beam.backwards { -axis } else { axis },
-                    cos_spread: beam.cosines[0],
-                    cos_emission: beam.cosines[1],
-                    outside: beam.outside,
-                    ..everywhere(position)
-                },
-                _ => everywhere(position),
-            }
-        }
-        kind::POINT | kind::SPOT => {
-            let PointRow { position, falls, .. } = PointRow::of(row);
-            // Without falloff, irradiance is the same everywhere, as from a distant light.
-            match out.kinds[emitter] {
-                kind::SPOT if falls > 0.0 => coned(everywhere(position)),
-                _ => LightBounds { far: falls == 0.0, ..everywhere(position) },
-            }
-        }
-        kind::DIRECTIONAL => {
-            let DirectionalRow { to_light: axis, spread, .. } = DirectionalRow::of(row);
-            LightBounds { far: true, axis, cos_spread: 1.0 - spread, ..everywhere(axis) }
-        }
-        _ => {
-            let panorama = environment.panorama.as_ref();
-            let power = panorama.map_or(0.0, |p| p.irradiance * p.factor.luminance());
-            LightBounds { far: true, power, ..everywhere(Vec3::ZERO) }
-        }
-    }
+/// The lamps that no surface shows.
+fn unseen(out: &Emitters, bounds: &[LightBounds]) -> UnseenLamps {
+    let all = (0..out.len() as u32).filter(|emitter| out.flags[*emitter as usize] & flag::UNSEEN != 0);
+    let (distant, placed): (Vec<u32>, Vec<u32>) = all.partition(|emitter| bounds[*emitter as usize].far);
+    let boxes: Vec<LightBounds> = placed.iter().map(|emitter| bounds[*emitter as usize]).collect();
+    UnseenLamps { tree: light_tree::build(&boxes), placed, distant }
 }
 
 fn push(out: &mut Emitters, kind: u32, flags: u32, row: EmitterRow) -> u32 {
@@ -249,7 +171,11 @@ fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
         }
         WorldLight::Ball { center, radius, radiance, cone } => {
             let flags = if cone.is_some() { flag::CONE } else { 0 };
-            (kind::SPHERE, flags, SphereRow { center: *center, radius: *radius, light: *radiance }.row())
+            (
+                kind::SPHERE,
+                flags | flag::UNSEEN,
+                SphereRow { center: *center, radius: *radius, light: *radiance }.row(),
+            )
         }
         WorldLight::Photometric { place, intensity, scale, axes: [axis, across], .. } => {
             let (position, axis, across) = (*place, *axis, *across);
@@ -257,7 +183,7 @@ fn finite(out: &mut Emitters, lamp: &WorldLight) -> Option<u32> {
             (kind::PHOTOMETRIC, 0, row.row())
         }
         WorldLight::Area { corner, edges: [first, second], outline, radiance, material, .. } => {
-            let visible = if material.is_some() { flag::VISIBLE } else { 0 };
+            let visible = if material.is_some() { flag::VISIBLE } else { flag::UNSEEN };
             let flags = visible | if *outline == Outline::Disc { flag::ROUND } else { 0 };
             let row = PlanarRow { corner: *corner, e1: *first, e2: *second, light: *radiance };
             (kind::QUAD, flags, row.row())

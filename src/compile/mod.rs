@@ -7,6 +7,7 @@ mod classic;
 pub(crate) mod compiled;
 mod contacts;
 mod copies;
+mod emitter_bounds;
 mod emitters;
 mod environment;
 mod geometry;

@@ -43,6 +43,8 @@ pub mod flag {
     pub const WITHOUT_PHOTONS: u32 = 64;
     /// A sphere whose points emit within a cone.
     pub const CONE: u32 = 128;
+    /// One of [`super::UnseenLamps`]: light and BSDF samples are combined by MIS here, too.
+    pub const UNSEEN: u32 = 256;
 }
 
 /// Columns by emitter. The environment comes last, if it is an emitter.
@@ -75,6 +77,27 @@ pub struct Emitters {
     pub instance_places: Vec<u32>,
     /// The light tree, which chooses emitters by their estimated contribution at a point.
     pub tree: LightTree,
+    /// The lights that no surface shows.
+    pub unseen: UnseenLamps,
+}
+
+/// Lights with an extent that have no surface: the camera does not see them and they block no ray, but paths find them
+/// in mirrors, through glass, and wherever a light sample could have.
+#[derive(Debug, Default)]
+pub struct UnseenLamps {
+    /// A tree over those at a finite place; its lights are indices of [`UnseenLamps::placed`].
+    pub tree: LightTree,
+    /// The emitters at a finite place: [`kind::QUAD`] and [`kind::SPHERE`].
+    pub placed: Vec<u32>,
+    /// The emitters that are discs in the sky: [`kind::DIRECTIONAL`].
+    pub distant: Vec<u32>,
+}
+
+impl UnseenLamps {
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.placed.is_empty() && self.distant.is_empty()
+    }
 }
 
 /// The object that an emitter belongs to.
@@ -111,7 +134,7 @@ impl Emitters {
         (self.kinds[emitter as usize], &self.rows[emitter as usize])
     }
 
-    /// True if rays can hit some of the emitters.
+    /// True if rays can hit the surfaces of some of the emitters.
     pub fn can_be_hit(&self) -> bool {
         !self.of_primitive.is_empty()
     }
@@ -124,7 +147,9 @@ impl Emitters {
         ];
         let of_instances = [&self.instance_first, &self.instance_places];
         let words: usize = words.iter().chain(&of_instances).map(|column| size_of_val(&column[..])).sum();
-        words + size_of_val(&self.rows[..]) + self.tree.bytes()
+        let UnseenLamps { tree, placed, distant } = &self.unseen;
+        let unseen = tree.bytes() + size_of_val(&placed[..]) + size_of_val(&distant[..]);
+        words + size_of_val(&self.rows[..]) + self.tree.bytes() + unseen
     }
 
     /// The number of emitters.

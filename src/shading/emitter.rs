@@ -55,7 +55,7 @@ pub fn sample<F: Float>(
         distance: F::splat(f32::INFINITY),
         radiance: Color::black(),
         pdf: F::one(),
-        can_be_hit: has(flags, flag::VISIBLE),
+        can_be_hit: has(flags, flag::VISIBLE | flag::UNSEEN),
     };
     let row = GatheredRows::new(&table.rows, emitter, mask);
     let quad = what.eq(F::Int::splat(kind::QUAD)) & mask;
@@ -220,6 +220,10 @@ pub fn pdf<F: Float>(
         let far_side = outside & t.gt(direction.dot(first));
         pdf = F::select(sphere, F::select(far_side, F::zero(), per_steradian), pdf);
     }
+    let distant = what.eq(F::Int::splat(kind::DIRECTIONAL)) & mask;
+    if distant.any() {
+        pdf = F::select(distant, disc_density(DirectionalRow::spread(&row)), pdf);
+    }
     pdf
 }
 
@@ -236,10 +240,10 @@ impl<F: Float> EmitterSample<F> {
     }
 }
 
-/// The lanes whose flags contain a bit.
+/// The lanes whose flags contain one of the bits.
 #[inline(always)]
-fn has<I: Int>(flags: I, bit: u32) -> I::Mask {
-    !(flags & I::splat(bit)).eq(I::splat(0))
+fn has<I: Int>(flags: I, bits: u32) -> I::Mask {
+    !(flags & I::splat(bits)).eq(I::splat(0))
 }
 
 /// The fraction of a parallelogram's area that its triangle or its disc covers.
@@ -448,15 +452,23 @@ fn point_sample<F: Float>(row: &impl RowLanes<F>, spot: F::Mask, position: Vecto
 #[inline(always)]
 fn parallel_sample<F: Float>(row: &impl RowLanes<F>, u: (F, F)) -> EmitterSample<F> {
     let axis = DirectionalRow::to_light(row);
-    let lift = DirectionalRow::spread(row) * u.0;
+    let spread = DirectionalRow::spread(row);
+    let lift = spread * u.0;
     let (s, c) = sin_cos_turns(u.1);
     let sin = (lift * (F::splat(2.0) - lift)).max(F::zero()).sqrt();
     let direction = ShadingFrame::about(axis).world(Vector::new(sin * c, sin * s, F::one() - lift));
+    let pdf = F::select(spread.gt(F::zero()), disc_density(spread), F::one());
     EmitterSample {
         direction,
         distance: F::splat(f32::INFINITY),
-        radiance: DirectionalRow::light(row),
-        pdf: F::one(),
+        radiance: DirectionalRow::light(row) * pdf,
+        pdf,
         can_be_hit: F::Mask::from_bits(0),
     }
+}
+
+/// 1 over the solid angle of a disc in the sky, by its spread.
+#[inline(always)]
+pub(super) fn disc_density<F: Float>(spread: F) -> F {
+    F::splat(0.5 / std::f32::consts::PI) / spread.max(F::splat(1e-30))
 }

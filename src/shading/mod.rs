@@ -22,6 +22,7 @@ pub mod solid_angle;
 pub mod surface;
 pub mod texture_coordinates;
 pub mod texture_lookup;
+pub mod unseen_lamps;
 mod vertices;
 pub mod whitted_params;
 

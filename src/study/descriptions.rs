@@ -7,6 +7,7 @@ use crate::math::NONE;
 pub fn title(what: &EventKind) -> &'static str {
     match what {
         EventKind::Ray { .. } => "ray",
+        EventKind::LampFound { .. } => "lamp on the way",
         EventKind::Vertex { .. } => "vertex",
         EventKind::Choice { .. } => "choice",
         EventKind::Gathered { .. } => "photons",
@@ -34,6 +35,13 @@ pub fn describe(what: &EventKind) -> Vec<(&'static str, String)> {
             ("v", hit.v.to_string()),
             ("primitive", id(hit.primitive)),
             ("instance", id(hit.instance)),
+        ],
+        EventKind::LampFound { emitter, distance, share, light, radiance } => vec![
+            ("light", emitter.to_string()),
+            ("distance", distance.to_string()),
+            ("share of light", share.to_string()),
+            ("light found", triple(light)),
+            ("radiance", triple(radiance)),
         ],
         EventKind::Vertex { position, geometric_normal, normal, radiance } => vec![
             ("position", triple(position)),

@@ -181,8 +181,8 @@ forms! {
             power_w: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::ALL_AROUND)), required;
             /// whether the light weakens with distance, or is everywhere as at 1 m
             falloff: Falloff = Falloff::InverseSquare, Form;
-            /// the radius of the ball that emits the light: the larger, the softer are shadows; no ray hits it; under the Whitted
-            /// transport, and with constant falloff, it is a point
+            /// the radius of the ball that emits the light: the larger, the softer are shadows; it hides nothing, and is seen in
+            /// mirrors and through glass alone; under the Whitted transport, and with constant falloff, it is a point
             radius_m: f32 = 0.0, Number(Range::From(0.0));
         },
         /// A point light (of intensity Φ/4π) that emits only within a cone about −Z.
@@ -213,8 +213,8 @@ forms! {
         Directional {
             /// irradiance of a surface perpendicular to the light, W m⁻²
             irradiance: Rgb = Rgb::BLACK, Color(Range::Light(Quantity::Irradiance)), required;
-            /// the full angle that the source covers in the sky (the sun: 0.53); 0 for a point, as which the Whitted
-            /// transport treats every source
+            /// the full angle that the source covers in the sky (the sun: 0.53), where mirrors show it; 0 for a point, as which the
+            /// Whitted transport treats every source
             angle ["angle_degrees"]: f32 = 0.0, Degrees(Range::FromTo(0.0, 180.0));
         },
         /// Infinitely distant light from all directions, seen by rays that hit nothing. The entity's rotation applies
@@ -257,13 +257,14 @@ forms! {
             samples: u32 = 1, Whole(1, Settings::MOST_SAMPLES);
             /// how they are spread over the light
             pattern: Pattern = Pattern::Jittered, Form;
-            /// whether rays can hit it (it then hides what is behind it, too)
+            /// whether it has a surface, which the camera sees and which hides what is behind it; without one, only the path
+            /// transport's mirrors and glass show it
             visible: bool = false, Flag;
         },
     }
 }
 
-/// Marks an entity whose [`Light`] emits no photons: only paths that hit it by chance find its caustics.
+/// Marks an entity whose [`Light`] emits no photons: only paths that hit its surface by chance find its caustics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WithoutCaustics;
 

@@ -288,7 +288,7 @@ impl Sharing {
 }
 
 /// The tracing of photons for caustics, the light that glass and mirrors cast onto other surfaces. Without photons,
-/// paths find such light by chance if they can hit its source, and never if the source has no extent.
+/// paths find such light by chance if its source has a surface, and never if not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Caustics {
     /// Photons under the path transport, where light falls on surfaces that cause caustics. (Whitted's images have no

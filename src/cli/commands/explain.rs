@@ -16,7 +16,9 @@ use crate::integrator::observe::Components;
 use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::path::bounces::LobeKind;
 use crate::math::{NONE, Rgb};
-use crate::study::explain::{self, ExplainedLightRay, Followed, GivenNames, SampleTrace, Shares, Step};
+use crate::study::explain::{
+    self, ExplainedLamp, ExplainedLightRay, Followed, GivenNames, SampleTrace, Shares, Step,
+};
 use crate::world::Adaptive;
 
 /// The most lines about samples; the first sample is printed in any case.
@@ -163,6 +165,10 @@ fn step_lines(life: &SampleTrace, step: &Step) -> Vec<String> {
         format!("      ray         {} towards {}", place(life.in_world(step.origin)), triple(step.direction)),
         format!("      throughput  {}", triple(step.throughput)),
     ];
+    for ExplainedLamp { light, distance, found, share: weight } in &step.lamps {
+        let (light, far) = (in_one_line(light), away(*distance));
+        lines.push(format!("      finds       \"{light}\" {far}: {}{}", triple(*found), share(*weight)));
+    }
     let Some(vertex) = &step.vertex else {
         lines.push("      meets nothing".into());
         return lines;
@@ -210,6 +216,10 @@ fn step_lines(life: &SampleTrace, step: &Step) -> Vec<String> {
     lines
 }
 
+fn away(distance: f32) -> String {
+    if distance.is_finite() { format!("at {distance:.5} m") } else { "far away".into() }
+}
+
 /// Formats the MIS weight of one of two ways to find a light.
 fn share(share: f32) -> String {
     if share == 1.0 { String::new() } else { format!(", weighted by {share:.5}") }
@@ -225,8 +235,7 @@ fn light_line(lit: &ExplainedLightRay, only_one: bool) -> String {
     } else {
         format!("brings {} of {}", triple(*arrived), triple(*contribution))
     };
-    let far = if distance.is_finite() { format!("at {distance:.5} m") } else { "far away".into() };
-    let light = in_one_line(light);
+    let (light, far) = (in_one_line(light), away(*distance));
     format!("      light       \"{light}\"{sample} {far}: {brings}{}", share(lit.share))
 }
 

@@ -23,6 +23,19 @@ pub struct Decision {
     pub event: PathEvent,
 }
 
+/// An unseen lamp that a path has found on its way.
+#[derive(Clone, Copy)]
+pub struct LampDecision {
+    /// The emitter.
+    pub emitter: u32,
+    /// The distance from where the path's direction was drawn.
+    pub distance: f32,
+    /// The MIS weight, times the part that photons leave to the path.
+    pub weight: f32,
+    /// The radiance that reaches the film.
+    pub light: Color<f32>,
+}
+
 /// An event that continues or ends a path at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathEvent {

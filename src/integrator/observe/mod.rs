@@ -9,7 +9,7 @@ pub mod visits;
 use crate::integrator::Stage;
 use crate::integrator::path::{Path, unpack_pixel};
 use crate::math::{Color, Hit, Ray, Vector};
-use decision::{Decision, PathEvent};
+use decision::{Decision, LampDecision, PathEvent};
 
 /// A receiver of reports.
 pub trait Observer {
@@ -125,6 +125,19 @@ pub enum EventKind {
         throughput: Components,
         /// The hit.
         hit: Hit,
+    },
+    /// The path has found an unseen lamp before the hit.
+    LampFound {
+        /// The emitter.
+        emitter: u32,
+        /// The distance from where the path's direction was drawn.
+        distance: f32,
+        /// The MIS weight, times the part that photons leave to the path.
+        share: f32,
+        /// The light that reaches the film.
+        light: Components,
+        /// The radiance of the path with the light of all such lamps.
+        radiance: Components,
     },
     /// The surface at the hit has been evaluated.
     Vertex {
@@ -243,6 +256,13 @@ pub fn ray(path: &Path<f32>, hit: Hit) -> Event {
         hit,
     };
     Event::Sample(PathKey::of(path), what)
+}
+
+/// The event of an unseen lamp that a path has found.
+pub fn lamp(path: &Path<f32>, decision: &LampDecision) -> Event {
+    let LampDecision { emitter, distance, weight: share, light } = *decision;
+    let (light, radiance) = (color(light), color(path.radiance));
+    Event::Sample(PathKey::of(path), EventKind::LampFound { emitter, distance, share, light, radiance })
 }
 
 /// The event of a path at a vertex.

@@ -113,10 +113,23 @@ pub fn only_transmitted<F: Float>(bounces: F::Int) -> F::Mask {
     (bounces & F::Int::splat(MOST << LobeKind::Glossy.shift() | BLURRED)).eq(F::Int::splat(0))
 }
 
-/// The lanes that have a flag.
+/// The lanes whose path has bounced or was scattered within a body, so that its ray is no longer the camera's.
 #[inline(always)]
-pub fn is_set<F: Float>(bounces: F::Int, flag: u32) -> F::Mask {
-    !(bounces & F::Int::splat(flag)).eq(F::Int::splat(0))
+pub fn has_bounced<F: Float>(bounces: F::Int) -> F::Mask {
+    const COUNTERS: u32 = (1 << (3 * BITS)) - 1;
+    is_set::<F>(bounces, COUNTERS | BLURRED)
+}
+
+/// The lanes whose path has had a bounce of a kind.
+#[inline(always)]
+pub fn has_counted<F: Float>(bounces: F::Int, kind: LobeKind) -> F::Mask {
+    is_set::<F>(bounces, MOST << kind.shift())
+}
+
+/// The lanes that have one of these flags.
+#[inline(always)]
+pub fn is_set<F: Float>(bounces: F::Int, flags: u32) -> F::Mask {
+    !(bounces & F::Int::splat(flags)).eq(F::Int::splat(0))
 }
 
 /// The lanes in which a limit has been exceeded.

@@ -84,11 +84,24 @@ pub(in crate::integrator) fn emission_mis_weight<F: Float>(
         return F::one();
     }
     let index = emitter::of_hit(scene, hit, drawn);
-    let found = drawn & !index.eq(F::Int::splat(NONE));
+    mis_weight(setup, path, index, path.travelled + hit.t, drawn)
+}
+
+/// The MIS weight of a drawn direction that may have found an emitter, or [`NONE`], at a distance from where it was
+/// drawn.
+#[inline(always)]
+pub(in crate::integrator) fn mis_weight<F: Float>(
+    setup: &RenderSetup,
+    path: &Path<F>,
+    index: F::Int,
+    distance: F,
+    mask: F::Mask,
+) -> F {
+    let found = mask & path.pdf.gt(F::zero()) & !index.eq(F::Int::splat(NONE));
     if !found.any() {
         return F::one();
     }
-    F::outlined(EmissionMisWeight { setup, path, index, distance: path.travelled + hit.t, found })
+    F::outlined(EmissionMisWeight { setup, path, index, distance, found })
 }
 
 /// The MIS weight of a drawn direction that has found an emitter.

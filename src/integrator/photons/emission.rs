@@ -352,7 +352,7 @@ impl PhotonEmission {
             (to_light, light * (1.0 / pdf.max(1e-30)), Some(density))
         } else {
             let sample = crate::shading::emitter::sample_light::<f32>(scene, emitter, Vector::zero(), toward);
-            (sample.direction, sample.radiance, None)
+            (sample.direction, sample.radiance * (1.0 / sample.pdf), None)
         };
         let direction = -to_light;
         let mut discs = Angles::default();

@@ -205,7 +205,17 @@ impl PhotonMaps<'_> {
         hit: &HitLanes<F>,
         mask: F::Mask,
     ) -> F {
-        let index = emitter::of_hit(&self.plan.setup.scene, hit, mask);
+        self.left_of_emitter(path, emitter::of_hit(&self.plan.setup.scene, hit, mask), mask)
+    }
+
+    /// The weight against photons of a path that has met an emitter, or [`NONE`].
+    #[inline(always)]
+    pub(in crate::integrator) fn left_of_emitter<F: Float>(
+        &self,
+        path: &Path<F>,
+        index: F::Int,
+        mask: F::Mask,
+    ) -> F {
         let found = mask & !index.eq(F::Int::splat(NONE));
         let density = F::gather(self.plan.emission.densities(), index, found);
         self.left_to_path(path, density, false, found)

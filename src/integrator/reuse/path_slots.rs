@@ -212,12 +212,18 @@ impl PathSlots {
         }
     }
 
+    /// Stores light that a reused path has found behind its first vertex and keeps.
+    pub fn keep(&mut self, path: PixelSample, light: Color<f32>) {
+        let slot = self.of(path);
+        slot.own = slot.own + light;
+    }
+
     /// Stores what the second vertex of a reused path emits, which the path keeps, and the light that the vertex gives,
     /// if any.
     pub fn second(&mut self, path: PixelSample, emitted: Color<f32>, shared: Option<&ReusableVertex<f32>>) {
-        let slot = self.of(path);
-        slot.own = slot.own + emitted;
+        self.keep(path, emitted);
         let Some(shared) = shared else { return };
+        let slot = self.of(path);
         slot.offer = SecondVertex::Near(*shared);
         slot.onward = shared.onward;
         slot.shared = slot.shared + shared.gathered;

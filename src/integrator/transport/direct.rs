@@ -8,6 +8,7 @@ use crate::integrator::path::mis::{choose, power_heuristic};
 use crate::integrator::path::shadow::ShadowRay;
 use crate::math::{Color, NONE, Ray};
 use crate::sampling::SampleKey;
+use crate::scene::emitters::kind;
 use crate::shading::Surface;
 use crate::shading::boundary::Boundary;
 use crate::shading::emitter::{self, EmitterSample, SHADOW_END};
@@ -62,7 +63,11 @@ pub(in crate::integrator) fn sampled_light<F: Float>(
     let density = sample.pdf * chance;
     // At shadow catchers light samples alone find lamps: what they would bring without other things is then known without
     // tracing another ray.
-    let is_alone = caught & sample.distance.lt(F::splat(f32::INFINITY));
+    let mut is_alone = caught;
+    if caught.any() {
+        let what = F::Int::gather(&scene.emitters.kinds, emitter, caught);
+        is_alone = caught & !what.eq(F::Int::splat(kind::ENVIRONMENT));
+    }
     let is_divided = sample.can_be_hit & !is_alone;
     let share = F::select(is_divided, power_heuristic(density, own), F::one());
     LightPoint { emitter, density, share, value, sample }

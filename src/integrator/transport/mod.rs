@@ -12,4 +12,5 @@ pub mod photon_tracing;
 pub mod reusable;
 pub mod scatter_vertex;
 pub mod transparent_shadow;
+pub mod unseen_lamps;
 pub mod whitted;

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{ExplainedLightRay, SampleTrace, Shares, Step};
+use super::{ExplainedLamp, ExplainedLightRay, SampleTrace, Shares, Step};
 use crate::integrator::observe::Components;
 use crate::integrator::observe::decision::PathEvent;
 use crate::math::{DVec3, NONE};
@@ -67,7 +67,17 @@ fn step(life: &SampleTrace, step: &Step) -> Value {
         "origin": position(life, step.origin),
         "direction": step.direction,
         "throughput": step.throughput,
+        "lamps": step.lamps.iter().map(lamp).collect::<Vec<_>>(),
         "vertex": vertex,
+    })
+}
+
+fn lamp(lamp: &ExplainedLamp) -> Value {
+    json!({
+        "light": lamp.light,
+        "distance": lamp.distance.is_finite().then_some(lamp.distance),
+        "found": lamp.found,
+        "weight": lamp.share,
     })
 }
 

@@ -3,6 +3,7 @@
 pub mod json;
 mod recipe;
 mod sums;
+mod why;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,7 +12,6 @@ use self::sums::{add, near, rest};
 use crate::film::{Film, Region};
 use crate::integrator::observe::decision::PathEvent;
 use crate::integrator::observe::{Components, Continuation, Event, EventKind, PathKey};
-use crate::integrator::path::bounces::LobeKind;
 use crate::integrator::{RenderSetup, Schedule};
 use crate::math::{DVec3, Hit, Vec3};
 use crate::render::{Options, Session};
@@ -19,6 +19,7 @@ use crate::scene::CompiledScene;
 use crate::scene::emitters::EmitterSource;
 use crate::world::{Transport, World};
 pub use recipe::Recipe;
+pub use why::Why;
 
 /// A sample, from the camera to the ends of all its paths.
 #[derive(Clone, Debug)]
@@ -94,8 +95,23 @@ pub struct Step {
     pub direction: Components,
     /// The fraction of the radiance found along the ray that reaches the film.
     pub throughput: Components,
+    /// The lamps without a surface that it finds on the way.
+    pub lamps: Vec<ExplainedLamp>,
     /// The vertex at the hit; none for a miss.
     pub vertex: Option<Vertex>,
+}
+
+/// A lamp without a surface that a path's ray finds.
+#[derive(Clone, Debug)]
+pub struct ExplainedLamp {
+    /// The name of the light's entity.
+    pub light: String,
+    /// The distance from where the ray's direction was drawn.
+    pub distance: f32,
+    /// The radiance that reaches the film.
+    pub found: Components,
+    /// The MIS weight of the direction; rays to lights have the rest.
+    pub share: f32,
 }
 
 /// A vertex on a surface.
@@ -145,56 +161,6 @@ pub struct ExplainedLightRay {
     pub share: f32,
     /// True if the light is blocked.
     pub blocked: bool,
-}
-
-/// The reason why a path ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Why {
-    /// The ray missed the scene.
-    Escaped,
-    /// The surface neither reflects specularly nor transmits.
-    Surface,
-    /// The path has had all allowed bounces.
-    Bounces,
-    /// Its throughput would have fallen below `min_throughput`.
-    Weak,
-    /// The path has had all allowed bounces of a kind.
-    Limit(LobeKind),
-    /// The surface is unlit: it shows its colour and ignores all light.
-    Unlit,
-    /// No direction could be sampled.
-    Absorbed,
-    /// The throughput would have been 0.
-    Black,
-    /// Russian roulette ended it.
-    Roulette,
-}
-
-impl Why {
-    /// The machine-readable name.
-    pub fn name(self) -> String {
-        match self {
-            Why::Limit(kind) => format!("{} limit", kind.name()),
-            other => format!("{other:?}").to_lowercase(),
-        }
-    }
-
-    /// The human-readable text.
-    pub fn text(self) -> &'static str {
-        match self {
-            Why::Escaped => "it met nothing and sees the background",
-            Why::Surface => "the surface neither mirrors nor lets light through",
-            Why::Bounces => "it has had max_depth bounces",
-            Why::Weak => "less than min_throughput would be left of it",
-            Why::Limit(LobeKind::Diffuse) => "it has had diffuse_depth diffuse bounces",
-            Why::Limit(LobeKind::Glossy) => "it has had glossy_depth glossy bounces",
-            Why::Limit(LobeKind::Transmission) => "it has been through transmission_depth surfaces",
-            Why::Unlit => "the surface is unlit: it shows its colour and answers no light",
-            Why::Absorbed => "no direction could be drawn: the surface absorbs, or it led to the wrong side",
-            Why::Black => "nothing would be left of what comes from the drawn direction",
-            Why::Roulette => "it has lost at Russian roulette",
-        }
-    }
 }
 
 /// Names of entities and lights as given in the scene.
@@ -275,20 +241,19 @@ impl Story<'_> {
                 let queue = self.begin(place);
                 let (origin, direction, throughput) = (*origin, *direction, *throughput);
                 let vertex = (!hit.is_miss()).then(|| self.vertex(*hit));
-                let step = Step { depth: place.depth, queue, origin, direction, throughput, vertex };
+                let depth = place.depth;
+                let step = Step { depth, queue, origin, direction, throughput, lamps: Vec::new(), vertex };
                 self.path().into_iter().for_each(|path| path.steps.push(step.clone()));
             }
+            EventKind::LampFound { emitter, distance, share, light: found, radiance } => {
+                let light = self.names.emitter(&self.setup.scene, *emitter);
+                self.found(
+                    ExplainedLamp { light, distance: *distance, found: *found, share: *share },
+                    *radiance,
+                );
+            }
             EventKind::Vertex { position, geometric_normal, normal, radiance } => {
-                let before = self.path().map_or([0.0; 3], |path| path.radiance);
-                if let Some(path) = self.path() {
-                    path.radiance = *radiance;
-                }
-                if let Some(vertex) = self.last_vertex() {
-                    vertex.position = *position;
-                    vertex.geometric_normal = *geometric_normal;
-                    vertex.normal = *normal;
-                    vertex.own = rest(*radiance, before, *radiance);
-                }
+                self.evaluated([*position, *geometric_normal, *normal], *radiance);
             }
             EventKind::Choice { emission_mis_weight, fate } => {
                 if let Some(vertex) = self.last_vertex() {
@@ -353,6 +318,23 @@ impl Story<'_> {
                 }
             }
         }
+    }
+
+    /// Stores the position and the normals of a vertex, and what it emits, by the path's radiance.
+    fn evaluated(&mut self, [position, geometric_normal, normal]: [Components; 3], radiance: Components) {
+        let Some(path) = self.path() else { return };
+        let before = std::mem::replace(&mut path.radiance, radiance);
+        if let Some(vertex) = self.last_vertex() {
+            (vertex.position, vertex.geometric_normal, vertex.normal) = (position, geometric_normal, normal);
+            vertex.own = rest(radiance, before, radiance);
+        }
+    }
+
+    /// Stores a lamp that a path has found on its way, with the path's radiance.
+    fn found(&mut self, lamp: ExplainedLamp, radiance: Components) {
+        let Some(path) = self.path() else { return };
+        path.radiance = radiance;
+        path.steps.last_mut().into_iter().for_each(|step| step.lamps.push(lamp.clone()));
     }
 
     /// Sums what the path itself and its group found for a sample.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::film::sums::QUANTUM;
+use crate::integrator::path::bounces::LobeKind;
 use crate::math::{DVec3, Quat, Rgb, Vec3};
 use crate::world::{BlinnPhong, Camera, ColorInput, Falloff, Light, Material, Name, Shape, Transform};
 

@@ -210,7 +210,8 @@ impl FlowCounter<'_> {
             EventKind::Shadow { blocked, .. } => self.flows.bounces[depth].blocked += u64::from(*blocked),
             EventKind::Onward { way, .. } => self.ways.entry(place).or_default().push(*way),
             EventKind::End { .. } => self.flows.bounces[depth].ends += 1,
-            EventKind::Vertex { .. }
+            EventKind::LampFound { .. }
+            | EventKind::Vertex { .. }
             | EventKind::Choice { .. }
             | EventKind::Gathered { .. }
             | EventKind::Drawn { .. }

@@ -72,15 +72,16 @@ fn rank(what: &EventKind) -> usize {
     match what {
         EventKind::Onward { .. } => 0,
         EventKind::Ray { .. } => 1,
-        EventKind::Vertex { .. } => 2,
-        EventKind::Choice { .. } => 3,
-        EventKind::Gathered { .. } => 4,
-        EventKind::Light { .. } => 5,
-        EventKind::Shadow { .. } => 6,
-        EventKind::Spilled => 7,
-        EventKind::End { .. } => 8,
-        EventKind::Received { .. } => 9,
-        EventKind::Drawn { .. } => 10,
+        EventKind::LampFound { .. } => 2,
+        EventKind::Vertex { .. } => 3,
+        EventKind::Choice { .. } => 4,
+        EventKind::Gathered { .. } => 5,
+        EventKind::Light { .. } => 6,
+        EventKind::Shadow { .. } => 7,
+        EventKind::Spilled => 8,
+        EventKind::End { .. } => 9,
+        EventKind::Received { .. } => 10,
+        EventKind::Drawn { .. } => 11,
     }
 }
 
@@ -159,7 +160,7 @@ fn stage(place: PathKey, happened: &[Option<EventKind>; 2]) -> Stage {
         // Shading continued one path and not the other.
         [None, Some(EventKind::End { .. })] | [Some(EventKind::End { .. }), None] => Stage::Shade,
         [Some(one), _] | [None, Some(one)] => match one {
-            EventKind::Ray { .. } => Stage::Intersect,
+            EventKind::Ray { .. } | EventKind::LampFound { .. } => Stage::Intersect,
             EventKind::Vertex { .. } | EventKind::Choice { .. } | EventKind::Onward { .. } => Stage::Shade,
             EventKind::Light { .. } => Stage::Light,
             EventKind::Shadow { .. } => Stage::Shadow,

@@ -127,12 +127,13 @@ function stepItem(step, pathNumber, key) {
   return item;
 }
 
-function stepFacts({ bounce, queue, throughput, to, vertex }) {
+function stepFacts({ bounce, queue, throughput, lamps, to, vertex }) {
   const met = vertex ? [vertex.entity, element("span", "of", ` of ${vertex.material}`)] : ["meets nothing"];
   const facts = element("div", "facts", element("span", "what", ...met));
   const length = vertex ? `, ${digits(vertex.t)} m` : "";
   fact(facts, "ray", `bounce ${bounce}, ${queue}${length}`);
   fact(facts, "throughput", triple(throughput), "number");
+  for (const { light, found } of lamps) fact(facts, `finds ${light}`, triple(found), "number");
   if (vertex) vertexFacts(facts, vertex, to);
   return facts;
 }

@@ -23,6 +23,7 @@ use crate::integrator::reuse::{Connections, PathSlots, Sink};
 use crate::integrator::transport::decide::decide;
 use crate::integrator::transport::path_tracing::{self, VertexOutcome};
 use crate::integrator::transport::transparent_shadow::arriving;
+use crate::integrator::transport::unseen_lamps;
 use crate::integrator::transport::whitted::{self, WhittedScatter, WhittedVertex};
 use crate::integrator::{RayStatistics, RenderSetup, Work};
 use crate::math::{Color, Hit, Rgb};
@@ -235,10 +236,29 @@ impl<'a> Tile<'a> {
         }
     }
 
+    /// Returns the closest hit of a path's ray under the path transport, and adds the light of the unseen lamps before it.
+    fn advance(&mut self, path: &mut Path<f32>) -> Hit {
+        let hit = self.meet(path);
+        if self.looks {
+            self.observer.report(&observe::ray(path, hit));
+        }
+        if unseen_lamps::exist(self.setup) {
+            let (setup, t) = (self.setup, if hit.is_miss() { f32::INFINITY } else { hit.t });
+            let found = &mut self.buffers.found;
+            path.radiance = path.radiance + unseen_lamps::found(setup, self.photons, path, t, true, found);
+            if self.looks {
+                for lamp in unseen_lamps::each_found(setup, self.photons, path, t) {
+                    self.observer.report(&observe::lamp(path, &lamp));
+                }
+            }
+        }
+        hit
+    }
+
     /// Follows a path of the path transport to its end.
     fn trace(&mut self, mut path: Path<f32>) -> Rgb {
         loop {
-            let hit = self.meet(&path);
+            let hit = self.advance(&mut path);
             let Some(outcome) = self.vertex(&mut path, hit) else { return path.radiance.into() };
             self.light(&mut path, &outcome);
             self.fork(&outcome);
@@ -252,9 +272,6 @@ impl<'a> Tile<'a> {
     /// Evaluates the vertex where a path has hit something; none if it has hit nothing, and ends.
     fn vertex(&mut self, path: &mut Path<f32>, hit: Hit) -> Option<VertexOutcome<f32>> {
         let setup = self.setup;
-        if self.looks {
-            self.observer.report(&observe::ray(path, hit));
-        }
         if hit.is_miss() {
             let found = &mut self.buffers.found;
             path.radiance = path.radiance + path_tracing::miss(setup, self.photons, path, true, found);

@@ -89,7 +89,7 @@ impl<'a> Tile<'a> {
 
     /// Follows a path to its end and stores what it finds for path reuse.
     fn share(&mut self, mut path: Path<f32>, film: &mut Film, slots: &mut PathSlots) {
-        let hit = self.meet(&path);
+        let hit = self.advance(&mut path);
         let first = self.vertex(&mut path, hit);
         let of = (path.pixel.0, path.sample.0);
         let mut film = ClippedSink(film);
@@ -138,9 +138,14 @@ impl<'a> Tile<'a> {
         let of = (next.pixel.0, next.sample.0);
         let (throughput, radiance) = (Color::new(1.0, 1.0, 1.0), Color::black());
         let mut path = Path { throughput, radiance, ..next };
-        let hit = self.meet(&path);
+        let hit = self.advance(&mut path);
         if hit.is_miss() {
             slots.miss(self.setup, of, path.direction);
+        }
+        slots.second_by_group(&mut self.buffers.found);
+        if hit.is_miss() && path.radiance.max_component() > 0.0 {
+            slots.keep(of, path.radiance);
+            self.put_aside(&mut path);
         }
         let Some(outcome) = self.vertex(&mut path, hit) else {
             slots.deposit(of.0, of.1, path.radiance.into());

@@ -31,11 +31,12 @@ use crate::integrator::observe::Observer;
 use crate::integrator::path::unpack_pixel;
 use crate::integrator::photons::PhotonMaps;
 use crate::integrator::reuse::Sink;
+use crate::integrator::transport::unseen_lamps;
 use crate::integrator::{RayStatistics, RenderSetup, Stage, Work};
 use crate::math::Rgb;
 use crate::simd::{Isa, dispatch};
 use crate::world::Transport;
-use path_stages::ShadePathsStage;
+use path_stages::{FindLampsStage, ShadePathsStage};
 use queue::PathAnyHit;
 use stages::{GenerateStage, LightStage, RetireStage, ShadeStage};
 
@@ -66,6 +67,7 @@ impl Wave {
                 return;
             }
             self.intersect(setup, isa, clock);
+            self.find_lamps(setup, photons, isa, clock);
             self.retire(setup, photons, isa, Some(film), clock);
             match setup.transport {
                 Transport::Whitted => {
@@ -105,6 +107,23 @@ impl Wave {
         bvh::closest(self.traversal.unwrap_or(isa), bvh, rays, Coherence::Unknown, &mut self.stack, hits);
         clock.stage(Stage::Intersect, count);
         self.report_hits(isa, clock.observer);
+    }
+
+    /// Adds the light of the unseen lamps before the hits.
+    fn find_lamps(
+        &mut self,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
+        isa: Isa,
+        clock: &mut StageClock,
+    ) {
+        if !unseen_lamps::exist(setup) {
+            return;
+        }
+        let Self { paths, hits, found, .. } = self;
+        dispatch(isa, FindLampsStage { setup, photons, paths, hits, found });
+        self.report_lamps(setup, photons, clock.observer);
+        clock.stage(Stage::Intersect, 0);
     }
 
     /// Removes paths that have hit nothing from the wave; without a sink their radiance is dropped.

@@ -3,7 +3,7 @@
 use super::material_ranges::MaterialRanges;
 use super::queue::{HitQueue, PathQueue};
 use super::shadow_queue::ShadowQueue;
-use super::stages::{lanes, numbered};
+use super::stages::{lanes, numbered, put};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
 use crate::integrator::path::columns::Columns;
@@ -12,6 +12,7 @@ use crate::integrator::photons::{PhotonMaps, PhotonPlan};
 use crate::integrator::transport::path_tracing;
 use crate::integrator::transport::photon_tracing::{self, PhotonOutcome};
 use crate::integrator::transport::reusable::{COLUMNS, ReusableVertex, ReuseRoles};
+use crate::integrator::transport::unseen_lamps;
 use crate::math::{Color, NONE};
 use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 use crate::world::Transport;
@@ -73,6 +74,41 @@ impl Kernel for ShadePathsStage<'_> {
                     roles.put::<L::Queue>(places, outcome.reuse.as_ref(), valid);
                 }
             }
+        }
+    }
+}
+
+/// Adds the light of the unseen lamps before the hits of paths to their radiance.
+pub struct FindLampsStage<'a> {
+    /// The render setup.
+    pub setup: &'a RenderSetup,
+    /// The photons of the paths' samples.
+    pub photons: Option<PhotonMaps<'a>>,
+    /// The paths.
+    pub paths: &'a mut PathQueue,
+    /// Their hits.
+    pub hits: &'a HitQueue,
+    /// The light that paths find, by group.
+    pub found: &'a mut GroupQueue,
+}
+
+impl Kernel for FindLampsStage<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (width, count) = (L::Queue::WIDTH, self.paths.columns.len());
+        for at in (0..count).step_by(width) {
+            let valid = lanes::<L::Queue>(count - at);
+            let path = self.paths.load::<L::Queue>(at);
+            let hit = self.hits.load::<L::Queue>(at);
+            let missed = hit.primitive.eq(Int::splat(NONE));
+            let t = Float::select(missed, Float::splat(f32::INFINITY), hit.t);
+            let light = unseen_lamps::found(self.setup, self.photons, &path, t, valid, self.found);
+            let radiance = path.radiance + light;
+            let [r, g, b] = self.paths.radiance_mut();
+            put(radiance.r, r, at);
+            put(radiance.g, g, at);
+            put(radiance.b, b, at);
         }
     }
 }

@@ -5,8 +5,9 @@ use super::wave::Wave;
 use crate::integrator::observe::{self, Continuation, Event, Flow, Observer};
 use crate::integrator::photons::PhotonMaps;
 use crate::integrator::transport::decide::decide;
+use crate::integrator::transport::unseen_lamps::each_found;
 use crate::integrator::{RenderSetup, Stage};
-use crate::math::{Color, Hit};
+use crate::math::{Color, Hit, NONE};
 use crate::simd::Isa;
 use crate::world::Transport;
 
@@ -46,6 +47,25 @@ impl Wave {
         // Misses leave the wave in the next stage.
         observer.report(&Event::Wave(flow(Stage::Intersect, isa, count, capacity, 0..count)));
         observer.report(&Event::Wave(flow(Stage::Retire, isa, count, capacity, met.into_iter())));
+    }
+
+    /// Reports the unseen lamps that paths have found.
+    pub(super) fn report_lamps(
+        &self,
+        setup: &RenderSetup,
+        photons: Option<PhotonMaps>,
+        observer: &mut dyn Observer,
+    ) {
+        if !observer.is_active() {
+            return;
+        }
+        for i in 0..self.paths.columns.len() {
+            let (path, hit) = (self.paths.load::<f32>(i), self.hits.load::<f32>(i));
+            let t = if hit.primitive.0 == NONE { f32::INFINITY } else { hit.t };
+            for lamp in each_found(setup, photons, &path, t) {
+                observer.report(&observe::lamp(&path, &lamp));
+            }
+        }
     }
 
     /// Reports the vertices of the wave's paths and their continuations.

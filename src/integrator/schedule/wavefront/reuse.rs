@@ -159,6 +159,7 @@ impl Wave {
         clock: &mut StageClock,
     ) {
         self.intersect(setup, isa, clock);
+        self.find_lamps(setup, photons, isa, clock);
         self.retire(setup, photons, isa, Some(sink), clock);
         self.shade_paths(setup, photons, isa, asks, clock);
         self.report_paths(setup, photons, isa, clock.observer);
@@ -220,10 +221,20 @@ impl Wave {
         clock: &mut StageClock,
     ) {
         self.intersect(setup, isa, clock);
+        self.find_lamps(setup, photons, isa, clock);
+        slots.second_by_group(&mut self.found);
         for (i, primitive) in self.hits.primitives(self.paths.columns.len()).iter().enumerate() {
             if *primitive == NONE {
                 let path = self.paths.load::<f32>(i);
-                slots.miss(setup, (path.pixel.0, path.sample.0), path.direction);
+                let of = (path.pixel.0, path.sample.0);
+                slots.miss(setup, of, path.direction);
+                if path.radiance.max_component() > 0.0 {
+                    slots.keep(of, path.radiance);
+                    if clock.observer.is_active() {
+                        clock.observer.report(&observe::spilled(&path));
+                    }
+                    self.paths.radiance_mut().into_iter().for_each(|column| column[i] = 0.0);
+                }
             }
         }
         self.retire(setup, photons, isa, Some(slots), clock);

@@ -185,7 +185,7 @@ impl Kernel for ShadeStage<'_> {
 
 /// Stores as many lanes as the column still has room for.
 #[inline(always)]
-fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
+pub(super) fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
     if column.len() - at >= F::WIDTH {
         value.store(&mut column[at..]);
     } else {
