@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from .nodes import LUMINANCE
 from .ron import Ron, form
@@ -28,6 +28,44 @@ FOLDED: dict[str, Callable[[float, float], float]] = {
 GREY = "grey"
 RGB = ("Red", "Green", "Blue")
 OPPOSITES = {"Add": "Subtract", "Subtract": "Add"}
+COMMUTATIVE = {"Add", "Multiply", "Min", "Max"}
+TOO_LARGE = "more nodes than a texture can be made of, which count as often as they are used: bake them"
+
+
+class Size(NamedTuple):
+    """What limits a map. The program has no names for parts of one: what is used twice counts twice."""
+
+    steps: int = 1
+    # The texels that are kept at a time while the steps are taken.
+    texels: int = 1
+    # How deep it is nested in the text.
+    levels: int = 1
+
+
+# The largest that the program takes; of its 64 levels, some are around a map.
+LARGEST = Size(1000, 8, 52)
+
+
+def size(x: Map) -> Size:
+    """The size of a map, which is computed once."""
+    if not isinstance(x, Ron):
+        return Size()
+    if x.size is None:
+        parts = [x.fields[key] for key in ("a", "b", "by", "of") if key in x.fields]
+        if not any(isinstance(part, Ron) for part in parts):
+            parts = []  # A picture, or a pattern of two colours.
+        elif x.name not in {*FOLDED, "Mix", "Curve"}:
+            parts.append(1.0)  # The pattern itself, which mixes the others.
+        sizes = [size(part) for part in parts]
+        texels = max([1, *(waiting + found.texels for waiting, found in enumerate(sizes))])
+        levels = max([0, *(found.levels for found in sizes)])
+        x.size = Size(1 + sum(found.steps for found in sizes), texels, 1 + levels)
+    return x.size
+
+
+def is_too_large(x: Map) -> bool:
+    """Whether the program refuses a map."""
+    return any(found > most for found, most in zip(size(x), LARGEST))
 
 
 def combined(operation: str, x: Map, y: Map) -> Map:
@@ -46,7 +84,9 @@ def combined(operation: str, x: Map, y: Map) -> Map:
             return 0.0
         if below_zero(x) or below_zero(y):
             raise NotCarried("a number below 0 beside a texture")
-        return form(operation, a=whole(x), b=whole(y))
+        found = form(operation, a=whole(x), b=whole(y))
+        is_deep = size(found).texels > LARGEST.texels and operation in COMMUTATIVE
+        return form(operation, a=whole(y), b=whole(x)) if is_deep else found  # What comes first waits for nothing.
     fold = FOLDED[operation]
     if isinstance(x, tuple) or isinstance(y, tuple):
         x, y = (v if isinstance(v, tuple) else (v,) * 3 for v in (x, y))
@@ -144,7 +184,9 @@ def mixed(x: Map, y: Map, by: Map) -> Map:
     if isinstance(x, Ron) or isinstance(y, Ron) or isinstance(by, Ron):
         if below_zero(x) or below_zero(y):
             raise NotCarried("a number below 0 beside a texture")
-        return form("Mix", a=whole(x), b=whole(y), by=by)
+        found = form("Mix", a=whole(x), b=whole(y), by=by)
+        is_deep = size(found).texels > LARGEST.texels
+        return form("Mix", a=whole(y), b=whole(x), by=combined("Subtract", 1.0, by)) if is_deep else found
     return combined("Add", combined("Multiply", x, 1 - by), combined("Multiply", y, by))
 
 

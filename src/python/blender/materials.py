@@ -8,8 +8,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from . import media
-from .arithmetic import Map, clamped, combined, mixed, one, scaled, share
+from .arithmetic import TOO_LARGE, Map, clamped, combined, is_too_large, mixed, one, scaled, share
 from .coordinates import MeshSpace
+from .evaluate import DEEPEST, TOO_DEEP
 from .images import Images
 from .nodes import Input, Output, surface
 from .ron import Ron, form
@@ -67,9 +68,13 @@ class Material:
         self.material = material
         self.maps = Maps(images, mesh, f"material {material.name!r}", warn, info)
         self.warn = self.maps.warn
+        # The fields of shaders, and the shaders that are being followed.
+        self.known: dict[Any, Fields] = {}
+        self.open: list[Any] = []
         fields = self._nodes() if material.use_nodes and material.node_tree else self._plain()
         fields.setdefault("metallic", 0.0)
         self._limit(fields)
+        self._check(fields)
         fields["double_sided"] = True
         if film.transparent:
             self._glass_on(film, fields)
@@ -96,6 +101,12 @@ class Material:
                 fields[key] = tuple(min(max(c, 0.0), 1.0) for c in value)
             elif not isinstance(value, Ron):
                 fields[key] = min(max(value, 0.0), 1.0)
+
+    def _check(self, fields: Fields) -> None:
+        """Raises a ValueError for a map that the program would refuse without saying whose it is."""
+        for key, value in fields.items():
+            if is_too_large(value["texture"] if key in {"normal", "bump"} else value):
+                raise ValueError(f"{self.maps.user}: {key.replace('_', ' ')}: {TOO_LARGE}")
 
     def _glass_on(self, film: Film, fields: Fields) -> None:
         """Glass on a transparent film: what is behind smooth glass counts as the film's, behind rough glass as glass."""
@@ -137,6 +148,18 @@ class Material:
     def _shader(self, source: Output | None) -> Fields:
         if source is None:
             return {**DARK}
+        key = source.socket.as_pointer(), source.groups
+        if key in self.open or len(self.open) >= DEEPEST:
+            self.warn(f"{TOO_DEEP}: it is black")
+            return {**DARK}
+        if key not in self.known:
+            self.open.append(key)
+            self.known[key] = self._converted(source)
+            self._check(self.known[key])
+            self.open.pop()
+        return {**self.known[key]}
+
+    def _converted(self, source: Output) -> Fields:
         convert = SHADERS.get(source.type)
         if convert:
             return convert(self, source)

@@ -12,13 +12,18 @@ from .textures import Maps
 
 Rgb = Sequence[float]
 
+# The most shaders of one volume, each of which counts as often as it is added.
+MOST_PARTS = 1000
+
 
 def of_volume(source: Output, maps: Maps) -> dict[str, Any]:
     """The `volume` of Blender's volume shaders with one density."""
     scattering, absorption, moment = [0.0] * 3, [0.0] * 3, 0.0
-    pending = [source]
+    pending, count = [source], 0
     while pending:
-        part = pending.pop()
+        part, count = pending.pop(), count + 1
+        if count > MOST_PARTS:
+            raise ValueError(f"{maps.user}: a sum of more than {MOST_PARTS} volumes")
         if part.type == "ADD_SHADER":
             pending += [s for s in (part.input(i).source() for i in range(2)) if s]
             continue

@@ -19,6 +19,8 @@ class Ron(str):
 
     name: str = ""
     fields: dict[str, Any] = {}
+    # Of a map, once it is known: see `arithmetic.size`.
+    size: Any = None
 
 
 def text(value: Any) -> str:

@@ -1049,6 +1049,23 @@ def faults() -> None:
     def too_large(scene: Any) -> None:
         scene.render.resolution_x = scene.render.resolution_y = 65536
 
+    def large_emission(scene: Any) -> None:
+        coat = bpy.data.materials["coat"]
+        mixed = test_told.mixes(coat, 8, 6, 7)
+        for name in ("Emission Color", "Emission Strength"):
+            coat.node_tree.links.new(mixed, scenes.shader(coat).inputs[name])
+
+    def doubled_volumes(scene: Any) -> None:
+        coat = bpy.data.materials["coat"]
+        found = scenes.node(coat, "ShaderNodeVolumeScatter").outputs[0]
+        for _ in range(40):
+            both = scenes.node(coat, "ShaderNodeAddShader", coat.node_tree.nodes["Material Output"].inputs["Volume"])
+            for socket in both.inputs:
+                coat.node_tree.links.new(found, socket)
+            found = both.outputs[0]
+
+    fails("large_emission", "'coat': emission: more nodes than a texture can be made of", large_emission)
+    fails("doubled_volumes", "'coat': a sum of more than 1000 volumes", doubled_volumes)
     fails("too_large", "use Render Region or a smaller Resolution", too_large)
     fails("texture_missing", "lost", lose)
     fails("texture_unset", "no picture", unset)

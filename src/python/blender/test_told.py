@@ -140,6 +140,55 @@ def long_chain(scene: Any, of: Any) -> None:
     scenes.node(of, "ShaderNodeTexNoise", chain(of, "MULTIPLY", 300))
 
 
+def mixes(of: Any, count: int, *sockets: int) -> Any:
+    """A checker behind a row of Mix nodes into Base Color, each of which takes the one before for these inputs.
+
+    Returns the last output.
+    """
+    found = scenes.node(of, "ShaderNodeTexChecker").outputs["Color"]
+    for number in range(count):
+        mix = scenes.node(of, "ShaderNodeMix")
+        mix.data_type, mix.blend_type = "RGBA", "MULTIPLY" if number % 2 else "ADD"
+        for socket in sockets:
+            of.node_tree.links.new(found, mix.inputs[socket])
+        found = mix.outputs[2]
+    of.node_tree.links.new(found, scenes.shader(of).inputs["Base Color"])
+    return found
+
+
+@case(["Checker("], ["'of': more nodes than a texture can be made of"])
+def doubled_mixes(scene: Any, of: Any) -> None:
+    mixes(of, 40, 6, 7)
+
+
+@case(["by: 0.5"], [])
+def mixes_behind_second_colors(scene: Any, of: Any) -> None:
+    mixes(of, 25, 7)
+
+
+@case([], ["'of': more nodes than a texture can be made of"])
+def mixes_behind_factors(scene: Any, of: Any) -> None:
+    mixes(of, 12, 0)
+
+
+@case(["roughness: 0.25"], [])
+def doubled_shaders(scene: Any, of: Any) -> None:
+    found = scenes.shader(of).outputs[0]
+    scenes.shader(of).inputs["Roughness"].default_value = 0.25
+    for _ in range(40):
+        mix = scenes.surface(of, "ShaderNodeMixShader")
+        for socket in (1, 2):
+            of.node_tree.links.new(found, mix.inputs[socket])
+        found = mix.outputs[0]
+
+
+@case([], ["'of': a ring or a very long chain of nodes: it is black"])
+def long_chain_of_shaders(scene: Any, of: Any) -> None:
+    socket = of.node_tree.nodes["Material Output"].inputs["Surface"]
+    for _ in range(150):
+        socket = scenes.node(of, "ShaderNodeMixShader", socket).inputs[1]
+
+
 @case(["Subtract(a: 1.0"], [])
 def turned_round(scene: Any, of: Any) -> None:
     math = scenes.node(of, "ShaderNodeMath", scenes.shader(of).inputs["Roughness"])

@@ -12,6 +12,7 @@ import numpy as np
 from mathutils import Vector
 
 from .arithmetic import (
+    TOO_LARGE,
     Map,
     NotCarried,
     below_zero,
@@ -20,6 +21,7 @@ from .arithmetic import (
     combined,
     grey,
     is_arithmetic,
+    is_too_large,
     joined,
     mixed,
     said,
@@ -105,7 +107,8 @@ class Maps:
 
     def number(self, socket: Input) -> Map:
         """A number, or a number map."""
-        return self._value(socket, self._number)
+        value = self._value(socket, self._number)
+        return grey(value) if isinstance(value, tuple) else value  # A colour that stands in for a node.
 
     def constant(self, socket: Input) -> Any:
         """A number, or three, which no texture can be."""
@@ -140,7 +143,8 @@ class Maps:
         if key not in self.known:
             self.open.append(key)
             try:
-                self.known[key] = convert(source)
+                found = convert(source)
+                self.known[key] = NotCarried(TOO_LARGE) if is_too_large(found) else found
             except NotCarried as reason:
                 self.known[key] = reason
             finally:
