@@ -37,8 +37,11 @@ def light(ob: Any, place: Matrix, warn: Callable[[str], None]) -> dict[str, Any]
     bounces = getattr(getattr(data, "cycles", None), "max_bounces", 1024)
     if bounces < 16:
         warn_(f"Max Bounces {bounces}: its light is followed farther")
-    if ob.visible_camera and data.type != "AREA" and (data.angle if data.type == "SUN" else data.shadow_soft_size) > 0:
+    extent = 1 if data.type == "AREA" else data.angle if data.type == "SUN" else data.shadow_soft_size
+    if ob.visible_camera and data.type != "AREA" and extent > 0:
         warn_("the camera does not see it")
+    if extent > 0 and not getattr(getattr(data, "cycles", None), "use_multiple_importance_sampling", True):
+        warn_("mirrors and glass show it, also without Multiple Importance")
     fields = KINDS[data.type](ob, tuple(power), place, warn_)
     fields["transform"] = placed(upright(unscaled(place)))
     return fields

@@ -196,6 +196,24 @@ def lamps(size: tuple[int, int], *kinds: str) -> Any:
     return scene
 
 
+def mirrors(resolution: tuple[int, int], kind: str, **fields: Any) -> Any:
+    """Smooth and hardly rough metal, glass and lacquer below a lamp, which is seen in them."""
+    scene = fresh(resolution)
+    world((0.05, 0.05, 0.05))
+    plane((0, 0, 0), 12, material("grey", Base_Color=(0.1, 0.1, 0.1), Roughness=1.0, Specular_IOR_Level=0.0))
+    for x, of in (
+        (-2.4, {"Metallic": 1.0, "Roughness": 0.0}),
+        (-1.2, {"Metallic": 1.0, "Roughness": 0.02}),
+        (0.0, {"Metallic": 1.0, "Roughness": 0.1}),
+        (1.2, {"Base_Color": (1, 1, 1), "Roughness": 0.0, "Transmission_Weight": 1.0, "IOR": 1.45}),
+        (2.4, {"Base_Color": (0.1, 0.1, 0.5), "Roughness": 0.6, "Coat_Weight": 1.0, "Coat_Roughness": 0.0}),
+    ):
+        ball((x, 0, 0.55), material("of", **of), 0.55)
+    lamp(kind, (-1, -3, 3.5), (0, 0, 0.5), **fields)
+    camera((0, -8, 2.5), (0, 0, 0.5), lens=50)
+    return scene
+
+
 def catcher(size: tuple[int, int]) -> Any:
     """A ball on a shadow catcher, on a transparent film, in the sun and in the light of a blue area."""
     scene = fresh(size)

@@ -50,6 +50,22 @@ def lamp_bounces(scene: Any, of: Any) -> None:
     bpy.data.lights["point"].cycles.max_bounces = 0
 
 
+@case([], ["lamp 'point': mirrors and glass show it, also without Multiple Importance"])
+def lamp_without_importance(scene: Any, of: Any) -> None:
+    bpy.data.lights["point"].cycles.use_multiple_importance_sampling = False
+
+
+@case([], [])
+def lamp_point_without_importance(scene: Any, of: Any) -> None:
+    bpy.data.lights["point"].cycles.use_multiple_importance_sampling = False
+    bpy.data.lights["point"].shadow_soft_size = 0
+
+
+@case([], ["'point': it is not hidden from rays of the kind glossy, transmission"])
+def lamp_hidden_from_mirrors(scene: Any, of: Any) -> None:
+    bpy.data.objects["point"].visible_glossy = bpy.data.objects["point"].visible_transmission = False
+
+
 @case([], ["Shadow Terminator"])
 def terminator(scene: Any, of: Any) -> None:
     ball().shadow_terminator_geometry_offset = 0.5

@@ -221,7 +221,7 @@ def _sky(node: Any, strength: float, images: Images, maps: Maps) -> tuple[dict[s
     light = tuple(c * strength * node.sun_intensity for c in atmosphere.sun(elevation, altitude, air))
     if max(light) <= 0:
         return (around,)
-    maps.warn("the Sun Disc: it gives its light, and neither the camera nor mirrors see it")
+    maps.warn("the Sun Disc: it gives its light, and is seen in mirrors and through glass, but not by the camera")
     toward = Vector((0, math.cos(elevation), math.sin(elevation)))
     place = Matrix.Rotation(-azimuth, 4, "Z") @ toward.to_track_quat("Z", "X").to_matrix().to_4x4()
     sun = form("Directional", irradiance=light, angle_degrees=math.degrees(node.sun_size))
