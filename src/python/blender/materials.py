@@ -230,7 +230,7 @@ class Material:
         radius = [r * scale for r in self.maps.constant(source.input("Radius"))]
         self._ignored(source, Anisotropy=0.0)
         color = self.maps.constant(source.input("Color"))
-        medium = media.of_subsurface(color, radius, 0.0)
+        medium = media.of_subsurface(color, media.below_subsurface(color)[1], radius, 0.0)
         return {"specular": 0.0, "diffuse_transmission": 1.0, "volume": medium} | self._normal(source)
 
     def _mix(self, source: Output) -> Fields:
@@ -352,25 +352,36 @@ class Material:
         if weight != 0:
             if through != 0:
                 self.warn("Subsurface beside Transmission")
-                return
-            scale = maps.constant(source.input("Subsurface Scale"))
-            radius = [r * scale for r in maps.constant(source.input("Subsurface Radius"))]
-            if source.node.subsurface_method != "RANDOM_WALK":
-                self.warn(
-                    f"Subsurface by {source.node.subsurface_method.replace('_', ' ').title()}: Random Walk stands in"
-                )
-            # Christensen and Burley's has none.
-            anisotropy = (
-                maps.constant(source.input("Subsurface Anisotropy")) if source.has("Subsurface Anisotropy") else 0.0
+            else:
+                self._subsurface(source, fields, weight)
+
+    def _subsurface(self, source: Output, fields: Fields, weight: Map) -> None:
+        maps, color = self.maps, fields["base_color"]
+        scale = maps.constant(source.input("Subsurface Scale"))
+        radius = [r * scale for r in maps.constant(source.input("Subsurface Radius"))]
+        if source.node.subsurface_method != "RANDOM_WALK":
+            self.warn(
+                f"Subsurface by {source.node.subsurface_method.replace('_', ' ').title()}: Random Walk stands in"
             )
-            if weight != 1:
-                self.warn("a Subsurface Weight below 1: light that comes out is weakened by it, too")
-            if abs(anisotropy) > 0.5:
-                self.warn(f"a Subsurface Anisotropy of {anisotropy:.2g}: darker than in Cycles")
-            if isinstance(color, Ron):
-                self.warn("Subsurface of a texture's colour: one colour is scattered")
-                color = source.input("Base Color").value
-            fields |= {"diffuse_transmission": weight, "volume": media.of_subsurface(color, radius, anisotropy)}
+        # Christensen and Burley's has none.
+        anisotropy = (
+            maps.constant(source.input("Subsurface Anisotropy")) if source.has("Subsurface Anisotropy") else 0.0
+        )
+        if abs(anisotropy) > 0.5:
+            self.warn(f"a Subsurface Anisotropy of {anisotropy:.2g}: darker than in Cycles")
+        if isinstance(color, Ron):
+            self.warn("Subsurface of a texture's colour: one colour is scattered")
+            color = source.input("Base Color").value
+        below = media.below_subsurface(color)[1]
+        if isinstance(weight, Ron):
+            self.warn("a Subsurface Weight that is a texture: light that comes out is weakened by it, too")
+        elif weight < 1:
+            brightest = 1.0
+            if not isinstance(fields["base_color"], Ron) and fields["metallic"] == 0 and 0 < max(color) < 1:
+                brightest = max(color)
+                fields["base_color"] = tuple(c / brightest for c in color)
+            weight, below = media.below_subsurface(color, weight, brightest)
+        fields |= {"diffuse_transmission": weight, "volume": media.of_subsurface(color, below, radius, anisotropy)}
 
     def _stretched(self, source: Output, strength: str, rotation: str, roughness: Map) -> Fields:
         amount = self.maps.constant(source.input(strength))

@@ -53,19 +53,40 @@ def of_volume(source: Output, maps: Maps) -> dict[str, Any]:
     return volume([s + a for s, a in zip(scattering, absorption)], scattering, anisotropy)
 
 
-def of_subsurface(color: Rgb, radius: Rgb, anisotropy: float) -> dict[str, Any]:
-    """The `volume` of Cycles' random walk: `color` is that of all light that comes back, `radius` in metres.
+def below_subsurface(color: Rgb, weight: float = 1.0, brightest: float = 1.0) -> tuple[float, Rgb]:
+    """The part that a surface lets through, and the colour of what is below it, for a Subsurface Weight.
+
+    In Cycles a surface reflects d = (1 - weight) color, lets in the weight, and lets out whatever comes back. In rayfront
+    it lets as much out as in, a part t: if x comes back from below, t² x / (1 - d x) leaves, for the rest is thrown back.
+    Here x is such that as much leaves as in Cycles. It is at most 1, so t should be large, and with it what the surface
+    has as its own colour: `color` over `brightest`.
+    """
+    weight = min(max(weight, 0.0), 1.0)
+    through, below = 1 - (1 - weight) * brightest, []
+    for c in color:
+        c = min(max(c, 0.0), 1.0)
+        # The mean over a ball by Cycles' walk, which gives less towards a viewer straight ahead and more along the surface.
+        leaving = weight * c / (1.09 - 0.12 * c)
+        below.append(min(leaving / (through**2 + (1 - weight) * c * leaving), 1.0) if through > 0 else 1.0)
+    return through, tuple(below)
+
+
+def of_subsurface(color: Rgb, below: Rgb, radius: Rgb, anisotropy: float) -> dict[str, Any]:
+    """The `volume` of Cycles' random walk: `below` is the colour of all light that comes back, `radius` in metres.
+
+    `color` is that of the shader, by which Cycles measures the radius.
 
     The fits are those of Cycles (Christensen and Burley 2015; Chiang and others 2016).
     """
-    extinction, scattering = [], []
-    for a, r in zip(color, radius):
-        a = min(max(a, 0.0), 0.999)
-        single = 1 - math.exp(-5.09406 * a + 2.61188 * a**2 - 4.31805 * a**3)
+    extinction, scattering, anisotropy = [], [], min(max(anisotropy, -0.9), 0.9)
+    for a, b, r in zip(color, below, radius):
+        a, b = (min(max(c, 0.0), 0.999) for c in (a, b))
+        single = 1 - math.exp(-5.09406 * b + 2.61188 * b**2 - 4.31805 * b**3)
         shape = 1.9 - a + 3.5 * (a - 0.8) ** 2
         total = 4 * math.pi / max(r * shape, 1e-6)
-        extinction.append(total)
-        scattering.append(total * single)
+        # What is scattered forwards goes on as if it were not: so the colour stays.
+        scattering.append(total * single / (1 - anisotropy))
+        extinction.append(total * (1 - single) + scattering[-1])
     return volume(extinction, scattering, anisotropy)
 
 

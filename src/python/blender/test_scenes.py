@@ -214,6 +214,19 @@ def mirrors(resolution: tuple[int, int], kind: str, **fields: Any) -> Any:
     return scene
 
 
+def subsurface(weight: float, scale: float, anisotropy: float = 0.0) -> Any:
+    """A ball in the sun, and nothing else."""
+    scene = fresh((64, 64))
+    world((0, 0, 0))
+    inputs = {"Base_Color": (0.8, 0.5, 0.3), "Roughness": 1.0, "Specular_IOR_Level": 0.0}
+    inputs |= {"Subsurface_Weight": weight, "Subsurface_Radius": (1.0, 0.4, 0.2), "Subsurface_Scale": scale}
+    inputs["Subsurface_Anisotropy"] = anisotropy
+    ball((0, 0, 0.7), material("skin", **inputs), 0.7)
+    lamp("SUN", (-2, -4, 3), (0, 0, 0.7), energy=3, angle=math.radians(3))
+    camera((0, -5, 1.6), (0, 0, 0.65), lens=90)
+    return scene
+
+
 def catcher(size: tuple[int, int]) -> Any:
     """A ball on a shadow catcher, on a transparent film, in the sun and in the light of a blue area."""
     scene = fresh(size)

@@ -113,10 +113,15 @@ def cells_of_world(scene: Any, of: Any) -> None:
     tree.links.new(cells.outputs["Color"], tree.nodes["Background"].inputs["Color"])
 
 
-@case(["diffuse_transmission: 0.5"], ["a Subsurface Weight below 1", "a Subsurface Anisotropy of 0.8"])
+@case(["base_color: (1.0, 1.0, 1.0)", "diffuse_transmission: 0.6"], ["a Subsurface Anisotropy of 0.8"])
 def half_subsurface(scene: Any, of: Any) -> None:
     scenes.shader(of).inputs["Subsurface Weight"].default_value = 0.5
     scenes.shader(of).inputs["Subsurface Anisotropy"].default_value = 0.8
+
+
+@case(["diffuse_transmission: Checker("], ["a Subsurface Weight that is a texture"])
+def subsurface_by_checker(scene: Any, of: Any) -> None:
+    scenes.node(of, "ShaderNodeTexChecker", scenes.shader(of).inputs["Subsurface Weight"], "Fac")
 
 
 @case([], [])
