@@ -292,7 +292,7 @@ mod tests {
             });
             let all: Vec<_> = all.flatten().collect();
             let met = all[0].iter().filter(|sum| sum[0] > 0.0).count();
-            assert!(met > count.min(50), "{count} lamps: {met} rays");
+            assert!(2 * met > count, "{count} lamps: {met} rays");
             // The order of the sums differs between both ways, but these are sums of whole numbers.
             assert!(all.iter().all(|sums| *sums == all[0]), "{count} lamps");
         }
