@@ -39,7 +39,7 @@ pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
         let part = 100.0 * part;
         findings.push(finding("dark-glass", 
             Some(Subject::named(name)),
-            format!("the glass of \"{pane}\" keeps its light from {part:.0} % of what it would light: only photons bring it there"),
+            format!("the glass of \"{pane}\" keeps its light from {part:.0} % of what it would light: paths do not find this lamp behind it, and no photons bring its light"),
             remedy(has_photons),
         ));
     }

@@ -26,7 +26,7 @@ pub(super) enum WorldLight {
         falls: bool,
         cone: Option<SpotCone>,
     },
-    /// A ball that no ray hits: each point of it emits the same in all directions, perhaps within a cone.
+    /// A ball without a surface: each point of it emits the same in all directions, perhaps within a cone.
     Ball { center: Vec3, radius: f32, radiance: Rgb, cone: Option<SpotCone> },
     /// A point light with a photometric profile.
     Photometric {
@@ -59,7 +59,7 @@ pub(super) enum WorldLight {
         radiance: Rgb,
         samples: u32,
         pattern: Pattern,
-        /// The material of its surface, if rays can hit it.
+        /// The material of its surface, if it has one.
         material: Option<u32>,
     },
 }

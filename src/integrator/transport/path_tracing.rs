@@ -3,8 +3,8 @@
 //! Besides [`super::whitted`], only this module and its parts, such as [`super::onward`], read or write throughput and
 //! radiance, except for the attenuation in [`super::medium`] and [`super::transparent_shadow`].
 //!
-//! A path's radiance is summed in the order of its vertices: at each vertex first the surface's emission, then the
-//! light sample.
+//! A path's radiance is summed in the order of its vertices: at each vertex first the lamps without a surface
+//! on the way to it ([`super::unseen_lamps`]), then the surface's emission, then the light sample.
 
 use super::catcher;
 use super::direct::{faces, to_light};

@@ -20,8 +20,11 @@ use crate::shading::unseen_lamps::{LampHit, LampRays, LampWalk, meet, meet_dista
 use crate::simd::{Float, Int, Mask};
 use crate::world::Transport;
 
-/// An unseen lamp that paths have met.
+/// An unseen lamp that paths may have found.
 struct FoundLamp<F: Float> {
+    emitter: u32,
+    /// The distance from where the paths' directions were drawn.
+    distance: F,
     /// The lanes whose path finds its light.
     mask: F::Mask,
     /// The MIS weight, times the part that photons leave to the path.
@@ -51,20 +54,13 @@ pub fn found<F: Float>(
     if !mask.any() {
         return sum;
     }
-    let lamps = &setup.scene.emitters.unseen;
-    let end = path.travelled + t;
-    let rays = LampRays { origin: path.seen_from(), direction: path.direction, end };
-    let mut walk = LampWalk::new(lamps, rays, mask & finds_placed::<F>(path));
-    while let Some((lamp, near)) = walk.next_lamp() {
-        let hit = meet(&setup.scene.emitters, lamp, &rays);
-        let lit = of_placed(setup, photons, path, lamp, &hit, end, near);
-        sum = add(setup, path, lamp, &lit, sum, found);
-    }
-    let distant = mask & finds_distant::<F>(path) & t.eq(F::splat(f32::INFINITY));
-    for lamp in lamps.distant.iter().filter(|_| distant.any()) {
-        let hit = meet_distant(&setup.scene.emitters, *lamp, path.direction);
-        let lit = weighted(setup, photons, path, *lamp, &hit, path.throughput, distant & hit.mask);
-        sum = add(setup, path, *lamp, &lit, sum, found);
+    let mut search = LampSearch::new(setup, photons, path, t, mask);
+    while let Some(lamp) = search.next_lamp() {
+        sum = sum + lamp.light;
+        let group = group_of(setup, lamp.emitter);
+        if group != NONE || setup.groups_by_path() {
+            found.add(path, group_for(setup, path, F::Int::splat(group)), lamp.light, false, lamp.mask);
+        }
     }
     sum
 }
@@ -77,24 +73,9 @@ pub fn each_found(
     t: f32,
 ) -> Vec<LampDecision> {
     let mut all = Vec::new();
-    if !finders::<f32>(path) {
-        return all;
-    }
-    let lamps = &setup.scene.emitters.unseen;
-    let end = path.travelled + t;
-    let rays = LampRays { origin: path.seen_from(), direction: path.direction, end };
-    let mut walk = LampWalk::new(lamps, rays, finds_placed::<f32>(path));
-    while let Some((emitter, near)) = walk.next_lamp() {
-        let hit = meet(&setup.scene.emitters, emitter, &rays);
-        let FoundLamp { mask, weight, light } = of_placed(setup, photons, path, emitter, &hit, end, near);
-        all.extend(mask.then_some(LampDecision { emitter, distance: hit.distance, weight, light }));
-    }
-    let reaches_sky = finds_distant::<f32>(path) && t == f32::INFINITY;
-    for &emitter in lamps.distant.iter().filter(|_| reaches_sky) {
-        let hit = meet_distant(&setup.scene.emitters, emitter, path.direction);
-        let FoundLamp { mask, weight, light } =
-            weighted(setup, photons, path, emitter, &hit, path.throughput, hit.mask);
-        all.extend(mask.then_some(LampDecision { emitter, distance: hit.distance, weight, light }));
+    let mut search = LampSearch::new(setup, photons, path, t, finders::<f32>(path));
+    while let Some(FoundLamp { emitter, distance, mask, weight, light }) = search.next_lamp() {
+        all.extend(mask.then_some(LampDecision { emitter, distance, weight, light }));
     }
     all
 }
@@ -123,57 +104,66 @@ fn finds_placed<F: Float>(path: &Path<F>) -> F::Mask {
     finds_distant::<F>(path) | (scattered & through & !is_matte)
 }
 
-/// The light of a lamp at a finite place, which ends like a shadow ray to it.
-#[inline(always)]
-fn of_placed<F: Float>(
-    setup: &RenderSetup,
-    photons: Option<PhotonMaps>,
-    path: &Path<F>,
-    lamp: u32,
-    hit: &LampHit<F>,
-    end: F,
-    mask: F::Mask,
-) -> FoundLamp<F> {
-    let until = hit.distance * F::splat(SHADOW_END);
-    let mask = mask & hit.mask & until.lt(end) & until.ge(path.travelled);
-    let way = hit.distance - path.travelled;
-    let throughput = medium::attenuated(setup, path.throughput, path.bodies, way, mask);
-    let throughput = medium::emitted(setup, path.bodies, throughput, mask);
-    weighted(setup, photons, path, lamp, hit, throughput, mask)
+/// The search for unseen lamps along paths: first those at a finite place, then those in the sky.
+struct LampSearch<'a, F: Float> {
+    setup: &'a RenderSetup,
+    photons: Option<PhotonMaps<'a>>,
+    path: &'a Path<F>,
+    rays: LampRays<F>,
+    walk: LampWalk<'a, F>,
+    /// The lanes that reach the sky, and the number of lamps there that are done.
+    distant: (F::Mask, usize),
 }
 
-/// The weighted light of a lamp.
-#[inline(always)]
-fn weighted<F: Float>(
-    setup: &RenderSetup,
-    photons: Option<PhotonMaps>,
-    path: &Path<F>,
-    lamp: u32,
-    hit: &LampHit<F>,
-    throughput: Color<F>,
-    mask: F::Mask,
-) -> FoundLamp<F> {
-    let mut weight = mis_weight(setup, path, F::Int::splat(lamp), hit.distance, mask);
-    if let Some(photons) = photons {
-        weight = weight * photons.left_of_emitter(path, F::Int::splat(lamp), mask);
+impl<'a, F: Float> LampSearch<'a, F> {
+    #[inline(always)]
+    fn new(
+        setup: &'a RenderSetup,
+        photons: Option<PhotonMaps<'a>>,
+        path: &'a Path<F>,
+        t: F,
+        mask: F::Mask,
+    ) -> Self {
+        let lamps = &setup.scene.emitters.unseen;
+        let rays = LampRays { origin: path.seen_from(), direction: path.direction, end: path.travelled + t };
+        let walk = LampWalk::new(lamps, rays, mask & finds_placed::<F>(path));
+        let escapes = mask & finds_distant::<F>(path) & t.eq(F::splat(f32::INFINITY));
+        Self { setup, photons, path, rays, walk, distant: (escapes, 0) }
     }
-    let light = limited(setup, path, throughput * hit.radiance * weight);
-    FoundLamp { mask, weight, light: Color::select(mask, light, Color::black()) }
-}
 
-/// Adds light to a sum and to its group.
-#[inline(always)]
-fn add<F: Float>(
-    setup: &RenderSetup,
-    path: &Path<F>,
-    lamp: u32,
-    lit: &FoundLamp<F>,
-    sum: Color<F>,
-    found: &mut GroupQueue,
-) -> Color<F> {
-    let group = group_of(setup, lamp);
-    if group != NONE || setup.groups_by_path() {
-        found.add(path, group_for(setup, path, F::Int::splat(group)), lit.light, false, lit.mask);
+    /// The next lamp that may be found.
+    #[inline(always)]
+    fn next_lamp(&mut self) -> Option<FoundLamp<F>> {
+        let Self { setup, path, rays, .. } = *self;
+        let emitters = &setup.scene.emitters;
+        if let Some((lamp, near)) = self.walk.next_lamp() {
+            let hit = meet(emitters, lamp, &rays);
+            // It ends like a shadow ray to the lamp.
+            let until = hit.distance * F::splat(SHADOW_END);
+            let mask = near & hit.mask & until.lt(rays.end) & until.ge(path.travelled);
+            let way = hit.distance - path.travelled;
+            let throughput = medium::attenuated(setup, path.throughput, path.bodies, way, mask);
+            let throughput = medium::emitted(setup, path.bodies, throughput, mask);
+            return Some(self.found(lamp, &hit, throughput, mask));
+        }
+        let (escapes, done) = self.distant;
+        let lamp = *emitters.unseen.distant.get(done).filter(|_| escapes.any())?;
+        self.distant.1 += 1;
+        let hit = meet_distant(emitters, lamp, path.direction);
+        Some(self.found(lamp, &hit, path.throughput, escapes & hit.mask))
     }
-    sum + lit.light
+
+    /// The light of a lamp, with its weight.
+    #[inline(always)]
+    fn found(&self, emitter: u32, hit: &LampHit<F>, throughput: Color<F>, mask: F::Mask) -> FoundLamp<F> {
+        let Self { setup, photons, path, .. } = *self;
+        let lanes = F::Int::splat(emitter);
+        let mut weight = mis_weight(setup, path, lanes, hit.distance, mask);
+        if let Some(photons) = photons {
+            weight = weight * photons.left_of_emitter(path, lanes, mask);
+        }
+        let light = limited(setup, path, throughput * hit.radiance * weight);
+        let light = Color::select(mask, light, Color::black());
+        FoundLamp { emitter, distance: hit.distance, mask, weight, light }
+    }
 }

@@ -3,7 +3,7 @@
 use super::material_ranges::MaterialRanges;
 use super::queue::{HitQueue, PathQueue};
 use super::shadow_queue::ShadowQueue;
-use super::stages::{lanes, numbered, put};
+use super::stages::{lanes, numbered, put_radiance};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
 use crate::integrator::path::columns::Columns;
@@ -105,10 +105,7 @@ impl Kernel for FindLampsStage<'_> {
             let t = Float::select(missed, Float::splat(f32::INFINITY), hit.t);
             let light = unseen_lamps::found(self.setup, self.photons, &path, t, valid, self.found);
             let radiance = path.radiance + light;
-            let [r, g, b] = self.paths.radiance_mut();
-            put(radiance.r, r, at);
-            put(radiance.g, g, at);
-            put(radiance.b, b, at);
+            put_radiance(self.paths, radiance, at);
         }
     }
 }

@@ -163,10 +163,7 @@ impl Kernel for ShadeStage<'_> {
             let (vertex, scatter, radiance) =
                 whitted::hit(self.setup, self.photons, &path, &hit, valid, self.found);
             self.vertices.store(at, &vertex);
-            let [r, g, b] = self.paths.radiance_mut();
-            put(radiance.r, r, at);
-            put(radiance.g, g, at);
-            put(radiance.b, b, at);
+            put_radiance(self.paths, radiance, at);
             let source = numbered::<<L::Queue as Float>::Int>(at);
             let none = <L::Queue as Float>::Int::splat(NONE);
             if scatter.reflects.any() {
@@ -183,9 +180,18 @@ impl Kernel for ShadeStage<'_> {
     }
 }
 
+/// Stores the radiance of paths from `at` on.
+#[inline(always)]
+pub(super) fn put_radiance<F: Float>(paths: &mut PathQueue, radiance: Color<F>, at: usize) {
+    let [r, g, b] = paths.radiance_mut();
+    put(radiance.r, r, at);
+    put(radiance.g, g, at);
+    put(radiance.b, b, at);
+}
+
 /// Stores as many lanes as the column still has room for.
 #[inline(always)]
-pub(super) fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
+fn put<F: Float>(value: F, column: &mut [f32], at: usize) {
     if column.len() - at >= F::WIDTH {
         value.store(&mut column[at..]);
     } else {
