@@ -343,7 +343,7 @@ pub(crate) const OF_SETTINGS: &[Ineffective<Settings>] = &[
         |s| matches!(s.caustics, Caustics::Photons { .. }),
     ),
     idle(&["caustics"], "beside shadow catchers", catches),
-    idle(&["sharing"], "beside a clamp or depth limits, which apply to each path by itself", |s, _| {
+    idle(&["sharing"], "beside depth limits, which apply to each path by itself", |s, _| {
         s.is_for_single_paths()
     }),
     mistake(&["backdrop"], TRANSPARENT, |s, _| s.transparent, |s| s.backdrop.is_some()),
@@ -391,7 +391,7 @@ impl Settings {
 
     /// True if limits apply to each path by itself, so that pixels reuse no paths of others.
     pub(crate) fn is_for_single_paths(&self) -> bool {
-        self.clamp.is_some() || self.depth_limits != DepthLimits::default()
+        self.depth_limits != DepthLimits::default()
     }
 }
 

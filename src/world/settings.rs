@@ -269,8 +269,8 @@ forms! {
 }
 
 /// Path reuse: the pixels of a group give each other the second vertices of their paths. It is unbiased, and reduces
-/// noise considerably where matte surfaces scatter light. It is off with [`Settings::clamp`] or
-/// [`Settings::depth_limits`], which apply to each path by itself.
+/// noise considerably where matte surfaces scatter light. It is off with [`Settings::depth_limits`], which apply to each
+/// path by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sharing {
     /// Groups of up to 64 pixels, in blocks where reuse pays off.

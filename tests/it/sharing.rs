@@ -142,17 +142,16 @@ fn path_reuse_reduces_noise_between_matte_walls() {
 }
 
 #[test]
-fn path_reuse_is_disabled_by_clamp_depth_limits_and_whitted() {
+fn path_reuse_is_disabled_by_depth_limits_and_whitted() {
     let film = |sharing: Sharing, change: &dyn Fn(&mut World)| {
         let mut world = room(20, 2, &matte([0.7, 0.7, 0.7]), matte([0.7, 0.7, 0.7]));
         world.settings.sharing = sharing;
         change(&mut world);
         support::film(&world, Options::default()).hash()
     };
-    let clamped: &dyn Fn(&mut World) = &|world| world.settings.clamp = Some(10.0);
     let limited: &dyn Fn(&mut World) = &|world| world.settings.depth_limits.diffuse = Some(2);
     let whitted: &dyn Fn(&mut World) = &|world| world.settings.transport = Transport::Whitted;
-    for change in [clamped, limited, whitted] {
+    for change in [limited, whitted] {
         assert_eq!(film(Sharing::Groups(32), change), film(Sharing::Off, change));
     }
     for odd in [0, 1, 3, 1000] {
@@ -164,4 +163,30 @@ fn path_reuse_is_disabled_by_clamp_depth_limits_and_whitted() {
     }
     assert_ne!(film(Sharing::Groups(32), &|_| ()), film(Sharing::Off, &|_| ()));
     assert_ne!(film(Sharing::Groups(32), &|_| ()), film(Sharing::Groups(8), &|_| ()));
+}
+
+/// A clamp cuts off fireflies of reused paths, too, and nothing of what is darker.
+#[test]
+fn clamp_limits_what_reused_paths_bring() {
+    let film = |sharing: Sharing, clamp: Option<f32>| {
+        let mut world = room(20, 16, &matte([0.7, 0.7, 0.7]), matte([0.7, 0.7, 0.7]));
+        (world.settings.sharing, world.settings.clamp) = (sharing, clamp);
+        support::film(&world, Options::default())
+    };
+    let mean = |film: &rayfront::internals::film::Film| support::mean(&film.radiance());
+    let shared = film(Sharing::Groups(32), None);
+    assert_ne!(shared.hash(), film(Sharing::Off, None).hash());
+    assert_eq!(shared.hash(), film(Sharing::Groups(32), Some(1e6)).hash(), "nothing is as bright");
+    let brightest = shared.radiance().iter().map(|pixel| pixel.max_component()).fold(0.0, f32::max);
+    let mut before = mean(&shared);
+    for part in [0.1, 0.01, 0.001] {
+        let limit = Some(part * brightest);
+        let [alone, together] =
+            [Sharing::Off, Sharing::Groups(32)].map(|sharing| mean(&film(sharing, limit)));
+        println!("{part}: {alone} {together}, before {before}");
+        assert!(together < before, "{part}: {together} {before}");
+        // Where light reaches the first hit, it is not yet weakened by that.
+        assert!(together > 0.97 * alone && together < 1.5 * alone, "{part}: {alone} {together}");
+        before = together;
+    }
 }

@@ -130,7 +130,7 @@ const CLAIMS: &[Claim] = &[
     ["settings", "transmission_depth", "0", "max_depth: 0", ""],
     ["settings", "caustics", "Off", "max_depth: 0", ""],
     ["settings", "caustics", "Off", "catcher", ""],
-    ["settings", "sharing", "16", "clamp: 9", ""],
+    ["settings", "sharing", "16", "diffuse_depth: 2", ""],
     ["settings", "backdrop", "(1, 0, 0)", "transparent: true", ""],
     ["settings", "backplate", "(1, 0, 0)", "transparent: true", ""],
     ["settings", "backdrop", "(1, 0, 0)", "backplate: 0.5", ""],
