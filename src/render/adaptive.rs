@@ -19,7 +19,7 @@ use std::collections::{BinaryHeap, HashMap};
 use std::ops::Range;
 
 use crate::film::{Allocation, Film, PixelSum, Region};
-use crate::integrator::setup::reuse_groups::BLOCK;
+use crate::integrator::setup::reuse_groups::SMALLEST_BLOCK as BLOCK;
 
 /// The number of samples that all pixels get: with fewer, blocks would be chosen by chance.
 pub const PILOT: u32 = Allocation::LEAST;

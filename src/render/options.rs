@@ -23,7 +23,8 @@ pub struct Options {
     pub traversal: Option<Isa>,
     /// The part of the image to render, in pixels; `None` for all of it. It is clipped to the image.
     pub region: Option<Region>,
-    /// The width and height of a tile in pixels, at least 1. With path reuse, rounded up to a multiple of 16.
+    /// The width and height of a tile in pixels, at least 1. With path reuse, rounded up to a multiple
+    /// of its blocks.
     pub tile: u32,
     /// True if the variance of pixels is estimated; samples are then rendered one by one, which takes longer.
     pub variance: bool,

@@ -10,7 +10,6 @@ use super::passes::at_once;
 use super::prepare::{self, Prepared};
 use super::render_state::{RenderPass, RenderState};
 use crate::film::{Allocation, Film, Moments, Region};
-use crate::integrator::setup::reuse_groups::BLOCK;
 use crate::integrator::{RayStatistics, RenderSetup, Stop, Worker};
 use crate::scene::CompiledScene;
 use crate::world::{Adaptive, Settings};
@@ -355,7 +354,7 @@ impl Session {
     fn tile_size(&self) -> u32 {
         let tile = self.options.tile.max(1);
         // Tiles do not cut blocks whose pixels reuse paths.
-        if self.setup.sharing.is_some() { tile.next_multiple_of(BLOCK) } else { tile }
+        self.setup.sharing.map_or(tile, |grouping| tile.next_multiple_of(grouping.edge()))
     }
 
     /// The film so far; its region is the one that is rendered.

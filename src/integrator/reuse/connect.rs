@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 
 use super::partition::Partition;
 use super::path_slots::{PathSlots, Received, SecondVertex, path_of, unit_at};
-use super::receive::{GatheredGroup, PADDING, Pairs, Receive, count_senders};
+use super::receive::{GatheredGroup, Lender, PADDING, Pairs, Receive, count_senders};
 use crate::bvh::{AnyHitFilter, Crossing, HitPredicate, Rays};
 use crate::film::Film;
 use crate::integrator::RenderSetup;
@@ -16,10 +16,11 @@ use crate::integrator::path::Path;
 use crate::integrator::path::any_hit::PathRay;
 use crate::integrator::path::camera_path::generate;
 use crate::integrator::path::columns::Columns;
-use crate::integrator::setup::reuse_groups::{PIXELS, run_of};
+use crate::integrator::setup::reuse_groups::run_of;
 use crate::integrator::transport::path_tracing::bsdf;
 use crate::integrator::transport::reusable::{Connection, splat};
 use crate::math::{Color, Ray, Vector};
+use crate::sampling::hash::{combine, mix, to_unit};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::parameters::Outside;
 use crate::shading::surface::offset_origin;
@@ -42,8 +43,7 @@ pub struct Connections {
     groups: Vec<GatheredGroup>,
     /// Slots whose first vertices take.
     members: Vec<u32>,
-    /// Slots whose second vertices give, and the place of each among its group's members.
-    lenders: Vec<(u32, u32)>,
+    lenders: Vec<Lender>,
     pairs: Pairs,
     /// Indexed by slot.
     received: Vec<Received>,
@@ -133,12 +133,11 @@ impl Connections {
         observer: &mut dyn Observer,
         any: &mut Any,
     ) {
-        if setup.sharing.is_none() {
-            return;
-        }
+        let Some(grouping) = &setup.sharing else { return };
+        let pixels = slots.pixels();
         self.received.clear();
         let nothing = Received { radiance: Color::black(), vertices: 0 };
-        self.received.resize(slots.units.len() * PIXELS, nothing);
+        self.received.resize(slots.units.len() * pixels, nothing);
         self.by_group.resize_with(setup.groups().count(), Vec::new);
         for received in &mut self.by_group {
             received.clear();
@@ -151,8 +150,9 @@ impl Connections {
             if log2 == 0 {
                 continue;
             }
-            for group in Partition::new(log2, setup.seed, block, run_of(Wrapping(sample)).0).groups() {
-                let Some(group) = self.gather(slots, index * PIXELS, group) else { continue };
+            let run = run_of(Wrapping(sample)).0;
+            for group in Partition::new(grouping, log2, setup.seed, block, run).groups() {
+                let Some(group) = self.gather(setup.seed, slots, index * pixels, group) else { continue };
                 let Self { members, lenders, pairs, rays, fans, .. } = self;
                 dispatch(isa, Connect { setup, slots, members, lenders, group: &group, pairs, rays, fans });
                 self.groups.push(group);
@@ -167,9 +167,9 @@ impl Connections {
     }
 
     /// Gathers the members and lenders of a group; none if there are no lenders.
-    fn gather(&mut self, slots: &PathSlots, first: usize, group: &[u8]) -> Option<GatheredGroup> {
+    fn gather(&mut self, seed: u64, slots: &PathSlots, first: usize, group: &[u16]) -> Option<GatheredGroup> {
         let (from_member, from_lender) = (self.members.len(), self.lenders.len());
-        let slot = |place: &u8| first + usize::from(*place);
+        let slot = |place: &u16| first + usize::from(*place);
         self.members.extend(group.iter().map(slot).filter(|at| slots.slots[*at].takes).map(|at| at as u32));
         // Lanes that are evaluated together have the same material.
         self.members[from_member..].sort_by_key(|at| slots.slots[*at as usize].material);
@@ -178,9 +178,10 @@ impl Connections {
             if matches!(slot.offer, SecondVertex::Far(_) | SecondVertex::Near(_))
                 && slot.shared.max_component() > 0.0
             {
-                self.lenders.push((*at, place as u32));
+                self.lenders.push(Lender { slot: *at, place: place as u32, factor: 1.0 });
             }
         }
+        draw_lenders(seed, slots, &mut self.lenders, from_lender);
         let lenders = from_lender..self.lenders.len();
         if lenders.is_empty() {
             self.members.truncate(from_member);
@@ -236,12 +237,37 @@ impl Connections {
     }
 }
 
+/// Draws the lenders of a group, the last ones of `lenders`: one that gives less light than the mean remains with a
+/// probability that is proportional to its light, and then gives as much as the mean (Russian roulette). Faint ones take
+/// as long to connect as bright ones. The draws are systematic: their number is as even as possible.
+fn draw_lenders(seed: u64, slots: &PathSlots, lenders: &mut Vec<Lender>, from: usize) {
+    let light = |lender: &Lender| slots.slots[lender.slot as usize].shared.max_component();
+    let [first, ..] = &lenders[from..] else { return };
+    let slot = &slots.slots[first.slot as usize];
+    let words = [seed as u32, (seed >> 32) as u32, slot.pixel, slot.sample];
+    let bits = words.into_iter().fold(Wrapping(0x6c65_6e64), |hash, word| combine(hash, Wrapping(word)));
+    let mut sum = to_unit::<f32>(mix(bits));
+    let mean = lenders[from..].iter().map(light).sum::<f32>() / (lenders.len() - from) as f32;
+    let mut end = from;
+    for at in from..lenders.len() {
+        let lender = lenders[at];
+        let probability = (light(&lender) / mean).min(1.0);
+        sum += probability;
+        if sum >= 1.0 {
+            sum -= 1.0;
+            lenders[end] = Lender { factor: 1.0 / probability, ..lender };
+            end += 1;
+        }
+    }
+    lenders.truncate(end);
+}
+
 /// Computes the pairs of a group's lenders and members, and the rays between them.
 struct Connect<'a> {
     setup: &'a RenderSetup,
     slots: &'a PathSlots,
     members: &'a [u32],
-    lenders: &'a [(u32, u32)],
+    lenders: &'a [Lender],
     group: &'a GatheredGroup,
     pairs: &'a mut Pairs,
     rays: &'a mut RayQueue,
@@ -267,9 +293,9 @@ impl Kernel for Connect<'_> {
             first = end;
         }
         // All rays to one second vertex follow each other: a bundle.
-        for (row, (lender, own)) in self.lenders[self.group.lenders.clone()].iter().enumerate() {
+        for (row, lender) in self.lenders[self.group.lenders.clone()].iter().enumerate() {
             for some in &receivers {
-                self.connect(row, *lender, *own, some);
+                self.connect(row, lender, some);
             }
             self.fans.push(self.rays.0.len() as u32);
         }
@@ -329,12 +355,12 @@ impl<F: Float> Outlined for ReceiverLookUp<'_, '_, F> {
 }
 
 impl Connect<'_> {
-    /// Computes part of one row of pairs, for a lender at place `own` of the group.
+    /// Computes part of the row of pairs of one lender.
     #[inline(always)]
-    fn connect<F: Float>(&mut self, row: usize, lender: u32, own: u32, some: &Receivers<F>) {
+    fn connect<F: Float>(&mut self, row: usize, lender: &Lender, some: &Receivers<F>) {
         let Self { setup, slots, group, .. } = *self;
         let Receivers { first, places, mask, origin, bsdf } = some;
-        let (sight, t_max) = match &slots.slots[lender as usize].offer {
+        let (sight, t_max) = match &slots.slots[lender.slot as usize].offer {
             SecondVertex::Far(direction) => (far::<F>(splat(*direction), *mask), F::splat(f32::INFINITY)),
             SecondVertex::Near(shared) => {
                 let sight = shared.seen_from(setup.lobes, *origin, *mask);
@@ -353,7 +379,7 @@ impl Connect<'_> {
             value.store(&mut column[start..]);
         }
         let number = F::Int::load(&LANES);
-        let itself = number.eq(F::Int::splat(own.wrapping_sub(*first as u32)));
+        let itself = number.eq(F::Int::splat(lender.place.wrapping_sub(*first as u32)));
         let ray = Ray { origin: *origin, direction: sight.direction, t_min: F::zero(), t_max };
         let pair = number + F::Int::splat(start as u32);
         self.rays.append(&ray, pair, *places, found & !itself);

@@ -12,7 +12,6 @@ use crate::integrator::observe::{self, Observer};
 use crate::integrator::path::camera_path::generate;
 use crate::integrator::path::light_groups::{GroupLight, GroupQueue};
 use crate::integrator::path::{Path, pack_pixel, unpack_pixel};
-use crate::integrator::setup::reuse_groups::{BLOCK, PIXELS};
 use crate::integrator::transport::reusable::ReusableVertex;
 use crate::math::{Color, Rgb, Vector};
 use crate::shading::HitLanes;
@@ -63,6 +62,8 @@ pub(super) struct PathSlot {
 
 /// The paths of some samples of some blocks of pixels, which are reused among each other.
 pub struct PathSlots {
+    /// Width and height of a block in pixels.
+    pub(super) edge: u32,
     /// The region, in blocks.
     pub(super) blocks: Region,
     pub(super) samples: Range<u32>,
@@ -91,8 +92,10 @@ pub struct PathSlots {
 impl PathSlots {
     /// Creates room for `units` samples of blocks.
     pub fn new(setup: &RenderSetup, units: usize) -> Self {
-        let count = units * PIXELS;
+        let edge = setup.sharing.map_or(1, |grouping| grouping.edge());
+        let count = units * (edge * edge) as usize;
         Self {
+            edge,
             blocks: Region { x0: 0, y0: 0, x1: 0, y1: 0 },
             samples: 0..0,
             units: 0..0,
@@ -110,6 +113,12 @@ impl PathSlots {
         }
     }
 
+    /// Pixels of a block.
+    #[inline(always)]
+    pub(super) fn pixels(&self) -> usize {
+        (self.edge * self.edge) as usize
+    }
+
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
         let found = size_of_val(&self.found[..]) + size_of_val(&self.groups[..]);
@@ -119,8 +128,8 @@ impl PathSlots {
     /// Sets the region, whose groups have the size that the setup specifies.
     pub fn enter(&mut self, setup: &RenderSetup, region: Region) {
         let Region { x0, y0, x1, y1 } = region;
-        let (x0, y0, x1, y1) = (x0 / BLOCK, y0 / BLOCK, x1.div_ceil(BLOCK), y1.div_ceil(BLOCK));
-        self.blocks = Region { x0, y0, x1, y1 };
+        let edge = self.edge;
+        self.blocks = Region { x0: x0 / edge, y0: y0 / edge, x1: x1.div_ceil(edge), y1: y1.div_ceil(edge) };
         let log2 = setup.sharing.map_or(0, |grouping| grouping.log2);
         self.sizes = vec![log2 as u8; self.blocks.area()];
     }
@@ -138,20 +147,21 @@ impl PathSlots {
         let all = self.blocks.area() * self.samples.len();
         // Blocks without path reuse are rendered elsewhere.
         let is_plain = |unit: &usize| self.sizes[unit / self.samples.len()] == 0;
+        let (edge, pixels) = (self.edge, self.pixels());
         let first = (self.units.end..all).find(|unit| !is_plain(unit)).unwrap_or(all);
-        let end = (first..all.min(first + self.slots.len() / PIXELS)).find(is_plain);
-        self.units = first..end.unwrap_or(all.min(first + self.slots.len() / PIXELS));
-        for (unit, slots) in self.units.clone().zip(self.slots.chunks_exact_mut(PIXELS)) {
+        let end = (first..all.min(first + self.slots.len() / pixels)).find(is_plain);
+        self.units = first..end.unwrap_or(all.min(first + self.slots.len() / pixels));
+        for (unit, slots) in self.units.clone().zip(self.slots.chunks_exact_mut(pixels)) {
             let ([column, row], sample) = unit_at(&self.blocks, &self.samples, unit);
             slots.fill(PathSlot::EMPTY);
             // By squares of 8 × 8 pixels.
-            for place in 0..PIXELS as u32 {
+            for place in 0..edge * edge {
                 let (inner, outer) = (place % 64, place / 64);
-                let (x, y) = (outer % 2 * 8 + inner % 8, outer / 2 * 8 + inner / 8);
-                let (px, py) = (column * BLOCK + x, row * BLOCK + y);
-                if px < size[0] && py < size[1] && (!self.pilot || is_probed(px, py)) {
+                let (x, y) = (outer % (edge / 8) * 8 + inner % 8, outer / (edge / 8) * 8 + inner / 8);
+                let (px, py) = (column * edge + x, row * edge + y);
+                if px < size[0] && py < size[1] && (!self.pilot || is_probed(edge, px, py)) {
                     let pixel = pack_pixel(px, py);
-                    let slot = &mut slots[(y * BLOCK + x) as usize];
+                    let slot = &mut slots[(y * edge + x) as usize];
                     (slot.pixel, slot.sample, slot.begun) = (pixel, sample, true);
                     begin(pixel, sample);
                 }
@@ -165,9 +175,10 @@ impl PathSlots {
     #[inline(always)]
     fn index(&self, (pixel, sample): PixelSample) -> usize {
         let (x, y) = unpack_pixel(pixel);
-        let block = self.blocks.index(x / BLOCK, y / BLOCK);
+        let edge = self.edge;
+        let block = self.blocks.index(x / edge, y / edge);
         let unit = block * self.samples.len() + (sample - self.samples.start) as usize;
-        (unit - self.units.start) * PIXELS + (y % BLOCK * BLOCK + x % BLOCK) as usize
+        (unit - self.units.start) * self.pixels() + (y % edge * edge + x % edge) as usize
     }
 
     #[inline(always)]
@@ -185,7 +196,7 @@ impl PathSlots {
         for (column, value) in self.ids.iter_mut().zip([hit.primitive.0, hit.instance.0]) {
             column[index] = value;
         }
-        let shares = self.sizes[(self.units.start + index / PIXELS) / self.samples.len()] > 0;
+        let shares = self.sizes[(self.units.start + index / self.pixels()) / self.samples.len()] > 0;
         let slot = &mut self.slots[index];
         (slot.material, slot.takes) = (material, takes && shares);
     }
@@ -275,11 +286,12 @@ impl PathSlots {
     /// Divides what the units' paths have found behind their second vertices, if they may fork. All have ended.
     pub fn settle(&mut self) {
         let quantum = self.unit.quantum();
-        for (slot, found) in self.slots[..self.units.len() * PIXELS].iter_mut().zip(&mut self.found) {
+        let used = self.units.len() * self.pixels();
+        for (slot, found) in self.slots[..used].iter_mut().zip(&mut self.found) {
             let [r, g, b] = std::mem::take(found).map(|sum| (sum as f64 * quantum) as f32);
             slot.take(Color::new(r, g, b), slot.onward);
         }
-        let slots = &self.slots[..self.units.len() * PIXELS];
+        let slots = &self.slots[..used];
         for (slot, groups) in slots.iter().zip(self.groups.chunks_mut(self.group_count.max(1))) {
             for group in groups {
                 let [r, g, b] = std::mem::take(&mut group.found).map(|sum| (sum as f64 * quantum) as f32);
@@ -291,7 +303,7 @@ impl PathSlots {
     /// Adds the radiance that the paths keep and take to the pixels of a film.
     pub(super) fn finish(&self, received: &[Received], film: &mut Film, observer: &mut dyn Observer) {
         let region = film.region();
-        for (slot, received) in self.slots[..self.units.len() * PIXELS].iter().zip(received) {
+        for (slot, received) in self.slots[..self.units.len() * self.pixels()].iter().zip(received) {
             let (x, y) = unpack_pixel(slot.pixel);
             let own = slot.weight * slot.own;
             let total = own + received.radiance;
@@ -310,7 +322,7 @@ impl PathSlots {
     /// Adds the light of each group that the paths keep and take to the pixels of a film.
     pub(super) fn finish_groups(&self, received: &[Vec<Color<f32>>], film: &mut Film) {
         let region = film.region();
-        let slots = self.slots[..self.units.len() * PIXELS].iter().enumerate();
+        let slots = self.slots[..self.units.len() * self.pixels()].iter().enumerate();
         for ((index, slot), own) in slots.zip(self.groups.chunks(self.group_count.max(1))) {
             let (x, y) = unpack_pixel(slot.pixel);
             if !slot.begun || !contains(&region, x, y) {

@@ -7,31 +7,27 @@
 use super::path_slots::{PathSlots, SecondVertex};
 use crate::film::{Film, Region};
 use crate::integrator::RenderSetup;
-use crate::integrator::setup::reuse_groups::{BLOCK, PIXELS};
 use crate::sampling::hash::mix;
 use crate::sampling::pattern::Grid;
 
 /// The number of samples of each probed pixel.
 pub const SAMPLES: u32 = 2;
-/// One pixel is probed in every square of this many columns and rows.
-const EVERY: u32 = 4;
-/// The number of probed pixels of a block.
-const LOOKED_AT: usize = PIXELS / (EVERY * EVERY) as usize;
 
-/// Binary logarithms of group sizes, and the factors by which they divide the variance of reused light. Measured in two
-/// closed rooms and an open hall, including light that is not reused: 32 pixels 20, 24 and 13 times, 64 pixels 31, 45
-/// and 19 times, 16 pixels 12 times in the first.
-const GAINS: [(u32, f32); 5] = [(0, 1.0), (2, 3.5), (4, 12.0), (5, 20.0), (6, 36.0)];
+/// Binary logarithms of group sizes, and the factors by which they divide the variance of reused light. Measured in a
+/// closed room and an open hall, including light that is not reused: 4 pixels 3.1 and 2.4 times, 16 pixels 9.3 and 5.4
+/// times, 32 pixels 15 and 8 times, 64 pixels 22 and 11 times; in means of 8 × 8 pixels 1.8, 4.3, 6.3 and 8.8 times in the
+/// room.
+const GAINS: [(u32, f32); 5] = [(0, 1.0), (2, 2.7), (4, 7.0), (5, 11.0), (6, 16.0)];
 /// The cost of a ray from a first vertex to a second one, in units of one of a path's own rays with all its shading.
-/// Measured: 0.04 to 0.05 in three rooms of few triangles, 0.09 in a hall, 0.2 among leaves with holes.
-const CONNECTION: f32 = 0.06;
-/// The cost of path reuse for any group size, in units of a path: more where a group has many materials.
-const OVERHEAD: f32 = 0.3;
+/// Measured: 0.05 to 0.06 in a room of few triangles, 0.1 in a hall; two thirds of all lenders are drawn.
+const CONNECTION: f32 = 0.05;
+/// The cost of path reuse for any group size, in units of a path: 0.35 in a hall, 0.6 in a room of few triangles.
+const OVERHEAD: f32 = 0.4;
 /// The fraction of a block's estimate that comes from the block itself, whose few pixels are noisy; the rest comes from
 /// the mean of the image.
 const OWN: f32 = 0.25;
 /// The number of blocks of an image that determine what time is worth.
-const BLOCKS: usize = 64;
+const BLOCKS: usize = 32;
 /// The largest number of rays for each of them, some eight thousand for each sample: in a white room, paths may be as
 /// long as the depth allows.
 pub const MOST_RAYS: u64 = 1 << 18;
@@ -76,12 +72,13 @@ impl ReuseProbe {
 
     /// The blocks of an image that are measured for the means.
     pub fn blocks(setup: &RenderSetup) -> impl ExactSizeIterator<Item = Region> {
-        let blocks = Region::whole(setup.size.map(|pixels| pixels.div_ceil(BLOCK)));
+        let edge = setup.sharing.map_or(1, |grouping| grouping.edge());
+        let blocks = Region::whole(setup.size.map(|pixels| pixels.div_ceil(edge)));
         let (count, [width, height]) = (blocks.area().min(BLOCKS), setup.size);
         (0..count).map(move |i| {
             let at = (i * blocks.area() / count) as u32;
-            let [x0, y0] = [at % blocks.width(), at / blocks.width()].map(|place| place * BLOCK);
-            Region { x0, y0, x1: (x0 + BLOCK).min(width), y1: (y0 + BLOCK).min(height) }
+            let [x0, y0] = [at % blocks.width(), at / blocks.width()].map(|place| place * edge);
+            Region { x0, y0, x1: (x0 + edge).min(width), y1: (y0 + edge).min(height) }
         })
     }
 
@@ -132,11 +129,12 @@ impl Price {
     }
 }
 
-/// True if a pixel is probed.
-pub(super) fn is_probed(x: u32, y: u32) -> bool {
-    let cell = (x / EVERY) ^ (y / EVERY) << 16;
-    let place = mix(std::num::Wrapping(cell)).0 % (EVERY * EVERY);
-    (x % EVERY, y % EVERY) == (place % EVERY, place / EVERY)
+/// True if a pixel of a block of this width and height is probed: one of 4 × 4, in large blocks of 8 × 8.
+pub(super) fn is_probed(edge: u32, x: u32, y: u32) -> bool {
+    let every = (edge / 8).max(4);
+    let square = (x / every) ^ (y / every) << 16;
+    let place = mix(std::num::Wrapping(square)).0 % (every * every);
+    (x % every, y % every) == (place % every, place / every)
 }
 
 /// The measurements of a block: two samples of some of its pixels.
@@ -209,7 +207,7 @@ impl PathSlots {
     pub fn measure(&mut self, film: &Film) {
         let quantum = film.unit().quantum();
         let region = film.region();
-        for (unit, slots) in self.units.clone().zip(self.slots.chunks_exact(PIXELS)) {
+        for (unit, slots) in self.units.clone().zip(self.slots.chunks_exact(self.pixels())) {
             let (block, sample) = (unit / self.samples.len(), unit % self.samples.len());
             let measured = &mut self.measured[block];
             for slot in slots.iter().filter(|slot| slot.begun) {
@@ -249,7 +247,7 @@ impl PathSlots {
 
     /// True if a pixel's block does not reuse paths.
     pub fn is_plain(&self, x: u32, y: u32) -> bool {
-        self.sizes[self.blocks.index(x / BLOCK, y / BLOCK)] == 0
+        self.sizes[self.blocks.index(x / self.edge, y / self.edge)] == 0
     }
 
     /// Begins the probe's samples of the region's blocks.
@@ -258,16 +256,13 @@ impl PathSlots {
         self.samples = 0..SAMPLES;
         self.units = 0..0;
         self.sizes = vec![1; self.blocks.area()];
-        let room = || Vec::with_capacity(LOOKED_AT);
-        self.measured = (0..self.blocks.area())
-            .map(|_| MeasuredBlock { found: [room(), room()], receivers: 0, lenders: 0 })
-            .collect();
+        self.measured = vec![MeasuredBlock::default(); self.blocks.area()];
     }
 
     /// The pixels of all blocks of the region.
     pub fn whole_blocks(&self, size: [u32; 2]) -> Region {
         let Region { x0, y0, x1, y1 } = self.blocks;
-        let edge = BLOCK;
+        let edge = self.edge;
         let (x1, y1) = ((x1 * edge).min(size[0]), (y1 * edge).min(size[1]));
         Region { x0: x0 * edge, y0: y0 * edge, x1, y1 }
     }
@@ -305,9 +300,11 @@ mod tests {
 
     #[test]
     fn one_pixel_of_each_square_is_probed() {
-        for (x0, y0) in [(0, 0), (4, 8), (400, 36)] {
-            let inside = (0..16).filter(|i| is_probed(x0 + i % 4, y0 + i / 4));
-            assert_eq!(inside.count(), 1, "{x0} {y0}");
+        for (edge, every) in [(16, 4), (32, 4), (64, 8)] {
+            for (x0, y0) in [(0, 0), (8, 16), (400, 48)] {
+                let inside = (0..every * every).filter(|i| is_probed(edge, x0 + i % every, y0 + i / every));
+                assert_eq!(inside.count(), 1, "{x0} {y0}");
+            }
         }
     }
 }

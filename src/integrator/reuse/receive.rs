@@ -9,6 +9,16 @@ pub(super) const PADDING: usize = 16;
 /// The largest number of members of a group.
 const LARGEST: usize = 64;
 
+/// A slot whose second vertex gives.
+#[derive(Clone, Copy)]
+pub(super) struct Lender {
+    pub slot: u32,
+    /// Its place among the members of its group.
+    pub place: u32,
+    /// A factor of the light that it gives.
+    pub factor: f32,
+}
+
 /// A gathered group: its range of members, its range of lenders (members whose second vertices give), and its first
 /// pair.
 pub(super) struct GatheredGroup {
@@ -36,7 +46,7 @@ pub(super) struct Pairs {
 pub(super) struct Receive<'a> {
     pub group: &'a GatheredGroup,
     pub members: &'a [u32],
-    pub lenders: &'a [(u32, u32)],
+    pub lenders: &'a [Lender],
     pub pairs: &'a Pairs,
     pub slots: &'a PathSlots,
     pub received: &'a mut [Received],
@@ -73,7 +83,9 @@ impl Receive<'_> {
     /// True if some lender has light of a light group.
     fn has_light(&self, group: usize) -> bool {
         let lenders = &self.lenders[self.group.lenders.clone()];
-        lenders.iter().any(|(at, _)| self.slots.shared(*at as usize, Some(group)).max_component() > 0.0)
+        lenders
+            .iter()
+            .any(|lender| self.slots.shared(lender.slot as usize, Some(group)).max_component() > 0.0)
     }
 
     /// The light that members take of a light group, or of all lights, given the sum of all densities for each lender.
@@ -83,14 +95,15 @@ impl Receive<'_> {
         let members = &self.members[group.members.clone()];
         let lenders = &self.lenders[group.lenders.clone()];
         let mut sums = [[0.0; LARGEST + PADDING]; 3];
-        for (row, (at, own)) in lenders.iter().enumerate() {
+        for (row, lender) in lenders.iter().enumerate() {
             let start = group.pairs + row * group.row();
             let density = &pairs.density[start..][..group.row()];
-            let slot = &slots.slots[*at as usize];
-            let (own, shared) = (*own as usize, slots.shared(*at as usize, of));
+            let slot = &slots.slots[lender.slot as usize];
+            let (own, shared) = (lender.place as usize, slots.shared(lender.slot as usize, of));
             if of.is_some() && shared.max_component() <= 0.0 {
                 continue;
             }
+            let shared = shared * lender.factor;
             if density[own] <= 0.0 {
                 // Because of rounding, the path might not find its own vertex again: it keeps its light.
                 let kept = slot.weight * shared;

@@ -12,7 +12,6 @@ use crate::integrator::path::{Path, camera_path, unpack_pixel};
 use crate::integrator::photons::PhotonMaps;
 use crate::integrator::reuse::probe::{ReuseProbe, plain};
 use crate::integrator::reuse::{ClippedSink, Connections, PathSlots, Sink, contains};
-use crate::integrator::setup::reuse_groups::PIXELS;
 use crate::math::Color;
 use crate::shading::HitLanes;
 use crate::shading::surface::material_of;
@@ -28,7 +27,7 @@ impl<'a> Tile<'a> {
         connections: &mut Connections,
     ) {
         let (setup, region) = (self.setup, film.region());
-        let mut begun = Vec::with_capacity(PIXELS);
+        let mut begun = Vec::new();
         slots.enter(setup, region);
         if let Some(pilot) = pilot {
             if !slots.recall() {
@@ -76,7 +75,7 @@ impl<'a> Tile<'a> {
         slots.start_pilot();
         let setup = self.setup;
         let mut film = setup.film(slots.whole_blocks(setup.size));
-        let mut begun = Vec::with_capacity(PIXELS);
+        let mut begun = Vec::new();
         while !self.stopped && slots.advance(setup.size, &mut |pixel, sample| begun.push((pixel, sample))) {
             for (pixel, sample) in begun.drain(..) {
                 let path = camera_path::generate::<f32>(setup, Wrapping(pixel), Wrapping(sample));

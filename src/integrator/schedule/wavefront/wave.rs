@@ -15,7 +15,6 @@ use crate::integrator::path::columns::{Columns, PADDING};
 use crate::integrator::path::light_groups::GroupQueue;
 use crate::integrator::path::pack_pixel;
 use crate::integrator::reuse::{Connections, PathSlots};
-use crate::integrator::setup::reuse_groups::PIXELS;
 use crate::integrator::{RayStatistics, RenderSetup, Sorting, Stage};
 use crate::simd::Isa;
 
@@ -96,11 +95,12 @@ pub(super) struct ReuseBuffers {
 impl ReuseBuffers {
     /// Creates buffers for waves of about `capacity` paths.
     pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
-        let units = (capacity / PIXELS).max(1);
+        let pixels = setup.sharing.map_or(1, |grouping| grouping.edge() * grouping.edge()) as usize;
+        let units = (capacity / pixels).max(1);
         Self {
             slots: PathSlots::new(setup, units),
             connections: Connections::default(),
-            paths: units * PIXELS,
+            paths: units * pixels,
         }
     }
 
