@@ -98,6 +98,8 @@ mod shading;
 mod simd;
 #[cfg(feature = "study")]
 mod study;
+#[cfg(all(test, feature = "render"))]
+mod tests;
 #[cfg(feature = "cli")]
 mod view;
 #[cfg(feature = "render")]

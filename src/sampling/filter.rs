@@ -5,6 +5,9 @@ use crate::world::PixelFilter;
 
 /// Intervals of the table; the inverse is interpolated linearly.
 const STEPS: usize = 1024;
+/// The quantiles of all filters for a radius of 1, in the order of `SHAPES` below. To integrate them takes milliseconds:
+/// `UPDATE=1 cargo test --lib as_the_code` does that, and writes this file.
+const QUANTILES: &[u8] = include_bytes!("filter.bin");
 
 /// Maps a uniform number to an offset from the pixel's centre along one axis, with the filter's density. All filters
 /// are products of a function of x and a function of y.
@@ -21,13 +24,15 @@ pub struct FilterTable {
 impl FilterTable {
     /// Tabulates a filter.
     pub fn new(filter: PixelFilter) -> Self {
-        let (radius, density): (f32, fn(f64) -> f64) = match filter {
-            PixelFilter::Box => (0.5, |_| 1.0),
-            PixelFilter::Tent { radius } => (radius, |x| 1.0 - x.abs()),
-            PixelFilter::Gaussian { radius } => (radius, |x| libm::exp(-4.5 * x * x)),
-            PixelFilter::BlackmanHarris { radius } => (radius, blackman_harris),
+        let (shape, radius) = match filter {
+            PixelFilter::Box => (0, 0.5),
+            PixelFilter::Tent { radius } => (1, radius),
+            PixelFilter::Gaussian { radius } => (2, radius),
+            PixelFilter::BlackmanHarris { radius } => (3, radius),
         };
-        let quantiles = invert(density, radius as f64);
+        let words = QUANTILES.as_chunks().0.iter().skip(shape * (STEPS + 1)).take(STEPS + 1);
+        let quantiles: Vec<_> =
+            words.map(|word| (f64::from_le_bytes(*word) * radius as f64) as f32).collect();
         let densities = densities(&quantiles, radius);
         Self { quantiles, densities, radius }
     }
@@ -55,50 +60,70 @@ impl FilterTable {
     }
 }
 
-/// The Blackman–Harris window over −1 to 1 (Harris 1978, minimum four-term).
-fn blackman_harris(x: f64) -> f64 {
-    let turn = std::f64::consts::PI * (x + 1.0);
-    0.35875 - 0.48829 * libm::cos(turn) + 0.14128 * libm::cos(2.0 * turn) - 0.01168 * libm::cos(3.0 * turn)
-}
-
-/// The quantiles of a density over −1 to 1, stretched to ±`radius`, by the trapezium rule.
-fn invert(density: impl Fn(f64) -> f64, radius: f64) -> Vec<f32> {
-    const FINE: usize = 64 * STEPS;
-    let x = |i: usize| i as f64 / FINE as f64 * 2.0 - 1.0;
-    let mut cumulative = vec![0.0; FINE + 1];
-    for i in 0..FINE {
-        cumulative[i + 1] = cumulative[i] + density(x(i)).max(0.0) + density(x(i + 1)).max(0.0);
-    }
-    let total = cumulative[FINE];
-    let mut quantiles = Vec::with_capacity(STEPS + 1);
-    let mut i = 0;
-    for step in 0..=STEPS {
-        let target = total * step as f64 / STEPS as f64;
-        while i < FINE - 1 && cumulative[i + 1] < target {
-            i += 1;
-        }
-        let within = (target - cumulative[i]) / (cumulative[i + 1] - cumulative[i]).max(f64::MIN_POSITIVE);
-        quantiles.push(((x(i) + within.clamp(0.0, 1.0) * 2.0 / FINE as f64) * radius) as f32);
-    }
-    quantiles
-}
-
 /// The density that the quantiles represent; it is constant between neighbouring quantiles.
 fn densities(quantiles: &[f32], radius: f32) -> Vec<f32> {
     let width = 2.0 * radius / STEPS as f32;
-    // The cumulative distribution at `x`.
-    let below = |x: f32| {
-        let next = quantiles.partition_point(|quantile| *quantile <= x).clamp(1, STEPS);
+    // The cumulative distribution at growing positions.
+    let mut next = 1;
+    let mut below = |x: f32| {
+        while next < STEPS && quantiles[next] <= x {
+            next += 1;
+        }
         let (low, high) = (quantiles[next - 1], quantiles[next]);
         (next as f32 - 1.0 + ((x - low) / (high - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)) / STEPS as f32
     };
-    let at = |step: usize| below(step as f32 * width - radius);
-    (0..STEPS).map(|step| (at(step + 1) - at(step)) / width).collect()
+    let mut last = below(-radius);
+    let steps = (1..=STEPS).map(|step| {
+        let before = std::mem::replace(&mut last, below(step as f32 * width - radius));
+        (last - before) / width
+    });
+    steps.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::is_up_to_date;
+
+    /// The densities of all filters for a radius of 1, up to a factor.
+    const SHAPES: [fn(f64) -> f64; 4] =
+        [|_| 1.0, |x| 1.0 - x.abs(), |x| libm::exp(-4.5 * x * x), blackman_harris];
+
+    /// The Blackman–Harris window over −1 to 1 (Harris 1978, minimum four-term).
+    fn blackman_harris(x: f64) -> f64 {
+        let turn = std::f64::consts::PI * (x + 1.0);
+        0.35875 - 0.48829 * libm::cos(turn) + 0.14128 * libm::cos(2.0 * turn)
+            - 0.01168 * libm::cos(3.0 * turn)
+    }
+
+    /// The quantiles of a density over −1 to 1, by the trapezium rule.
+    fn invert(density: impl Fn(f64) -> f64) -> Vec<f64> {
+        const FINE: usize = 64 * STEPS;
+        let x = |i: usize| i as f64 / FINE as f64 * 2.0 - 1.0;
+        let mut cumulative = vec![0.0; FINE + 1];
+        for i in 0..FINE {
+            cumulative[i + 1] = cumulative[i] + density(x(i)).max(0.0) + density(x(i + 1)).max(0.0);
+        }
+        let total = cumulative[FINE];
+        let mut quantiles = Vec::with_capacity(STEPS + 1);
+        let mut i = 0;
+        for step in 0..=STEPS {
+            let target = total * step as f64 / STEPS as f64;
+            while i < FINE - 1 && cumulative[i + 1] < target {
+                i += 1;
+            }
+            let within =
+                (target - cumulative[i]) / (cumulative[i + 1] - cumulative[i]).max(f64::MIN_POSITIVE);
+            quantiles.push(x(i) + within.clamp(0.0, 1.0) * 2.0 / FINE as f64);
+        }
+        quantiles
+    }
+
+    #[test]
+    fn quantiles_are_as_the_code() {
+        let quantiles = SHAPES.into_iter().flat_map(invert);
+        is_up_to_date("src/sampling/filter.bin", &quantiles.flat_map(f64::to_le_bytes).collect::<Vec<_>>());
+    }
 
     /// The standard deviation of a filter's samples, in pixels.
     fn deviation(filter: PixelFilter) -> f64 {

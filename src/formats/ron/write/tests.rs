@@ -7,6 +7,7 @@ use std::path::Path;
 use super::assets::AssetPaths;
 use super::texture::WrittenTextures;
 use crate::math::Rgb;
+use crate::tests::is_up_to_date;
 use crate::world::fields::{Field, Fields, Forms, Range, Slot, all_fields};
 use crate::world::{
     AlphaMode, Anisotropy, Aov, Assets, BlinnPhong, Camera, ColorInput, Combination, Falloff, Iridescence,
@@ -254,23 +255,13 @@ fn read(file: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("a file of ours")
 }
 
-/// Compares a file of ours with its generated contents, or writes it if `UPDATE` is set.
-#[track_caller]
-fn is_up_to_date(file: &str, new: &str) {
-    if std::env::var_os("UPDATE").is_some() {
-        std::fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join(file), new).expect("a file of ours");
-    } else {
-        assert!(read(file) == new, "{file} is not as the code: UPDATE=1 cargo test --lib as_the_code");
-    }
-}
-
 #[test]
 fn types_of_the_python_module_are_as_the_code() {
     const MARK: &str = "# The forms of scene files, generated from their tables.\n";
     let types = "src/python/rayfront/__init__.pyi";
     let own = read(types);
     let (own, _) = own.split_once(MARK).expect("the mark");
-    is_up_to_date(types, &format!("{own}{MARK}{}", python_forms()));
+    is_up_to_date(types, format!("{own}{MARK}{}", python_forms()).as_bytes());
 }
 
 /// Compares the guide's tables, which extend from `<!-- fields of NAME -->` to the next empty line, with those of the
@@ -306,5 +297,5 @@ fn tables_of_the_guide_are_as_the_code() {
         let end = new[start..].find("\n\n").map_or(new.len(), |length| start + length + 1);
         new.replace_range(start..end, &table);
     }
-    is_up_to_date(guide, &new);
+    is_up_to_date(guide, new.as_bytes());
 }
