@@ -358,12 +358,12 @@ impl Connect<'_> {
     /// Computes part of the row of pairs of one lender.
     #[inline(always)]
     fn connect<F: Float>(&mut self, row: usize, lender: &Lender, some: &Receivers<F>) {
-        let Self { setup, slots, group, .. } = *self;
+        let Self { slots, group, .. } = *self;
         let Receivers { first, places, mask, origin, bsdf } = some;
         let (sight, t_max) = match &slots.slots[lender.slot as usize].offer {
             SecondVertex::Far(direction) => (far::<F>(splat(*direction), *mask), F::splat(f32::INFINITY)),
             SecondVertex::Near(shared) => {
-                let sight = shared.seen_from(setup.lobes, *origin, *mask);
+                let sight = shared.seen_from(*origin, *mask);
                 let t_max = sight.distance * F::splat(CONNECTION_END);
                 (sight, t_max)
             }

@@ -11,7 +11,6 @@ use crate::sampling::pattern::Grid;
 use crate::scene::bodies::Body;
 use crate::scene::{CompiledScene, MaterialRecord, Projection};
 use crate::shading::camera::CameraImage;
-use crate::shading::principled::tables::LobeTables;
 use crate::world::{Adaptive, Caustics, Pattern, Sampler, Settings, Transport};
 use reuse_groups::ReuseGroups;
 
@@ -68,8 +67,6 @@ pub struct RenderSetup {
     pub catches: bool,
     /// The names of the light groups by bounce; none if the film does not count the light of bounces.
     pub bounce_groups: Vec<String>,
-    /// The albedo tables of the lobes that the scene's materials have under the path transport.
-    pub lobes: LobeTables,
     /// The film scale: the unit in which radiance is counted.
     pub unit: FilmScale,
     /// The bodies that the camera is in ([`crate::scene::Bodies`]).
@@ -104,10 +101,6 @@ impl RenderSetup {
 
     /// Creates the setup of a scene with the settings to render it by, and the bodies that its camera is in.
     pub fn new(scene: Arc<CompiledScene>, settings: &Settings, around: u32) -> Self {
-        let lobes = match settings.transport {
-            Transport::Whitted => LobeTables::NONE,
-            Transport::Path => LobeTables::of(&scene.materials),
-        };
         let size = settings.size.map(|side| side.clamp(1, Settings::MOST_PIXELS_A_SIDE));
         // Bodies attenuate the light that vertices give on its way to other vertices.
         let acts = |body: &Body| scene.materials[body.material as usize].has_active_medium();
@@ -148,7 +141,6 @@ impl RenderSetup {
             transparent: settings.counts_opacity(),
             catches,
             bounce_groups: if settings.light_by_bounce { bounce_groups(settings) } else { Vec::new() },
-            lobes,
             around_square,
             around,
         }

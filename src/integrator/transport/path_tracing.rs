@@ -375,7 +375,7 @@ pub(in crate::integrator) fn bsdf<F: Float>(
         let boundary = Dispersive { ior, dispersion, outside, inside: point.surface.inside };
         parameters.split(&boundary, path.throughput, u);
     }
-    Bsdf::new(has, parameters, setup.lobes, point.to_viewer, mask)
+    Bsdf::new(has, parameters, point.to_viewer, mask)
 }
 
 /// The light that paths find by the surface's emission. It is also added to `found`, by its group.

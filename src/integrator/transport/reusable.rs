@@ -9,7 +9,7 @@ use crate::shading::principled::albedo;
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::reflectance::UnderMirror;
 use crate::shading::principled::sample::BsdfSample;
-use crate::shading::principled::tables::LobeTables;
+use crate::shading::principled::tables::MIRROR;
 use crate::shading::{ShadingPoint, Surface};
 use crate::simd::{Float, Int, Mask};
 
@@ -81,7 +81,7 @@ impl ReusableVertex<f32> {
     /// radiance towards its own path that arrives there, and cos / d², which turns a density per steradian into one on
     /// its surface. Not visible from behind.
     #[inline(always)]
-    pub fn seen_from<F: Float>(&self, tables: LobeTables, origin: Vector<F>, mask: F::Mask) -> Connection<F> {
+    pub fn seen_from<F: Float>(&self, origin: Vector<F>, mask: F::Mask) -> Connection<F> {
         let to = splat(self.position) - origin;
         let square = to.dot(to).max(F::splat(1e-30));
         let distance = square.sqrt();
@@ -92,7 +92,7 @@ impl ReusableVertex<f32> {
         let visible = mask & cos.gt(F::zero()) & !is_turned(normal, geometric_normal, -direction);
         let mut part = Color::new(F::one(), F::one(), F::one());
         if !self.above.is_nothing() {
-            let own = albedo::directional(tables.mirror, shading, F::splat(self.roughness), visible);
+            let own = albedo::directional(&MIRROR, shading, F::splat(self.roughness), visible);
             let above = self.above.splat::<F>();
             let Color { r, g, b } = self.left;
             let left = Color::new(F::splat(r.max(1e-6)), F::splat(g.max(1e-6)), F::splat(b.max(1e-6)));

@@ -1,12 +1,14 @@
 //! Rough glass with anisotropic microfacets: [`super::glass`] with the dimensions of [`super::anisotropic`].
 
-use super::albedo::{Points, between};
-use super::anisotropic::{azimuth, direction, place};
+#[cfg(test)]
+pub(super) mod integral;
+
+use super::albedo::between;
+use super::anisotropic::{azimuth, place};
 use super::ggx::Ggx;
-use super::glass::{Cosine, Divided, between_ratios, integrate, ratio, sides};
+use super::glass::{Cosine, Divided, between_ratios};
 use crate::math::Vector;
-use crate::math::elementary::sin_cos_turns;
-use crate::simd::{Float, Int, Isa, Outlined};
+use crate::simd::{Float, Int, Outlined};
 
 /// Ratios of indices on each side: nodes as in [`super::glass`].
 const RATIOS: usize = 9;
@@ -16,66 +18,23 @@ const ROUGHNESSES: usize = 9;
 const STRENGTHS: usize = 7;
 const AZIMUTHS: usize = 5;
 const COSINES: usize = 17;
-/// Directions per entry.
-const SAMPLES: u32 = 256;
+const MEANS: usize = 2 * RATIOS * ROUGHNESSES * STRENGTHS;
+const ENTRIES: usize = 2 * MEANS * AZIMUTHS * COSINES;
+/// The count of all numbers of the table.
+pub(super) const LENGTH: usize = ENTRIES + MEANS;
 
 /// Tables by side, ratio of indices, roughness, strength, azimuth and cosine: both numbers of a [`Divided`].
-pub struct AnisotropicGlassTable {
-    entries: Vec<f32>,
+pub struct AnisotropicGlassTable<'a> {
+    entries: &'a [f32],
     /// Means over the hemisphere of the light that is not reflected, by side, ratio, roughness and strength.
-    means: Vec<f32>,
+    means: &'a [f32],
 }
 
-impl AnisotropicGlassTable {
-    /// An empty table.
-    pub(super) const EMPTY: AnisotropicGlassTable =
-        AnisotropicGlassTable { entries: Vec::new(), means: Vec::new() };
-
-    /// Computes the table, in a tenth of a second.
-    pub(super) fn new() -> Self {
-        let (isa, points) = (Isa::detect(), Points::new(SAMPLES));
-        let mut table = Self::EMPTY;
-        let part = |i: usize, count: usize| i as f32 / (count - 1) as f32;
-        let widths: Vec<_> = (0..ROUGHNESSES * STRENGTHS)
-            .map(|i| {
-                let (r, strength) = (part(i / STRENGTHS, ROUGHNESSES), part(i % STRENGTHS, STRENGTHS));
-                let narrow = (r * r).max(1e-3);
-                Ggx { x: narrow + (1.0 - narrow) * strength * strength, y: narrow }
-            })
-            .collect();
-        for (inside, node) in sides(RATIOS) {
-            let eta = ratio(node, RATIOS, LAST, inside);
-            for ggx in &widths {
-                for a in 0..AZIMUTHS {
-                    for c in 0..COSINES {
-                        let cosine = Cosine { eta, inside }.of_node(c, COSINES);
-                        let w = direction(cosine, part(a, AZIMUTHS));
-                        let Divided { kept, reflected } = integrate(isa, w, *ggx, eta, &points);
-                        table.entries.extend([kept, reflected]);
-                    }
-                }
-            }
-        }
-        for (inside, node) in sides(RATIOS) {
-            let cosine = Cosine { eta: ratio(node, RATIOS, LAST, inside), inside };
-            for ggx in &widths {
-                let mean = table.mean(ggx, &cosine);
-                table.means.push(mean);
-            }
-        }
-        table
-    }
-
-    /// The mean 1/π ∫ (1 − reflected) cos dω.
-    fn mean(&self, ggx: &Ggx<f32>, cosine: &Cosine<f32>) -> f32 {
-        const TURNS: usize = 4;
-        let mut sum = 0.0;
-        for turn in 0..TURNS {
-            let (_, azimuth) = sin_cos_turns((turn as f32 + 0.5) / (4 * TURNS) as f32);
-            let reflected = |c| self.directional(direction(c, azimuth), ggx, cosine.eta, true).reflected;
-            sum += cosine.mean(2 * COSINES, reflected);
-        }
-        sum / TURNS as f32
+impl<'a> AnisotropicGlassTable<'a> {
+    /// Divides numbers into columns.
+    pub(super) const fn new(numbers: &'a [f32; LENGTH]) -> Self {
+        let (entries, means) = numbers.split_at(ENTRIES);
+        Self { entries, means }
     }
 
     /// The division of light from a direction in the frame; `eta` is the index on the viewer's side divided by the
@@ -99,7 +58,7 @@ impl AnisotropicGlassTable {
                 + s
                 + F::Int::splat(up_s);
             let weight = weight(we, up_e) * weight(wr, up_r) * weight(ws, up_s);
-            sum = sum + F::gather(&self.means, at, mask) * weight;
+            sum = sum + F::gather(self.means, at, mask) * weight;
         }
         sum
     }
@@ -112,7 +71,7 @@ fn weight<F: Float>(upper: F, up: u32) -> F {
 }
 
 struct GlassLookUp<'a, F: Float> {
-    table: &'a AnisotropicGlassTable,
+    table: &'a AnisotropicGlassTable<'a>,
     w: Vector<F>,
     ggx: Ggx<F>,
     eta: F,
@@ -139,8 +98,8 @@ impl<F: Float> Outlined for GlassLookUp<'_, F> {
             at = (at * F::Int::splat(COSINES as u32) + c + F::Int::splat(up_c)) * F::Int::splat(2);
             let weight =
                 weight(we, up_e) * weight(wr, up_r) * weight(ws, up_s) * weight(wa, up_a) * weight(wc, up_c);
-            kept = kept + F::gather(&table.entries, at, mask) * weight;
-            reflected = reflected + F::gather(&table.entries, at + F::Int::splat(1), mask) * weight;
+            kept = kept + F::gather(table.entries, at, mask) * weight;
+            reflected = reflected + F::gather(table.entries, at + F::Int::splat(1), mask) * weight;
         }
         Divided { kept, reflected }
     }
@@ -148,13 +107,17 @@ impl<F: Float> Outlined for GlassLookUp<'_, F> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tables::LobeTables;
-    use super::super::{albedo, anisotropic};
+    use super::super::albedo::integral::{self, Points};
+    use super::super::anisotropic;
+    use super::super::anisotropic::integral::direction;
+    use super::super::glass::integral::integrate;
+    use super::super::tables::{ANISOTROPIC, ANISOTROPIC_GLASS};
     use super::*;
+    use crate::simd::Isa;
 
     #[test]
     fn between_its_nodes_the_table_is_the_integral() {
-        let (points, tables) = (Points::new(4096), LobeTables::all());
+        let points = Points::new(4096);
         let (mut worst, mut squares) = ([0.0f64; 2], [0.0f64; 2]);
         let count = 2000;
         for i in 0..count {
@@ -167,9 +130,9 @@ mod tests {
             let ggx = Ggx { x: r * r + (1.0 - r * r) * s * s, y: r * r };
             let w = direction(c.max(0.01), (a * std::f32::consts::FRAC_PI_2).cos());
             let exact = integrate(Isa::detect(), w, ggx, eta, &points);
-            let whole = exact.kept * albedo::integrate(Isa::detect(), w, ggx, &points).0.whole();
-            let own = anisotropic::directional(tables.anisotropic, w, &ggx, true).whole();
-            let found = tables.anisotropic_glass.directional(w, &ggx, eta, true);
+            let whole = exact.kept * integral::integrate(Isa::detect(), w, ggx, &points).0.whole();
+            let own = anisotropic::directional(&ANISOTROPIC, w, &ggx, true).whole();
+            let found = ANISOTROPIC_GLASS.directional(w, &ggx, eta, true);
             let off =
                 [f64::from(found.gain(own) * whole - 1.0), f64::from(found.reflected - exact.reflected)];
             for k in 0..2 {

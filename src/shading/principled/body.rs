@@ -3,6 +3,7 @@
 use super::bsdf::Bsdf;
 use super::glass::Divided;
 use super::reflectance::DirectionalAlbedo;
+use super::tables::{ANISOTROPIC_GLASS, GLASS};
 use crate::math::{Color, Vector};
 use crate::shading::fresnel;
 use crate::simd::{Float, Mask};
@@ -88,9 +89,9 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn divided(&self, w: Vector<F>, eta: F, mask: F::Mask) -> Divided<F> {
         if self.has.anisotropic {
-            return self.tables.anisotropic_glass.directional(w, &self.p.ggx, eta, mask);
+            return ANISOTROPIC_GLASS.directional(w, &self.p.ggx, eta, mask);
         }
-        self.tables.glass.directional(w.z.abs(), self.p.roughness, eta, mask)
+        GLASS.directional(w.z.abs(), self.p.roughness, eta, mask)
     }
 
     /// The fraction of light from a direction on either side that a body's boundary does not reflect: light scattered
@@ -109,13 +110,13 @@ impl<F: Float> Bsdf<F> {
     /// The mean of [`Bsdf::left_by_body`] over the hemisphere.
     #[inline(always)]
     fn left_mean_of_body(&self, eta: F, mask: F::Mask) -> F {
-        let mut mean = self.tables.glass.smooth_transmitted_mean(eta, mask);
+        let mut mean = GLASS.smooth_transmitted_mean(eta, mask);
         let rough = mask & !self.smooth;
         if rough.any() {
             let of_rough = if self.has.anisotropic {
-                self.tables.anisotropic_glass.transmitted_mean(&self.p.ggx, eta, rough)
+                ANISOTROPIC_GLASS.transmitted_mean(&self.p.ggx, eta, rough)
             } else {
-                self.tables.glass.transmitted_mean(self.p.roughness, eta, rough)
+                GLASS.transmitted_mean(self.p.roughness, eta, rough)
             };
             mean = F::select(self.smooth, mean, of_rough);
         }

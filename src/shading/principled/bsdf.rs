@@ -10,7 +10,7 @@ use super::anisotropic;
 use super::parameters::{LobeFlags, Parameters};
 use super::reflectance::{DirectionalAlbedo, Reflectance};
 use super::sheen;
-use super::tables::LobeTables;
+use super::tables::{ANISOTROPIC, MIRROR, SHEEN};
 use crate::math::{Color, Vector};
 use crate::scene::material::SMOOTH;
 use crate::simd::{Float, Mask, Outlined};
@@ -21,7 +21,6 @@ const PI: f32 = std::f32::consts::PI;
 pub struct Bsdf<F: Float> {
     pub(super) has: LobeFlags,
     pub(super) p: Parameters<F>,
-    pub(super) tables: LobeTables,
     /// Direction to the viewer, in the frame.
     pub(super) wo: Vector<F>,
     /// Set if the mirror lobe is that of a perfect mirror.
@@ -59,13 +58,7 @@ pub struct Bsdf<F: Float> {
 impl<F: Float> Bsdf<F> {
     /// The BSDF for light that leaves along `to_viewer`.
     #[inline(always)]
-    pub fn new(
-        has: LobeFlags,
-        p: Parameters<F>,
-        tables: LobeTables,
-        to_viewer: Vector<F>,
-        mask: F::Mask,
-    ) -> Self {
+    pub fn new(has: LobeFlags, p: Parameters<F>, to_viewer: Vector<F>, mask: F::Mask) -> Self {
         let (zero, one, black) = (F::zero(), F::one(), Color::black());
         let white = black.complement();
         let wo = p.frame.local(to_viewer);
@@ -74,7 +67,6 @@ impl<F: Float> Bsdf<F> {
         let mut bsdf = Self {
             has,
             p,
-            tables,
             wo,
             smooth: none,
             lambda: zero,
@@ -99,9 +91,9 @@ impl<F: Float> Bsdf<F> {
             bsdf.lambda = p.ggx.lambda(wo);
             bsdf.own = bsdf.seen(wo, mask);
             bsdf.mean = if has.anisotropic {
-                anisotropic::average(tables.anisotropic, &p.ggx, mask)
+                anisotropic::average(&ANISOTROPIC, &p.ggx, mask)
             } else {
-                albedo::average(tables.mirror, p.roughness, mask)
+                albedo::average(&MIRROR, p.roughness, mask)
             };
             bsdf.mirror_albedos(mask);
         }
@@ -117,7 +109,7 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn seen(&self, w: Vector<F>, mask: F::Mask) -> DirectionalAlbedo<F> {
         let cosines = if self.has.film || self.has.edge {
-            albedo::cosines(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
+            albedo::cosines(&MIRROR, w.z.abs(), self.p.roughness, mask)
         } else {
             [F::zero(); 2]
         };
@@ -128,9 +120,9 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     fn albedo(&self, w: Vector<F>, mask: F::Mask) -> Albedo<F> {
         if self.has.anisotropic {
-            return anisotropic::directional(self.tables.anisotropic, w, &self.p.ggx, mask);
+            return anisotropic::directional(&ANISOTROPIC, w, &self.p.ggx, mask);
         }
-        albedo::directional(self.tables.mirror, w.z.abs(), self.p.roughness, mask)
+        albedo::directional(&MIRROR, w.z.abs(), self.p.roughness, mask)
     }
 
     /// Attenuates the base by sheen and clear coat.
@@ -148,7 +140,7 @@ impl<F: Float> Bsdf<F> {
         }
         if self.has.sheen {
             let sheen = &self.p.sheen;
-            let albedo = sheen::albedo(self.tables.sheen, self.wo.z, sheen.roughness, mask);
+            let albedo = sheen::albedo(&SHEEN, self.wo.z, sheen.roughness, mask);
             self.below = self.below * (one - sheen.color.max_component() * albedo);
         }
     }

@@ -5,6 +5,7 @@ use super::albedo;
 use super::bsdf::Bsdf;
 use super::ggx::Ggx;
 use super::reflectance::schlick;
+use super::tables::MIRROR;
 use crate::math::{Color, Vector};
 use crate::simd::Float;
 
@@ -13,7 +14,7 @@ impl<F: Float> Bsdf<F> {
     #[inline(always)]
     pub(super) fn coat_albedo(&self, mask: F::Mask) -> F {
         let coat = &self.p.coat;
-        let own = albedo::directional(self.tables.mirror, self.coat_wo.z, coat.roughness, mask);
+        let own = albedo::directional(&MIRROR, self.coat_wo.z, coat.roughness, mask);
         (coat.weight * (coat.f0 * own.at_normal + coat.f90 * own.at_grazing).max_component()).clamp(0.0, 1.0)
     }
 

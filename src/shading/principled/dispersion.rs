@@ -124,7 +124,6 @@ fn tent<F: Float>(u: F) -> F {
 mod tests {
     use super::super::bsdf::Bsdf;
     use super::super::measure::towards;
-    use super::super::tables::LobeTables;
     use super::super::tests::glass;
     use super::*;
     use crate::sampling::sobol;
@@ -167,12 +166,8 @@ mod tests {
                 for i in 0..count {
                     let number = |d| sobol::two::<f32>(Wrapping(i), Wrapping(d));
                     p.split(&glass_in_air(inside), carried, number(1));
-                    let sampled = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true).sample(
-                        number(2).0,
-                        1.0,
-                        number(3),
-                        true,
-                    );
+                    let sampled =
+                        Bsdf::new(has, p, towards(cos, 0.1), true).sample(number(2).0, 1.0, number(3), true);
                     if !sampled.valid {
                         continue;
                     }

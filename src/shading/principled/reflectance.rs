@@ -3,6 +3,7 @@
 
 use super::albedo::{self, Albedo};
 use super::bsdf::Bsdf;
+use super::tables::MIRROR;
 use super::thin_film::{Interference, ThinFilm};
 use crate::math::Color;
 use crate::shading::fresnel;
@@ -277,7 +278,7 @@ impl<F: Float> Bsdf<F> {
         let mut sum = Reflectance { dielectric: Color::black(), metal: Color::black() };
         let mut weights = F::zero();
         for (cos, weight) in NODES {
-            let (table, cos) = (self.tables.mirror, F::splat(cos));
+            let (table, cos) = (&MIRROR, F::splat(cos));
             let own = albedo::directional(table, cos, p.roughness, mask);
             let [low, high] = albedo::cosines(table, cos, p.roughness, mask);
             let middle = (low + high) * F::splat(0.5);

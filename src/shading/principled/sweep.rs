@@ -4,7 +4,6 @@
 use super::bsdf::Bsdf;
 use super::measure::{Chance, towards};
 use super::parameters::{LobeFlags, Parameters, SheenParams};
-use super::tables::LobeTables;
 use super::tests::{anisotropic, covered, glass, grey, opaque};
 use crate::math::Vector;
 
@@ -104,7 +103,7 @@ impl White {
         for _ in 0..count {
             let cos = chance.unit().sqrt().max(1e-3);
             let wo = towards(cos, chance.unit());
-            let bsdf = Bsdf::new(self.has, self.p, LobeTables::all(), wo, true);
+            let bsdf = Bsdf::new(self.has, self.p, wo, true);
             let sampled = bsdf.sample(chance.unit(), 1.0, (chance.unit(), chance.unit()), true);
             let weight = if sampled.valid { f64::from(sampled.weight.g) } else { 0.0 };
             sum += weight;
@@ -166,7 +165,7 @@ fn random_white_surfaces_are_reciprocal() {
         let mut chance = Chance::new(seed + 88_888);
         let (a, b) = (chance.between(0.05, 1.0), chance.between(0.05, 1.0));
         let (wo, wi) = (towards(a, chance.unit()), towards(b, chance.unit()));
-        let value = |from, to| Bsdf::new(has, p, LobeTables::all(), from, true).evaluate(to, true).0.g;
+        let value = |from, to| Bsdf::new(has, p, from, true).evaluate(to, true).0.g;
         let (there, back) = (value(wo, wi) / b, value(wi, wo) / a);
         let off = (there - back).abs();
         assert!(off <= 2e-3 * there.max(back).max(1e-3), "surface {seed}: {there} {back}, {description}");
@@ -188,7 +187,7 @@ fn random_white_surfaces_draw_directions_with_their_density() {
         let White { has, p, description } = White::at_random(seed);
         let mut chance = Chance::new(seed + 99_999);
         let wo = towards(chance.between(0.2, 1.0), chance.unit());
-        let bsdf = Bsdf::new(has, p, LobeTables::all(), wo, true);
+        let bsdf = Bsdf::new(has, p, wo, true);
         // Narrow lobes have no density, or are too sharp to be integrated here.
         let hardly_bends = has.solid && (0.7..1.45).contains(&p.eta);
         if p.roughness < 0.35 || (has.coat && p.coat.roughness < 0.35) || hardly_bends {

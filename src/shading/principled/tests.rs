@@ -6,7 +6,6 @@ use super::ggx::Ggx;
 use super::measure::{self, towards};
 use super::parameters::{Coat, LobeFlags, Parameters, SheenParams};
 use super::shading_frame::ShadingFrame;
-use super::tables::LobeTables;
 use super::thin_film::ThinFilm;
 use crate::math::{Color, Rgb, Vector};
 
@@ -85,7 +84,7 @@ fn colored_albedo(has: LobeFlags, p: Parameters<f32>, cos: f32, count: u32) -> [
 }
 
 fn albedo_towards(has: LobeFlags, p: Parameters<f32>, wo: Vector<f32>, count: u32) -> [f32; 3] {
-    let bsdf = Bsdf::new(has, p, LobeTables::all(), wo, true);
+    let bsdf = Bsdf::new(has, p, wo, true);
     let found = measure::albedo(count, |which, u| bsdf.sample(which, 1.0, u, true));
     found.mean.map(|mean| mean as f32)
 }
@@ -132,7 +131,7 @@ fn metals_reflect_their_edge_tint_at_the_edge() {
                 let found = albedo(has, p, cos);
                 let (plain_has, plain) = opaque(base, 1.0, roughness);
                 assert!(found <= albedo(plain_has, plain, cos) + 1e-3, "{base} {roughness} {cos}: {found}");
-                let bsdf = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true);
+                let bsdf = Bsdf::new(has, p, towards(cos, 0.1), true);
                 let expected = bsdf.once.metal.r + bsdf.multiple.r * (1.0 - bsdf.own.albedo.whole());
                 assert!(
                     tint < 0.7 || (found - expected).abs() < 0.06,
@@ -301,11 +300,9 @@ fn film_of_zero_thickness_changes_nothing() {
     for (plain, ior) in [(opaque(0.7, 0.5, 0.4), 1.8), (glass(0.3, false), 1.3), (glass(0.3, true), 1.3)] {
         for (a, b) in [(0.9, 0.5), (0.4, 0.7), (0.6, -0.8)] {
             let (has, p) = covered(plain, 0.0, ior);
-            let film =
-                Bsdf::new(has, p, LobeTables::all(), towards(a, 0.0), true).evaluate(towards(b, 0.4), true).0;
+            let film = Bsdf::new(has, p, towards(a, 0.0), true).evaluate(towards(b, 0.4), true).0;
             let (has, p) = plain;
-            let without =
-                Bsdf::new(has, p, LobeTables::all(), towards(a, 0.0), true).evaluate(towards(b, 0.4), true).0;
+            let without = Bsdf::new(has, p, towards(a, 0.0), true).evaluate(towards(b, 0.4), true).0;
             assert!(
                 (film.g - without.g).abs() < 2e-3 * without.g.max(0.01),
                 "{a} {b}: {} {}",
@@ -324,8 +321,8 @@ fn opaque_surfaces_are_reciprocal() {
             for film in [0.0, 350.0] {
                 let (mut has, mut p) = covered(opaque(0.7, metallic, roughness), film, 1.7);
                 (has.film, p.film.weight) = (film > 0.0, 0.8);
-                let there = Bsdf::new(has, p, LobeTables::all(), wo, true).evaluate(wi, true).0.r / b;
-                let back = Bsdf::new(has, p, LobeTables::all(), wi, true).evaluate(wo, true).0.r / a;
+                let there = Bsdf::new(has, p, wo, true).evaluate(wi, true).0.r / b;
+                let back = Bsdf::new(has, p, wi, true).evaluate(wo, true).0.r / a;
                 assert!((there / back - 1.0).abs() < 1e-3, "{metallic} {roughness} {a} {b}: {there} {back}");
             }
         }
@@ -357,7 +354,7 @@ fn sampled_directions_follow_the_reported_density() {
     all.push(("back, coat, anisotropic".into(), (has, p)));
     for (name, (has, p)) in all {
         for cos in [0.3, 0.95] {
-            let bsdf = Bsdf::new(has, p, LobeTables::all(), towards(cos, 0.1), true);
+            let bsdf = Bsdf::new(has, p, towards(cos, 0.1), true);
             let sample = |which, u| bsdf.sample(which, 1.0, u, true);
             let check = measure::density(1 << 14, sample, |d| bsdf.evaluate(d, true).1);
             let check = check.expect("a density");

@@ -15,7 +15,6 @@ use crate::shading::principled::measure::{
     self, DensityCheck, MeasuredAlbedo, Reciprocity, density, reciprocity, towards,
 };
 use crate::shading::principled::sample::BsdfSample;
-use crate::shading::principled::tables::LobeTables;
 
 /// Angles between the normal and the direction to the viewer, in degrees.
 pub const ANGLES_DEGREES: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0, 89.0];
@@ -153,9 +152,8 @@ pub fn measure(scene: &CompiledScene, material: u32, plan: &FurnacePlan) -> Resu
         roughness: ScalarParam::constant(roughness),
         ..*record
     };
-    let tables = LobeTables::of(&[own, white, rough(&own, 0.5), rough(&white, 0.5)]);
     let run = |own: &MaterialRecord, white: &MaterialRecord, is_own: bool| {
-        let [own, white] = [own, white].map(|record| Patch::new(scene, record, tables, plan));
+        let [own, white] = [own, white].map(|record| Patch::new(scene, record, plan));
         run(&own, (!record.constant_fresnel).then_some(&white), is_own, plan)
     };
     let mut runs = vec![run(&own, &white, true)];

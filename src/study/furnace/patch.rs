@@ -9,7 +9,6 @@ use crate::shading::point::{ShadingPoint, Tables};
 use crate::shading::principled::bsdf::Bsdf;
 use crate::shading::principled::parameters::{LobeFlags, Outside, Parameters};
 use crate::shading::principled::shading_frame::ShadingFrame;
-use crate::shading::principled::tables::LobeTables;
 use crate::shading::surface::{HitLanes, Surface};
 use crate::shading::texture_lookup::Coordinates;
 
@@ -20,7 +19,6 @@ const WHOLE_TEXTURE: f32 = 1.0;
 pub struct Patch<'a> {
     scene: &'a CompiledScene,
     record: &'a MaterialRecord,
-    tables: LobeTables,
     has: LobeFlags,
     inside: bool,
     at: Coordinates<f32>,
@@ -28,12 +26,7 @@ pub struct Patch<'a> {
 
 impl<'a> Patch<'a> {
     /// A patch at the plan's texture coordinates.
-    pub fn new(
-        scene: &'a CompiledScene,
-        record: &'a MaterialRecord,
-        tables: LobeTables,
-        plan: &FurnacePlan,
-    ) -> Patch<'a> {
+    pub fn new(scene: &'a CompiledScene, record: &'a MaterialRecord, plan: &FurnacePlan) -> Patch<'a> {
         let uv = plan.uv.unwrap_or([0.5; 2]);
         let mut at = Coordinates::point([(uv[0], uv[1]); 2]);
         if plan.uv.is_none() {
@@ -41,12 +34,12 @@ impl<'a> Patch<'a> {
             let axis = |x, y| Vector { x, y, z: 0.0 };
             at.object_footprint = [axis(WHOLE_TEXTURE, 0.0), axis(0.0, WHOLE_TEXTURE)];
         }
-        Patch { scene, record, tables, has: lobes(scene, record), inside: plan.inside, at }
+        Patch { scene, record, has: lobes(scene, record), inside: plan.inside, at }
     }
 
     /// The BSDF for a viewer.
     pub fn bsdf(&self, to_viewer: Vector<f32>) -> Bsdf<f32> {
-        Bsdf::new(self.has, self.parameters(to_viewer), self.tables, to_viewer, true)
+        Bsdf::new(self.has, self.parameters(to_viewer), to_viewer, true)
     }
 
     /// The perceptual roughness of the microfacets, 1 if there are none.
