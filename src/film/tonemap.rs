@@ -136,21 +136,25 @@ impl Steps {
     const PLACES: usize = 2 + (13 << (23 - Self::BEHIND));
 
     fn new() -> Self {
-        let step_of = |value: f32| quantise_8_bit(srgb_encode(value));
-        let least = std::array::from_fn(|step| {
-            // The curve is increasing, and so are the bits of non-negative floats.
-            let (mut below, mut at) = (0, 1.0f32.to_bits());
-            while step > 0 && at - below > 1 {
-                let middle = below.midpoint(at);
-                if usize::from(step_of(f32::from_bits(middle))) < step { below = middle } else { at = middle }
+        let mut least = [0.0; 256];
+        for (step, least) in (0..=255u8).zip(&mut least).skip(1) {
+            let reaches = |value: f32| quantise_8_bit(srgb_encode(value)) >= step;
+            // The curve is increasing, and its inverse is a few roundings off.
+            *least = srgb_decode((f32::from(step) - 0.5) / 255.0);
+            while reaches(least.next_down()) {
+                *least = least.next_down();
             }
-            if step == 0 { 0.0 } else { f32::from_bits(at) }
-        });
+            while !reaches(*least) {
+                *least = least.next_up();
+            }
+        }
         let first_of = |place: usize| match place {
             0 => 0,
             _ => Self::FIRST + ((place as u32 - 1) << Self::BEHIND),
         };
-        Self { least, step: std::array::from_fn(|place| step_of(f32::from_bits(first_of(place)))) }
+        let step_of =
+            |place| least[1..].partition_point(|least| *least <= f32::from_bits(first_of(place))) as u8;
+        Self { least, step: std::array::from_fn(step_of) }
     }
 
     /// Returns the step of a value from 0 to 1.
