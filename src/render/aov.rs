@@ -32,11 +32,12 @@ impl Session {
     /// [`Session::features`] of every Nth sample, beginning with each of the first N.
     fn features_apart<const N: usize>(&self) -> [Vec<Features>; N] {
         let (setup, options, samples) = (&self.setup, &self.options, self.samples_of_layers());
+        let wave = options.wave(setup);
         let look = |worker: &mut FirstHits, tile| {
             (tile, worker.trace_by_parity::<N>(setup, options.isa, tile, &samples))
         };
         let tiles = self.tiles().into_par_iter();
-        let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(setup, options.wave), look).collect();
+        let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(setup, wave), look).collect();
         let region = self.film().region();
         let mut features = [(); N].map(|()| vec![Features::NOTHING; region.area()]);
         for (tile, found) in tiles {

@@ -1,6 +1,7 @@
 //! The memory that a render takes in addition to its scene.
 
 use super::costs::PixelCost;
+use super::options::fitting_wave;
 use super::{DEFAULT_WAVE, Options, photons};
 use crate::denoise;
 use crate::film::alpha::Transparency;
@@ -92,7 +93,8 @@ impl MemoryEstimate {
         let queues = match self.schedule {
             // The memory of a wave is proportional to its size.
             Schedule::Wavefront => {
-                Wave::new(setup, MEASURED, Default::default()).bytes() / MEASURED * self.wave
+                let wave = fitting_wave(self.wave, self.region, setup);
+                Wave::new(setup, MEASURED, Default::default()).bytes() / MEASURED * wave
             }
             Schedule::Recursive => 0,
         };
