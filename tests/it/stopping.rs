@@ -179,6 +179,8 @@ fn a_background_that_vanishes_costs_no_samples() {
     let mut lines = BufReader::new(child.stderr.take().expect("its messages"));
     let mut said = String::new();
     while !said.contains("each sample takes more than") && lines.read_line(&mut said).expect("a line") > 0 {}
+    // By then it watches for signals.
+    std::thread::sleep(Duration::from_secs(1));
     std::fs::remove_file(here.join("street.png")).expect("it is there");
     assert!(kill(child.id(), "-TERM"));
     lines.read_to_string(&mut said).expect("text");
