@@ -183,7 +183,6 @@ fn clamp_limits_what_reused_paths_bring() {
         let limit = Some(part * brightest);
         let [alone, together] =
             [Sharing::Off, Sharing::Groups(32)].map(|sharing| mean(&film(sharing, limit)));
-        println!("{part}: {alone} {together}, before {before}");
         assert!(together < before, "{part}: {together} {before}");
         // Where light reaches the first hit, it is not yet weakened by that.
         assert!(together > 0.97 * alone && together < 1.5 * alone, "{part}: {alone} {together}");

@@ -6,7 +6,7 @@
 //! received(x) = Σ_y f(x → y) |cos| L(y) / Σ_i p_i(y)
 //! ```
 //!
-//! where p_i is the density with which the i-th first vertex draws y, its own and all its neighbours'. This is
+//! where p_i is the density with which the i-th first vertex draws y, its own and those of the others. This is
 //! unbiased, and no weight exceeds that which the path itself would have had.
 //!
 //! Light that is given must look the same from everywhere: that which leaves y by its diffuse lobe. Emission, mirror

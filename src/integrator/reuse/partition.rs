@@ -17,7 +17,7 @@ impl Partition {
     /// Divides the block at (column, row), in blocks, into groups of 2^`log2` pixels. They change with `run`.
     pub fn new(grouping: &ReuseGroups, log2: u32, seed: u64, [column, row]: [u32; 2], run: u32) -> Self {
         let edge = grouping.edge();
-        let mut members = vec![0; (edge * edge) as usize];
+        let mut members = vec![0; grouping.pixels()];
         for number in 0..edge * edge {
             let (x, y) = (column * edge + number % edge, row * edge + number / edge);
             let place = grouping.place(seed, Wrapping(pack_pixel(x, y)), Wrapping(run));

@@ -17,7 +17,7 @@ use crate::math::{Color, Rgb, Vector};
 use crate::shading::HitLanes;
 use crate::simd::{Float, Int};
 
-/// The second vertex of a path, as it is given to neighbours.
+/// The second vertex of a path, as it is given to the group.
 #[derive(Clone, Copy)]
 pub(super) enum SecondVertex {
     /// Nothing to give.
@@ -93,7 +93,7 @@ impl PathSlots {
     /// Creates room for `units` samples of blocks.
     pub fn new(setup: &RenderSetup, units: usize) -> Self {
         let edge = setup.sharing.map_or(1, |grouping| grouping.edge());
-        let count = units * (edge * edge) as usize;
+        let count = units * setup.sharing.map_or(1, |grouping| grouping.pixels());
         Self {
             edge,
             blocks: Region { x0: 0, y0: 0, x1: 0, y1: 0 },

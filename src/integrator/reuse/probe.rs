@@ -18,9 +18,9 @@ pub const SAMPLES: u32 = 2;
 /// times, 32 pixels 15 and 8 times, 64 pixels 22 and 11 times; in means of 8 × 8 pixels 1.8, 4.3, 6.3 and 8.8 times in the
 /// room.
 const GAINS: [(u32, f32); 5] = [(0, 1.0), (2, 2.7), (4, 7.0), (5, 11.0), (6, 16.0)];
-/// The cost of a ray from a first vertex to a second one, in units of one of a path's own rays with all its shading.
-/// Measured: 0.05 to 0.06 in a room of few triangles, 0.1 in a hall; two thirds of all lenders are drawn.
-const CONNECTION: f32 = 0.05;
+/// The cost of connecting a first vertex to a second one, in units of one of a path's own rays with all its shading.
+/// Measured: 0.18 in a room of few triangles, 0.3 in a hall, where two thirds and three quarters of the lenders are drawn.
+const CONNECTION: f32 = 0.25;
 /// The cost of path reuse for any group size, in units of a path: 0.35 in a hall, 0.6 in a room of few triangles.
 const OVERHEAD: f32 = 0.4;
 /// The fraction of a block's estimate that comes from the block itself, whose few pixels are noisy; the rest comes from

@@ -55,6 +55,12 @@ impl ReuseGroups {
         CELLS << self.cell
     }
 
+    /// The number of pixels of a block.
+    #[inline(always)]
+    pub fn pixels(&self) -> usize {
+        (self.edge() * self.edge()) as usize
+    }
+
     /// A point for the direction that a path takes from its first vertex: all pixels of a block draw from one sequence,
     /// in the order of their places, so that the directions of a group are spread evenly.
     #[inline(always)]

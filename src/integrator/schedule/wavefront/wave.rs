@@ -95,7 +95,7 @@ pub(super) struct ReuseBuffers {
 impl ReuseBuffers {
     /// Creates buffers for waves of about `capacity` paths.
     pub fn new(setup: &RenderSetup, capacity: usize) -> Self {
-        let pixels = setup.sharing.map_or(1, |grouping| grouping.edge() * grouping.edge()) as usize;
+        let pixels = setup.sharing.map_or(1, |grouping| grouping.pixels());
         let units = (capacity / pixels).max(1);
         Self {
             slots: PathSlots::new(setup, units),
