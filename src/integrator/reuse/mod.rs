@@ -7,7 +7,8 @@
 //! ```
 //!
 //! where p_i is the density with which the i-th first vertex draws y, its own and those of the others. This is
-//! unbiased, and no weight exceeds that which the path itself would have had.
+//! unbiased, and no weight exceeds that which the path itself would have had. Of second vertices that give less light
+//! than the group's mean, some are drawn, and give as much as the mean.
 //!
 //! Light that is given must look the same from everywhere: that which leaves y by its diffuse lobe. Emission, mirror
 //! reflection and transmission stay with their own path. The properties of x and y decide between the two, so nothing
