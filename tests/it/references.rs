@@ -134,7 +134,8 @@ mod weekend {
         let Some(reference) = reference("img-1.10-correct-lambertian.png") else { return };
         let ground = GROUND.replace("ground", "grey");
         let text = scene(front(), 36, &[ground, ball(0.0, 0.5, "grey")]);
-        check("img-1.10", &text, &reference, Limits { mean: 0.002, rmse: 0.004 });
+        // Means over six seeds differ by up to 0.0006 among each other, with path reuse and without.
+        check("img-1.10", &text, &reference, Limits { mean: 0.0025, rmse: 0.004 });
     }
 
     #[test]
