@@ -1,13 +1,16 @@
 //! Ray queries over arrays.
 
+use std::sync::Mutex;
+
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
 use super::wrong;
+use crate::bvh::Stack;
 use crate::math::{DAffine3, DMat3, DVec3, Vec3};
-use crate::query::{self, BuildQuality, Coherence, HitBatch, RayBatch, ShapeId};
+use crate::query::{self, BuildQuality, Coherence, HitBatch, LengthMismatch, RayBatch, ShapeId, Tracer};
 use crate::render::on_threads;
 
 /// The number of rays that a thread takes at a time: they and their hits stay in the cache.
@@ -63,12 +66,48 @@ impl Builder {
     fn build(&mut self, py: Python<'_>) -> PyResult<PyScene> {
         self.inner()?;
         let Some(builder) = self.0.take() else { return Err(wrong("the scene has been built")) };
-        py.detach(|| builder.build()).map(PyScene).map_err(wrong)
+        let scene = py.detach(|| builder.build()).map_err(wrong)?;
+        Ok(PyScene { scene, spare: Mutex::default() })
     }
 }
 
 #[pyclass(name = "Scene", module = "rayfront._native", frozen)]
-pub struct PyScene(query::Scene);
+pub struct PyScene {
+    scene: query::Scene,
+    /// Buffers of tracers at rest: making them takes longer than tracing a few rays.
+    spare: Mutex<Vec<Stack>>,
+}
+
+impl PyScene {
+    /// Calls a function with a part of the rays and the results of that part to fill, on this thread if there is one
+    /// part only.
+    fn trace<A: Send>(
+        &self,
+        py: Python<'_>,
+        rays: &PyRays,
+        threads: usize,
+        answers: &mut [A],
+        work: impl Fn(&mut Tracer, &RayBatch, &mut [A]) -> Result<(), LengthMismatch> + Sync,
+    ) -> PyResult<()> {
+        let part = |(number, answers): (usize, &mut [A])| {
+            let spare = self.spare.lock().map_or(None, |mut spare| spare.pop());
+            let mut tracer = match spare {
+                Some(stack) => self.scene.tracer_with(stack),
+                None => self.scene.tracer(),
+            };
+            let result = work(&mut tracer, &rays.part(number * PART, answers.len()), answers);
+            if let Ok(mut spare) = self.spare.lock() {
+                spare.push(tracer.into_stack());
+            }
+            result.map_err(wrong)
+        };
+        py.detach(|| match answers.len() {
+            ..=PART => part((0, answers)),
+            _ => on_threads(threads, || answers.par_chunks_mut(PART).enumerate().try_for_each(part))
+                .map_err(wrong)?,
+        })
+    }
+}
 
 /// Rays in Python's layout: a row each.
 struct PyRays<'a> {
@@ -80,24 +119,14 @@ struct PyRays<'a> {
 }
 
 impl PyRays<'_> {
-    /// Calls a function with the rays of each part, in columns, and with the results of that part to fill.
-    fn by_parts<A: Send>(
-        &self,
-        answers: &mut [A],
-        work: impl Fn(&RayBatch, &mut [A]) -> PyResult<()> + Sync,
-    ) -> PyResult<()> {
-        answers.par_chunks_mut(PART).enumerate().try_for_each_init(
-            RayBatch::default,
-            |batch, (part, answers)| {
-                batch.clear();
-                let start = part * PART;
-                for i in start..start + answers.len() {
-                    let [origin, direction] = [self.origins[i], self.directions[i]].map(Vec3::from);
-                    batch.push(origin, direction, self.t_min[i], self.t_max[i]);
-                }
-                work(batch, answers)
-            },
-        )
+    /// `count` rays from number `start` on, in columns.
+    fn part(&self, start: usize, count: usize) -> RayBatch {
+        let mut batch = RayBatch::default();
+        for i in start..start + count {
+            let [origin, direction] = [self.origins[i], self.directions[i]].map(Vec3::from);
+            batch.push(origin, direction, self.t_min[i], self.t_max[i]);
+        }
+        batch
     }
 }
 
@@ -118,22 +147,17 @@ impl PyScene {
         let given = given(&origins, &directions, &t_min, &t_max, coherence)?;
         let count = given.origins.len();
         let mut found = vec![([0.0_f32; 3], [-1_i32; 3]); count];
-        py.detach(|| {
-            on_threads(threads, || {
-                given.by_parts(&mut found, |rays, found| {
-                    let mut hits = HitBatch::new(rays.len());
-                    self.0.tracer().closest(rays.rays(), given.coherence, hits.hits_mut()).map_err(wrong)?;
-                    for (found, hit) in found.iter_mut().zip(hits.iter()) {
-                        found.0 = [hit.t, hit.u, hit.v];
-                        if let Some(place) = self.0.locate(&hit) {
-                            found.1 = [place.instance.0, place.shape.0, place.primitive].map(|id| id as i32);
-                        }
-                    }
-                    Ok(())
-                })
-            })
-        })
-        .map_err(wrong)??;
+        self.trace(py, &given, threads, &mut found, |tracer, rays, found| {
+            let mut hits = HitBatch::new(rays.len());
+            tracer.closest(rays.rays(), given.coherence, hits.hits_mut())?;
+            for (found, hit) in found.iter_mut().zip(hits.iter()) {
+                found.0 = [hit.t, hit.u, hit.v];
+                if let Some(place) = self.scene.locate(&hit) {
+                    found.1 = [place.instance.0, place.shape.0, place.primitive].map(|id| id as i32);
+                }
+            }
+            Ok(())
+        })?;
         let floats = [0, 1, 2].map(|c| found.iter().map(|(floats, _)| floats[c]).collect::<Vec<_>>());
         let ids = [0, 1, 2].map(|c| found.iter().map(|(_, ids)| ids[c]).collect::<Vec<_>>());
         let [t, u, v] = floats.map(|column| column.into_pyarray(py));
@@ -155,14 +179,9 @@ impl PyScene {
     ) -> PyResult<Bound<'py, PyAny>> {
         let given = given(&origins, &directions, &t_min, &t_max, coherence)?;
         let mut blocked = vec![0_u32; given.origins.len()];
-        py.detach(|| {
-            on_threads(threads, || {
-                given.by_parts(&mut blocked, |rays, blocked| {
-                    self.0.tracer().any(rays.rays(), given.coherence, blocked).map_err(wrong)
-                })
-            })
-        })
-        .map_err(wrong)??;
+        self.trace(py, &given, threads, &mut blocked, |tracer, rays, blocked| {
+            tracer.any(rays.rays(), given.coherence, blocked)
+        })?;
         let blocked: Vec<bool> = blocked.into_iter().map(|blocked| blocked != 0).collect();
         Ok(blocked.into_pyarray(py).into_any())
     }
@@ -170,12 +189,12 @@ impl PyScene {
     /// The least and the largest corner of the box around the scene; none if it is empty.
     #[getter]
     fn bounds(&self) -> Option<([f32; 3], [f32; 3])> {
-        self.0.bounds().map(|bounds| (bounds.min.to_array(), bounds.max.to_array()))
+        self.scene.bounds().map(|bounds| (bounds.min.to_array(), bounds.max.to_array()))
     }
 
     #[getter]
     fn memory_bytes(&self) -> usize {
-        self.0.memory_bytes()
+        self.scene.memory_bytes()
     }
 }
 

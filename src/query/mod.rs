@@ -72,7 +72,8 @@
 //!
 //! Columns need no alignment and may have any length, zero included. Batches of rays are faster than single rays:
 //! [`QUEUE`] of them are best, some thousands nearly as good, and a few dozen are the least that fill the lanes of the
-//! processor. [`Coherence`] is a hint about consecutive rays. It affects only the time that a query takes.
+//! processor. [`Tracer::closest_one`] is for rays that depend on the hits of others. [`Coherence`] is a hint about
+//! consecutive rays. It affects only the time that a query takes.
 //!
 //! # What a ray hits
 //!

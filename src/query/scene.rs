@@ -3,8 +3,8 @@
 use super::builder::{InstanceId, ShapeId};
 use super::error::LengthMismatch;
 use crate::bvh::layout::sidedness::SPHERE;
-use crate::bvh::{self, BuildQuality, BuildStatistics, Bvh, Coherence, HitsMut, Rays, Stack};
-use crate::math::{Aabb, Hit, NONE};
+use crate::bvh::{self, AnyHitFilter, BuildQuality, BuildStatistics, Bvh, Coherence, HitsMut, Rays, Stack};
+use crate::math::{Aabb, Hit, NONE, Ray, Vec3, Vector};
 use crate::simd::Isa;
 
 /// Placed shapes, ready for rays. Made by [`SceneBuilder::build`] and immutable, so threads share it by reference or in
@@ -93,6 +93,12 @@ impl Scene {
         Tracer { scene: self, isa, stack: Stack::new(&self.bvh) }
     }
 
+    /// Creates a tracer with the buffers of another tracer of this scene.
+    #[cfg(feature = "python")]
+    pub(crate) fn tracer_with(&self, stack: Stack) -> Tracer<'_> {
+        Tracer { scene: self, isa: Isa::detect(), stack }
+    }
+
     /// Returns the primitive of a hit in the caller's numbers; `None` for a miss, and for ids that are not of this
     /// scene. Time grows with the logarithm of the number of shapes.
     pub fn locate(&self, hit: &Hit) -> Option<HitPrimitive> {
@@ -122,6 +128,12 @@ pub struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
+    /// The buffers, for [`Scene::tracer_with`].
+    #[cfg(feature = "python")]
+    pub(crate) fn into_stack(self) -> Stack {
+        self.stack
+    }
+
     /// Finds the nearest hit of each ray. Every entry of `hits` is written; see [`HitsMut`] for the values of a miss,
     /// and the [module](super#what-a-ray-hits) for what counts as a hit.
     ///
@@ -159,6 +171,21 @@ impl Tracer<'_> {
         check("blocked", blocked.len(), rays.len())?;
         bvh::any(self.isa, &self.scene.bvh, rays, coherence, &mut self.stack, blocked);
         Ok(())
+    }
+
+    /// Finds the nearest hit of the ray `origin + t · direction` with `t_min` < t ≤ `t_max`, as [`Self::closest`] does;
+    /// [`Hit::MISS`] if there is none. For rays that depend on the hits of others: several at a time are faster.
+    pub fn closest_one(&mut self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Hit {
+        let [origin, direction] = [origin, direction].map(|v| Vector::new(v.x, v.y, v.z));
+        let ray = Ray { origin, direction, t_min, t_max };
+        bvh::closest_ray(self.isa, &self.scene.bvh, &ray, AnyHitFilter::ACCEPT_ALL, &mut self.stack)
+    }
+
+    /// True if the ray `origin + t · direction` hits anything with `t_min` < t ≤ `t_max`: see [`Self::closest_one`].
+    pub fn any_one(&mut self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> bool {
+        let [origin, direction] = [origin, direction].map(|v| Vector::new(v.x, v.y, v.z));
+        let ray = Ray { origin, direction, t_min, t_max };
+        bvh::any_ray(self.isa, &self.scene.bvh, &ray, AnyHitFilter::ACCEPT_ALL, &mut self.stack)
     }
 }
 

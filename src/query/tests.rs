@@ -45,7 +45,7 @@ impl Input {
             let mut add = |primitive: usize, t: f64, is_certain: bool| {
                 let instance = InstanceId(instance as u32);
                 let place = HitPrimitive { instance, shape: ShapeId(*shape), primitive: primitive as u32 };
-                let (low, high) = (f64::from(ray.t_min), f64::from(ray.t_max));
+                let (low, high) = (f64::from(ray.t_min.max(0.0)), f64::from(ray.t_max));
                 // An uncertain hit may be where the ray grazes the primitive, far from here.
                 let slack = if is_certain { TOLERANCE } else { 10.0 } / ray.direction.length();
                 if t > low - slack && t <= high + slack {
@@ -178,6 +178,7 @@ fn random_rays(random: &mut Stream, count: usize) -> (RayBatch, Vec<RayParts>) {
         let direction = (target - origin).normalize() * length;
         let (t_min, t_max) = match i % 4 {
             0 => (2.0 / length, 9.0 / length),
+            1 => (-1.0, 20.0 / length),
             _ => (0.0, f32::INFINITY),
         };
         batch.push(origin, direction, t_min, t_max);
@@ -191,6 +192,16 @@ fn trace(scene: &Scene, isa: Isa, rays: &RayBatch) -> (HitBatch, Vec<u32>) {
     let mut tracer = scene.tracer_at(isa);
     tracer.closest(rays.rays(), Coherence::Unknown, hits.hits_mut()).expect("equal lengths");
     tracer.any(rays.rays(), Coherence::Unknown, &mut blocked).expect("equal lengths");
+    // Rays by themselves hit the same.
+    let bits = |h: Hit| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.instance);
+    for (i, (hit, blocked)) in hits.iter().zip(&blocked).enumerate() {
+        let ray = rays.rays().ray(i);
+        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+        let alone = tracer.closest_one(origin, direction, ray.t_min, ray.t_max);
+        assert_eq!(bits(alone), bits(hit), "ray {i} with {isa:?}: {alone:?} and {hit:?}");
+        let alone = tracer.any_one(origin, direction, ray.t_min, ray.t_max);
+        assert_eq!(u32::from(alone), *blocked, "ray {i} with {isa:?}");
+    }
     (hits, blocked)
 }
 
@@ -213,7 +224,7 @@ fn compare_with_brute_force(seed: u64) -> [usize; 2] {
         let place = scene.locate(&hit);
         assert_eq!(place.is_none(), hit.is_miss(), "ray {i}");
         let Some(place) = place else { continue };
-        assert!(hit.t > ray.t_min && hit.t <= ray.t_max, "ray {i}: {hit:?}");
+        assert!(hit.t > ray.t_min.max(0.0) && hit.t <= ray.t_max, "ray {i}: {hit:?}");
         let same: Vec<_> = meets.iter().filter(|m| m.0 == place).collect();
         let loose = 10.0 / ray.direction.length();
         let is_near = |m: &&(HitPrimitive, f64, bool)| (m.1 - t).abs() < if m.2 { slack } else { loose };

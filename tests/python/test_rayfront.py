@@ -504,6 +504,9 @@ def test_rays_meet_the_nearest_triangle():
     assert not scene.any(origins, directions, t_max=hits.t * 0.9).any()
     for options in ({"threads": 1}, {"coherence": "coherent"}, {"coherence": "scattered"}):
         assert all(np.array_equal(a, b) for a, b in zip(hits, scene.closest(origins, directions, **options)))
+    alone, many = scene.closest(origins[7], directions[7]), scene.closest(np.tile(origins, (8, 1)), np.tile(directions, (8, 1)))
+    assert all(np.array_equal(a, b[7:8]) for a, b in zip(alone, hits))
+    assert all(np.array_equal(np.tile(a, 8), b) for a, b in zip(hits, many))
 
 
 def test_instances_and_spheres_have_numbers():

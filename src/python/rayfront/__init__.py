@@ -459,12 +459,12 @@ def _rays(origins, directions, t_min, t_max):
     for what, array in (("origins", origins), ("directions", directions)):
         if len(array) not in (1, count):
             raise ValueError(f"there are {len(origins)} origins and {len(directions)} directions")
-        columns.append(np.ascontiguousarray(np.broadcast_to(array, (count, 3))))
+        columns.append(array if len(array) == count else np.tile(array, (count, 1)))
     for what, t in (("t_min", t_min), ("t_max", t_max)):
-        t = _floats(t)
+        t = _floats(t).ravel()
         if t.size not in (1, count):
             raise ValueError(f"{t.size} {what} for {count} rays")
-        columns.append(np.ascontiguousarray(np.broadcast_to(t.ravel(), count)))
+        columns.append(t if t.size == count else np.full(count, t[0], np.float32))
     return tuple(columns)
 
 
