@@ -12,9 +12,10 @@ use crate::world::{AlphaMode, ColorInput, Material, MaterialId, Principled, Shap
 pub(super) fn check(checked: &Checked, findings: &mut Vec<Diagnostic>) {
     let world = checked.world;
     for (number, named) in world.assets.materials.iter().enumerate().skip(1) {
-        let name = called(world, number, named);
         let mut find = |code, what: String, remedy: String| {
-            findings.push(finding(code, Some(Subject::named(name.clone())), what, remedy));
+            // Only for a finding: without a name of its own, all entities are searched.
+            let name = called(world, number, named);
+            findings.push(finding(code, Some(Subject::named(name)), what, remedy));
         };
         if let Some((key, color)) = too_bright(named) {
             let most = color.max_component();
