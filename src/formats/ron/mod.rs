@@ -1,16 +1,18 @@
 //! Scene files in [RON](https://github.com/ron-rs/ron): a list of entities whose keys are their components. [`load`]
 //! reads them, [`save`] writes them.
 //!
-//! `ron` checks that the text is well formed (`source`), and one pass finds the spans of all values (`tree`). Values stay
-//! slices of the text until they are converted to components one by one (`value`, `lower`), so that every error has the
-//! line and column of its value. The files that a scene includes are texts like its own (`parts`); a variable is replaced
-//! by the slice of its value (`variables`).
+//! One pass checks that a text of the usual kind is well formed and finds the spans of all values (`plain`, `tree`);
+//! `ron` checks all others, and its errors are reported (`source`). Values stay slices of the text until they are
+//! converted to components one by one (`value`, `lower`), so that every error has the line and column of its value. The
+//! files that a scene includes are texts like its own (`parts`); a variable is replaced by the slice of its value
+//! (`variables`).
 
 mod color;
 mod edit;
 mod keyframes;
 mod lower;
 mod parts;
+mod plain;
 pub mod query;
 mod scan;
 mod slips;

@@ -62,7 +62,7 @@ pub(super) struct TextPart<'t> {
     /// The byte at which the value begins, once the text is known to be well formed.
     pub root: OnceCell<usize>,
     /// The spans of the values, once they are needed.
-    tree: OnceCell<BracketTree>,
+    pub tree: OnceCell<BracketTree>,
     /// The byte offset of each line, once it is needed.
     line_starts: OnceCell<Vec<u32>>,
     claim: Option<Reservation<'static>>,
@@ -270,7 +270,10 @@ impl<'a> SceneText<'a> {
     /// include it.
     pub(super) fn find_name<T>(&self, place: Raw, name: &str, find: impl Fn(&str) -> Option<T>) -> Option<T> {
         let mut prefixes = self.including(self.part_of(place.0)).map(|part| &self.parts[part].prefix);
-        prefixes.find_map(|prefix| find(&format!("{prefix}{name}")))
+        prefixes.find_map(|prefix| match prefix.is_empty() {
+            true => find(name),
+            false => find(&format!("{prefix}{name}")),
+        })
     }
 
     /// The remedy for a name in the text with a number that another text has, too.

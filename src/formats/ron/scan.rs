@@ -30,6 +30,11 @@ pub(super) fn offset_of(text: &str, part: &str) -> Option<usize> {
 pub(super) fn skip_blank(text: &str) -> &str {
     let mut rest = text;
     loop {
+        // Most texts begin with no or one blank: decoding characters takes longer.
+        rest = rest.strip_prefix(' ').unwrap_or(rest);
+        if rest.as_bytes().first().is_some_and(|byte| byte.is_ascii_graphic() && *byte != b'/') {
+            return rest;
+        }
         rest = rest.trim_start_matches(is_blank);
         if rest.starts_with("//") {
             rest = rest.find('\n').map_or("", |newline| &rest[newline..]);
@@ -58,6 +63,15 @@ pub(super) fn without_trailing_blanks(text: &str) -> &str {
 /// Splits `text` into the name that it begins with, which may be empty, and the rest.
 pub(super) fn split_identifier(text: &str) -> (&str, &str) {
     let text = text.strip_prefix("r#").unwrap_or(text);
+    let is_ascii_word = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+    let ascii = text.bytes().take_while(|byte| is_ascii_word(byte)).count();
+    if text.as_bytes().get(ascii).is_none_or(u8::is_ascii) {
+        return if text.as_bytes().first().is_some_and(u8::is_ascii_digit) {
+            ("", text)
+        } else {
+            text.split_at(ascii)
+        };
+    }
     let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(text.len());
     if text.starts_with(|c: char| c.is_numeric()) { ("", text) } else { text.split_at(end) }
 }
@@ -201,7 +215,7 @@ fn character_literal(text: &str) -> usize {
 }
 
 /// The length in bytes of a block comment, which may be nested; none if it is not closed.
-fn block_comment(text: &str) -> Option<usize> {
+pub(super) fn block_comment(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let (mut depth, mut offset) = (0_usize, 0);
     while offset + 1 < bytes.len() {

@@ -1,8 +1,8 @@
 //! The text of a scene, and errors with line and column.
 //!
-//! `ron` parses each text once to check that it is well formed, and [`BracketTree`](super::tree::BracketTree) once to
-//! find the spans of its values. Values are [`Raw`]: slices of one of the scene's texts. Every error can thus be located by the slice of its value, and `ron` need not
-//! parse nested values twice, as it would with its own raw values.
+//! Each text is checked, and the spans of its values are found, in one pass ([`plain`](super::plain)); `ron` checks texts
+//! with rare forms or errors. Values are [`Raw`]: slices of one of the scene's texts. Every error can thus be located by
+//! the slice of its value, and `ron` need not parse nested values twice, as it would with its own raw values.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use serde::de::{Deserialize, DeserializeOwned, IgnoredAny};
 use super::keyframes::Clock;
 use super::parts::TextPart;
 use super::variables::without_variables;
-use super::{scan, slips};
+use super::{plain, scan, slips};
 use crate::error::{LoadError, did_you_mean, in_one_line, meant};
 use crate::formats::elsewhere;
 
@@ -160,9 +160,14 @@ impl<'a> SceneText<'a> {
         if let Some(start) = part.root.get() {
             return Ok(Raw(&part.text[*start..]));
         }
-        self.options
-            .from_str::<IgnoredAny>(&without_variables(&part.text))
-            .map_err(|error| self.syntax_error(&part.text, &error))?;
+        match plain::tree(&part.text) {
+            Some(tree) => drop(part.tree.set(tree)),
+            None => self
+                .options
+                .from_str::<IgnoredAny>(&without_variables(&part.text))
+                .map_err(|error| self.syntax_error(&part.text, &error))
+                .map(drop)?,
+        }
         let mut rest = scan::skip_blank(&part.text);
         // Skips attributes, such as #![enable(implicit_some)].
         while rest.starts_with('#') {
@@ -261,8 +266,9 @@ impl<'a> SceneText<'a> {
 
     /// The keys and values of the structure `(key: value, …)`; messages call it `what`.
     pub(super) fn members(&self, body: &'a str, what: &str) -> Result<Vec<(&'a str, Raw<'a>)>, LoadError> {
-        let mut members = Vec::new();
-        for item in self.values(body) {
+        let items = self.values(body);
+        let mut members = Vec::with_capacity(items.len());
+        for item in items {
             let (name, rest) = scan::split_identifier(item);
             let value = scan::skip_blank(rest).strip_prefix(':').map(scan::skip_blank);
             let Some(value) = value.filter(|_| !name.is_empty()) else {

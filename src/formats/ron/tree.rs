@@ -1,18 +1,22 @@
 //! The brackets of a text, parsed once into a tree: the spans of the values between them.
 
+use std::cell::Cell;
+
 use super::scan::{self, BracketToken, skip_blank, token};
 
 /// The spans of all bracketed values of a text, in bytes.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct BracketTree {
     /// By the place of the opening bracket.
     nodes: Vec<BracketNode>,
     /// The start and end of the values, those between the same brackets one after another.
     values: Vec<[u32; 2]>,
+    /// The node that was found last: mostly, the next one is near.
+    last: Cell<usize>,
 }
 
 /// A pair of brackets.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct BracketNode {
     /// The place of the opening bracket, and that after the closing one.
     span: [u32; 2],
@@ -20,50 +24,88 @@ struct BracketNode {
     values: [u32; 2],
 }
 
+/// A tree and its brackets that are not closed yet. Places are in bytes.
+#[derive(Default)]
+pub(super) struct TreeBuilder {
+    pub tree: BracketTree,
+    /// The nodes of the open brackets, and the first pending value of each.
+    open: Vec<(usize, usize)>,
+    /// The values between open brackets.
+    pending: Vec<[u32; 2]>,
+}
+
+impl TreeBuilder {
+    /// Adds an opening bracket.
+    pub(super) fn open(&mut self, at: usize) {
+        self.open.push((self.tree.nodes.len(), self.pending.len()));
+        self.tree.nodes.push(BracketNode { span: [at as u32; 2], ..BracketNode::default() });
+    }
+
+    /// Adds a value between the innermost brackets.
+    pub(super) fn end_of_value(&mut self, start: usize, end: usize) {
+        self.pending.push([start as u32, end as u32]);
+    }
+
+    /// Adds a closing bracket, after the last value if that has a start.
+    pub(super) fn close(&mut self, last: Option<usize>, at: usize) {
+        let Some((node, first)) = self.open.pop() else { return };
+        let tree = &mut self.tree;
+        let from = tree.values.len() as u32;
+        tree.values.extend(self.pending.drain(first..));
+        tree.values.extend(last.map(|start| [start as u32, at as u32]));
+        let values = [from, tree.values.len() as u32];
+        tree.nodes[node] = BracketNode { span: [tree.nodes[node].span[0], at as u32 + 1], values };
+    }
+}
+
 impl BracketTree {
     /// Parses a text, which must be shorter than 4 GiB.
     pub(super) fn new(text: &str) -> BracketTree {
-        let mut tree = BracketTree::default();
-        // The open brackets: their nodes, their first pending value, and the start of the present value.
-        let mut open: Vec<(usize, usize, usize)> = Vec::new();
-        let mut pending: Vec<[u32; 2]> = Vec::new();
+        let mut builder = TreeBuilder::default();
+        // The start of the present value between each of the open brackets.
+        let mut starts: Vec<usize> = Vec::new();
         let mut offset = 0;
         while offset < text.len() {
             let (found, length) = token(&text[offset..]);
             let after = offset + length;
-            if let (BracketToken::Comma | BracketToken::Close(_), Some((_, _, start))) =
-                (&found, open.last_mut())
-            {
-                let value = skip_blank(&text[*start..offset]);
-                if !value.is_empty() {
-                    pending.push([(offset - value.len()) as u32, offset as u32]);
+            let value = |start: usize| {
+                let value = skip_blank(&text[start..offset]);
+                (!value.is_empty()).then_some(offset - value.len())
+            };
+            match (found, starts.last_mut()) {
+                (BracketToken::Open(_), _) => {
+                    builder.open(offset);
+                    starts.push(after);
                 }
-                *start = after;
-            }
-            match found {
-                BracketToken::Open(_) => {
-                    open.push((tree.nodes.len(), pending.len(), after));
-                    tree.nodes.push(BracketNode { span: [offset as u32; 2], ..BracketNode::default() });
+                (BracketToken::Close(_), Some(start)) => {
+                    builder.close(value(*start), offset);
+                    starts.pop();
                 }
-                BracketToken::Close(_) => {
-                    if let Some((node, first, _)) = open.pop() {
-                        let from = tree.values.len() as u32;
-                        tree.values.extend(pending.drain(first..));
-                        let node = &mut tree.nodes[node];
-                        (node.span[1], node.values) = (after as u32, [from, tree.values.len() as u32]);
+                (BracketToken::Comma, Some(start)) => {
+                    if let Some(first) = value(*start) {
+                        builder.end_of_value(first, offset);
                     }
+                    *start = after;
                 }
                 _ => {}
             }
             offset = after;
         }
-        tree
+        builder.tree
     }
 
     fn node(&self, text: &str, bracketed: &str) -> Option<BracketNode> {
+        /// The number of nodes after the last one that are tested before all nodes are searched.
+        const NEAR: usize = 4;
         let offset = scan::offset_of(text, bracketed)? as u32;
-        let found = self.nodes.binary_search_by_key(&offset, |node| node.span[0]).ok()?;
-        Some(self.nodes[found])
+        let last = self.last.get();
+        let mut near = self.nodes[last.min(self.nodes.len())..].iter().take(NEAR);
+        let index = match near.position(|node| node.span[0] == offset) {
+            Some(after) => last + after,
+            None => self.nodes.binary_search_by_key(&offset, |node| node.span[0]).ok()?,
+        };
+        self.last.set(index);
+        Some(self.nodes[index])
     }
 
     /// The values between the brackets that `bracketed`, a slice of the tree's `text`, begins with; none if it does not

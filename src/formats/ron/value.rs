@@ -35,8 +35,9 @@ impl<'a> SceneText<'a> {
 
     fn single_number<F: FloatValue>(&self, raw: Raw<'a>) -> Result<F, LoadError> {
         // Reading the number with ron takes ten times as long.
-        let plain = raw.0.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'e'));
-        let number = if plain { raw.0.parse().ok() } else { None };
+        let text = raw.0.trim_ascii_end();
+        let plain = text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'e'));
+        let number = if plain { text.parse().ok() } else { None };
         let Some(number) = number.or_else(|| self.try_read::<F>(raw)) else {
             return Err(self.expected(raw, "a number"));
         };
@@ -81,7 +82,8 @@ impl<'a> SceneText<'a> {
 
     /// A whole number from `least` to `most`.
     pub(super) fn whole(&self, raw: Raw<'a>, what: &str, least: u64, most: u64) -> Result<u64, LoadError> {
-        match self.try_read::<u64>(raw) {
+        let digits = raw.0.bytes().all(|byte| byte.is_ascii_digit()).then(|| raw.0.parse().ok()).flatten();
+        match digits.or_else(|| self.try_read::<u64>(raw)) {
             Some(number) if (least..=most).contains(&number) => Ok(number),
             // A number, but not a whole number in range.
             _ if self.try_read::<f64>(raw).is_some() => {
@@ -102,7 +104,8 @@ impl<'a> SceneText<'a> {
 
     /// A string in quotes; messages call it `what`.
     pub(super) fn string(&self, raw: Raw<'a>, what: &str) -> Result<String, LoadError> {
-        self.try_read(raw).ok_or_else(|| self.expected(raw, &format!("{what} in quotes")))
+        let read = || self.try_read(raw).ok_or_else(|| self.expected(raw, &format!("{what} in quotes")));
+        without_escapes(raw.0).map_or_else(read, |text| Ok(text.to_owned()))
     }
 
     /// Exactly `N` values in parentheses; messages show the expected `form`.
@@ -162,8 +165,12 @@ impl<'a> SceneText<'a> {
     /// `(x, y, z)` in double precision, within the range of single precision.
     pub(super) fn point(&self, raw: Raw<'a>) -> Result<DVec3, LoadError> {
         let coordinate = |raw: Raw<'a>| -> Result<f64, LoadError> {
-            self.number::<f32>(raw)?;
-            self.number(raw)
+            let number = self.number(raw);
+            let is_in_range = |number: &f64| number.abs() <= f64::from(f32::MAX) && !self.has_keys(raw);
+            if !number.as_ref().is_ok_and(is_in_range) {
+                self.number::<f32>(raw)?;
+            }
+            number
         };
         self.keyed(raw, |raw| {
             let [x, y, z] = self.tuple(raw, "(x, y, z)")?;
@@ -181,6 +188,9 @@ impl<'a> SceneText<'a> {
 
     /// The content of `Some(…)`, or the value itself; none for `None`.
     pub(super) fn optional(&self, raw: Raw<'a>) -> Option<Raw<'a>> {
+        if !raw.0.starts_with(['N', 'S', 'r']) {
+            return Some(raw);
+        }
         let (name, rest) = scan::split_identifier(raw.0);
         match name {
             "None" => None,
@@ -217,6 +227,13 @@ impl<'a> SceneText<'a> {
         self.no_fields(variant)?;
         Ok(*value)
     }
+}
+
+/// The content of a string in quotes, if nothing in it is escaped.
+fn without_escapes(text: &str) -> Option<&str> {
+    let inside = text.strip_prefix('"')?;
+    let end = inside.bytes().position(|byte| matches!(byte, b'"' | b'\\'))?;
+    (inside[end..].trim_ascii_end() == "\"").then(|| &inside[..end])
 }
 
 /// True if two names differ only in case, hyphens, underscores and blanks.

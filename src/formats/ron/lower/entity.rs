@@ -1,6 +1,7 @@
 //! Reads `entities` and resolves their parents.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use super::overrides::{self, Override};
 use super::{Lowering, transform};
@@ -32,6 +33,8 @@ struct Family<'a> {
     grounds: Vec<(usize, Raw<'a>, String)>,
     /// Entities that place a glTF file: the file and the material overrides.
     models: Vec<(usize, Raw<'a>, Vec<Override<'a>>)>,
+    /// The memory for the components of an entity, for one after another.
+    builder: hecs::EntityBuilder,
 }
 
 /// A node of a glTF file that an entity places.
@@ -64,7 +67,9 @@ impl<'a> Lowering<'_, 'a> {
             let Some(place) = source.recover(place)? else { continue };
             places.insert(*number, place);
             let list = list.map_or(Ok(Vec::new()), |raw| source.list(raw, "the entities"));
-            for raw in source.recover(list)?.unwrap_or_default() {
+            let list = source.recover(list)?.unwrap_or_default();
+            family.entities.reserve(list.len());
+            for raw in list {
                 let keys = source.recover(source.keys(raw, "an entity", 0, ENTITY))?;
                 let read = keys.map_or(Ok(()), |keys| self.entity((raw, *number, place), keys, &mut family));
                 source.recover(read)?;
@@ -204,17 +209,19 @@ impl<'a> Lowering<'_, 'a> {
             return Err(source.error(material.0, reason));
         }
         let index = family.entities.len();
-        let mut builder = hecs::EntityBuilder::new();
+        let mut builder = std::mem::take(&mut family.builder);
         builder.add(written_at(source, raw));
         if let Some(raw) = name {
             let name = format!("{}{}", source.parts[number].prefix, source.string(raw, "a name")?);
-            if let Some((first, _)) = family.names.get(&name) {
-                let (first, remedy) = (source.place(*first, raw), source.keep_apart(number));
-                let name = shorten(&name);
-                let reason = format!("there is already an entity \"{name}\" at {first}{remedy}");
-                return Err(source.error(raw.0, reason));
-            }
-            family.names.insert(name.clone(), (raw, index));
+            match family.names.entry(name.clone()) {
+                Entry::Occupied(first) => {
+                    let (first, remedy) = (source.place(first.get().0, raw), source.keep_apart(number));
+                    let name = shorten(&name);
+                    let reason = format!("there is already an entity \"{name}\" at {first}{remedy}");
+                    return Err(source.error(raw.0, reason));
+                }
+                Entry::Vacant(place) => place.insert((raw, index)),
+            };
             builder.add(Name(name));
         }
         let place = transform.map_or(Ok(Transform::IDENTITY), |raw| transform::transform(source, raw));
@@ -258,6 +265,7 @@ impl<'a> Lowering<'_, 'a> {
             (None, below) => family.below.extend(below.map(|place| (index, place))),
         }
         family.entities.push(self.world.entities.spawn(builder.build()));
+        family.builder = builder;
         Ok(())
     }
 

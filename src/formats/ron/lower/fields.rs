@@ -53,10 +53,17 @@ impl<'a> Lowering<'_, 'a> {
         Field { name, required, slot, .. }: Field,
     ) -> Result<(), LoadError> {
         match (given.and_then(|raw| self.source.optional(raw)), slot) {
-            (Some(raw), slot) => match owner {
-                Some(owner) => self.read(raw, &format!("the {owner}'s {name}"), slot),
-                None => self.read(raw, name, slot),
-            },
+            (Some(raw), mut slot) => {
+                let Some(owner) = owner else { return self.read(raw, name, slot) };
+                // Only errors name the owner.
+                if let Slot::Number(to, range) = &mut slot
+                    && let Ok(number) = self.source.number_in(raw, name, *range)
+                {
+                    **to = number;
+                    return Ok(());
+                }
+                self.read(raw, &format!("the {owner}'s {name}"), slot)
+            }
             (None, _) if required => {
                 Err(self.source.error(place, format!("{what} needs the field \"{name}\"")))
             }
@@ -172,13 +179,14 @@ impl<'a> Lowering<'_, 'a> {
         };
         let found = names.iter().position(|name| *name == variant.name);
         to.set_form(found.ok_or_else(|| source.unknown(variant.name, kind, names))?);
-        if to.fields().is_empty() {
+        let fields = to.fields();
+        if fields.is_empty() {
             return source.no_fields(variant);
         }
-        if let [Field { name: "", .. }] = to.fields()[..] {
+        if let [Field { name: "", .. }] = fields[..] {
             let body = Raw(variant.body.unwrap_or(variant.name));
             let [only] = source.tuple(body, &format!("{}(\"path\")", variant.name))?;
-            return to.fields().into_iter().try_for_each(|field| self.read(only, variant.name, field.slot));
+            return fields.into_iter().try_for_each(|field| self.read(only, variant.name, field.slot));
         }
         let members = source.members(variant.body.unwrap_or("()"), variant.name)?;
         self.fill(&members, (variant.name, variant.name), Some(kind), &mut |each| {

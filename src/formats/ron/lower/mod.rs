@@ -112,10 +112,12 @@ pub(super) fn scene(source: &SceneText, files: &mut dyn AssetFiles) -> Result<Wo
     }));
     world.usual_depth = (!names_depth).then_some(world.settings.max_depth);
     let edits = edits.map_or(Ok(Vec::new()), |raw| source.list(raw, "the edits"))?;
-    let mut changes = query::EditRunner::new(&world);
+    // Most scenes have no edits, and need no index of their entities.
+    let mut changes = None;
     for raw in edits {
         let statement = source.string(raw, "a statement")?;
         changes
+            .get_or_insert_with(|| query::EditRunner::new(&world))
             .carry_out(&mut world, &statement, files)
             .map_err(|error| source.error(raw.0, error.to_string()))?;
     }
