@@ -37,7 +37,7 @@ enum Next {
 }
 
 /// The state of the pass.
-struct Pass {
+struct PlainPass {
     builder: TreeBuilder,
     /// The brackets around the present ones, and the starts of their present items.
     around: Vec<(Option<Inside>, usize)>,
@@ -49,7 +49,7 @@ struct Pass {
 
 /// Returns the brackets of a text that is well formed; none if `ron` has to decide if it is.
 pub(super) fn tree(text: &str) -> Option<BracketTree> {
-    let mut pass = Pass {
+    let mut pass = PlainPass {
         builder: TreeBuilder::default(),
         around: Vec::new(),
         inside: None,
@@ -71,7 +71,7 @@ pub(super) fn tree(text: &str) -> Option<BracketTree> {
     is_whole.then_some(pass.builder.tree)
 }
 
-impl Pass {
+impl PlainPass {
     /// A closing bracket. Returns its length, as all of these do.
     fn close(&mut self, byte: u8, at: usize) -> Option<usize> {
         let expected = match self.inside? {

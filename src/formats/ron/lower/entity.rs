@@ -212,17 +212,7 @@ impl<'a> Lowering<'_, 'a> {
         let mut builder = std::mem::take(&mut family.builder);
         builder.add(written_at(source, raw));
         if let Some(raw) = name {
-            let name = format!("{}{}", source.parts[number].prefix, source.string(raw, "a name")?);
-            match family.names.entry(name.clone()) {
-                Entry::Occupied(first) => {
-                    let (first, remedy) = (source.place(first.get().0, raw), source.keep_apart(number));
-                    let name = shorten(&name);
-                    let reason = format!("there is already an entity \"{name}\" at {first}{remedy}");
-                    return Err(source.error(raw.0, reason));
-                }
-                Entry::Vacant(place) => place.insert((raw, index)),
-            };
-            builder.add(Name(name));
+            builder.add(self.name_of_entity(raw, number, family)?);
         }
         let place = transform.map_or(Ok(Transform::IDENTITY), |raw| transform::transform(source, raw));
         builder.add(source.recover(place)?.unwrap_or_default());
@@ -267,6 +257,29 @@ impl<'a> Lowering<'_, 'a> {
         family.entities.push(self.world.entities.spawn(builder.build()));
         family.builder = builder;
         Ok(())
+    }
+
+    /// Reads the name of the entity that is next in the family.
+    fn name_of_entity(
+        &self,
+        raw: Raw<'a>,
+        number: usize,
+        family: &mut Family<'a>,
+    ) -> Result<Name, LoadError> {
+        let source = self.source;
+        let name = format!("{}{}", source.parts[number].prefix, source.string(raw, "a name")?);
+        match family.names.entry(name.clone()) {
+            Entry::Occupied(first) => {
+                let (first, remedy) = (source.place(first.get().0, raw), source.keep_apart(number));
+                let name = shorten(&name);
+                let reason = format!("there is already an entity \"{name}\" at {first}{remedy}");
+                Err(source.error(raw.0, reason))
+            }
+            Entry::Vacant(place) => {
+                place.insert((raw, family.entities.len()));
+                Ok(Name(name))
+            }
+        }
     }
 
     /// Reads an entity's camera with its `stereo`; whether it can `focus_on` something is checked.
