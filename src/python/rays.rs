@@ -74,9 +74,12 @@ impl Builder {
 #[pyclass(name = "Scene", module = "rayfront._native", frozen)]
 pub struct PyScene {
     scene: query::Scene,
-    /// Buffers of tracers at rest: making them takes longer than tracing a few rays.
-    spare: Mutex<Vec<Stack>>,
+    /// Buffers that no thread uses now: making them takes longer than tracing a few rays.
+    spare: Mutex<Vec<Buffers>>,
 }
+
+/// The buffers of a thread: those of its tracer, and the rays in columns.
+type Buffers = (Stack, RayBatch);
 
 impl PyScene {
     /// Calls a function with a part of the rays and the results of that part to fill, on this thread if there is one
@@ -91,13 +94,14 @@ impl PyScene {
     ) -> PyResult<()> {
         let part = |(number, answers): (usize, &mut [A])| {
             let spare = self.spare.lock().map_or(None, |mut spare| spare.pop());
-            let mut tracer = match spare {
-                Some(stack) => self.scene.tracer_with(stack),
-                None => self.scene.tracer(),
+            let (mut tracer, mut batch) = match spare {
+                Some((stack, batch)) => (self.scene.tracer_with(stack), batch),
+                None => (self.scene.tracer(), RayBatch::default()),
             };
-            let result = work(&mut tracer, &rays.part(number * PART, answers.len()), answers);
+            rays.fill(&mut batch, number * PART, answers.len());
+            let result = work(&mut tracer, &batch, answers);
             if let Ok(mut spare) = self.spare.lock() {
-                spare.push(tracer.into_stack());
+                spare.push((tracer.into_stack(), batch));
             }
             result.map_err(wrong)
         };
@@ -119,14 +123,13 @@ struct PyRays<'a> {
 }
 
 impl PyRays<'_> {
-    /// `count` rays from number `start` on, in columns.
-    fn part(&self, start: usize, count: usize) -> RayBatch {
-        let mut batch = RayBatch::default();
+    /// Replaces the rays of `batch` by `count` of these, from number `start` on.
+    fn fill(&self, batch: &mut RayBatch, start: usize, count: usize) {
+        batch.clear();
         for i in start..start + count {
             let [origin, direction] = [self.origins[i], self.directions[i]].map(Vec3::from);
             batch.push(origin, direction, self.t_min[i], self.t_max[i]);
         }
-        batch
     }
 }
 

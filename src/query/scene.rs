@@ -176,17 +176,20 @@ impl Tracer<'_> {
     /// Finds the nearest hit of the ray `origin + t · direction` with `t_min` < t ≤ `t_max`, as [`Self::closest`] does;
     /// [`Hit::MISS`] if there is none. For rays that depend on the hits of others: several at a time are faster.
     pub fn closest_one(&mut self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Hit {
-        let [origin, direction] = [origin, direction].map(|v| Vector::new(v.x, v.y, v.z));
-        let ray = Ray { origin, direction, t_min, t_max };
+        let ray = ray(origin, direction, t_min, t_max);
         bvh::closest_ray(self.isa, &self.scene.bvh, &ray, AnyHitFilter::ACCEPT_ALL, &mut self.stack)
     }
 
     /// True if the ray `origin + t · direction` hits anything with `t_min` < t ≤ `t_max`: see [`Self::closest_one`].
     pub fn any_one(&mut self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> bool {
-        let [origin, direction] = [origin, direction].map(|v| Vector::new(v.x, v.y, v.z));
-        let ray = Ray { origin, direction, t_min, t_max };
+        let ray = ray(origin, direction, t_min, t_max);
         bvh::any_ray(self.isa, &self.scene.bvh, &ray, AnyHitFilter::ACCEPT_ALL, &mut self.stack)
     }
+}
+
+fn ray(origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Ray<f32> {
+    let [origin, direction] = [origin, direction].map(|v| Vector::new(v.x, v.y, v.z));
+    Ray { origin, direction, t_min, t_max }
 }
 
 fn check_rays(rays: &Rays) -> Result<(), LengthMismatch> {

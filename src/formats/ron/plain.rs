@@ -213,7 +213,11 @@ fn number(bytes: &[u8]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+    use std::path::{Path, PathBuf};
+
     use proptest::prelude::*;
+    use proptest::test_runner::TestRunner;
     use serde::de::IgnoredAny;
 
     use super::*;
@@ -251,11 +255,36 @@ mod tests {
         }
     }
 
+    /// The texts of all scenes in this folder and those in it.
+    fn scenes_in(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let mut paths: Vec<_> = entries.collect();
+        paths.sort();
+        let texts = |path: PathBuf| match path.extension() {
+            _ if path.is_dir() => scenes_in(&path),
+            Some(extension) if extension == "ron" => vec![std::fs::read_to_string(path).unwrap()],
+            _ => Vec::new(),
+        };
+        paths.into_iter().flat_map(texts).collect()
+    }
+
+    fn shipped() -> Vec<String> {
+        scenes_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"))
+    }
+
+    #[test]
+    fn shipped_scenes_are_plain() {
+        assert!(shipped().len() > 30);
+        for text in shipped() {
+            assert!(is_plain(&text) || text.contains('\\'), "{text}");
+        }
+    }
+
     const PIECES: &[&str] = &[
         "(", ")", "[", "]", "{", "}", ",", ":", "\"", "\"a\"", "'", "r#\"", "b\"", "//", "/*", "*/", "\\",
         "\n", " ", "NaN", "inf", "Some", "None", "true", "-", "1", "2.5", ".", "e", "e5", "+", "_", "#", "$",
-        "$a", "a", "Foo", "r", "b", "0x", "ä", "\u{85}", "a: ", "(a: 1)", "(1, 2)", "[1]", "{\"a\": 1}",
-        "()", "f32",
+        "$a", "a", "Foo", "r", "b", "0x", "ä", "\u{85}", "\0", "\u{feff}", "a: ", "(a: 1)", "(1, 2)", "[1]",
+        "{\"a\": 1}", "()", "f32",
     ];
 
     proptest! {
@@ -269,5 +298,26 @@ mod tests {
             is_plain(&format!("(a: [{text}], b: 1)"));
             is_plain(&format!("{{\"a\": {text}}}"));
         }
+    }
+
+    #[test]
+    fn changed_scenes_are_those_of_ron() {
+        let texts = shipped();
+        let edit = (any::<prop::sample::Index>(), 0..3_usize, 0..=PIECES.len());
+        let edits = (0..texts.len(), prop::collection::vec(edit, 1..3));
+        let accepted = Cell::new(0);
+        let mut runner = TestRunner::new(ProptestConfig::with_cases(1000));
+        let run = runner.run(&edits, |(number, edits)| {
+            let mut characters: Vec<char> = texts[number].chars().collect();
+            for (place, cut, piece) in edits {
+                let start = place.index(characters.len());
+                let end = (start + cut).min(characters.len());
+                characters.splice(start..end, PIECES.get(piece).copied().unwrap_or_default().chars());
+            }
+            accepted.set(accepted.get() + u32::from(is_plain(&String::from_iter(characters))));
+            Ok(())
+        });
+        run.unwrap();
+        assert!((100..900).contains(&accepted.get()), "{accepted:?}");
     }
 }

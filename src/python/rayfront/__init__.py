@@ -349,7 +349,8 @@ class Scene:
         """Returns the nearest hit of each ray origin + t * direction with t_min < t <= t_max; t_min below 0 counts as 0.
 
         origins, directions: (N, 3); t_min, t_max: a number, or one for each ray. coherence: the relation of successive rays,
-        "coherent", "scattered" or "unknown"; it only affects the time. threads: 0 is one for each core.
+        "coherent", "scattered" or "unknown"; it only affects the time. threads: 0 is one for each core; up to 16384 rays are
+        traced by the calling thread.
         """
         return Hits(*self._native.closest(*_rays(origins, directions, t_min, t_max), coherence, threads))
 
