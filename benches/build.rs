@@ -15,7 +15,7 @@ fn build(c: &mut Criterion) {
         let count = mesh.triangles.len() as u32;
         for quality in [BuildQuality::Fast, BuildQuality::Default, BuildQuality::High] {
             let built = || {
-                let mut bvh = Bvh { quality, ..Bvh::default() };
+                let mut bvh = Bvh::new(quality, None);
                 bvh.add_root(&geometry, 0..count, 0..0);
                 bvh
             };

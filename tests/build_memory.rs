@@ -56,7 +56,7 @@ fn building_stays_within_the_bound_that_it_reports() {
             let geometry =
                 PrimitiveArrays { positions: &positions, triangles: &triangles, spheres: &spheres };
             for quality in [BuildQuality::Fast, BuildQuality::Default, BuildQuality::High] {
-                let mut bvh = Bvh { quality, ..Bvh::default() };
+                let mut bvh = Bvh::new(quality, None);
                 let before = HELD.load(Ordering::Relaxed);
                 PEAK.store(before, Ordering::Relaxed);
                 bvh.add_root(&geometry, 0..triangles.len() as u32, 0..spheres.len() as u32);

@@ -414,19 +414,16 @@ impl GeometryBuilder {
         };
         let bvh = match before.filter(is_same) {
             Some(before) => before.bvh.clone(),
-            None => Arc::new(self.trees(quality, &subtrees, &instances)),
+            None => {
+                let bvh = Bvh::new(quality, before.map(|before| &*before.bvh));
+                Arc::new(self.with_trees(bvh, &subtrees, &instances))
+            }
         };
         (self.geometry, ranges, bvh)
     }
 
-    /// The trees that instances share, then the world's.
-    fn trees(
-        &self,
-        quality: BuildQuality,
-        subtrees: &[[Range<u32>; 2]],
-        instances: &[(usize, Instance)],
-    ) -> Bvh {
-        let mut bvh = Bvh { quality, ..Bvh::default() };
+    /// Adds the trees that instances share, then the world's.
+    fn with_trees(&self, mut bvh: Bvh, subtrees: &[[Range<u32>; 2]], instances: &[(usize, Instance)]) -> Bvh {
         let shapes = self.geometry.shapes();
         let mut build = |[triangles, spheres]: &[Range<u32>; 2]| {
             bvh.add_tree(&shapes, triangles.clone(), spheres.clone())

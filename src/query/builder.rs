@@ -161,7 +161,7 @@ impl SceneBuilder {
             triangles: &ordered.triangles,
             spheres: &ordered.spheres,
         };
-        let mut bvh = Bvh { quality: self.quality, ..Bvh::default() };
+        let mut bvh = Bvh::new(self.quality, None);
         let mut roots = vec![None; self.shapes.len()];
         for (shape, triangles, spheres) in &ordered.subtrees {
             roots[*shape] = bvh.add_tree(&geometry, triangles.clone(), spheres.clone());

@@ -1,6 +1,5 @@
 //! The kernels that trace queues of rays, and the choice among them ([`query`]).
 
-pub(super) mod autotune;
 pub mod counters;
 pub(super) mod direction_classes;
 pub(super) mod interleaved;

@@ -3,7 +3,6 @@
 use std::marker::PhantomData;
 use std::time::Instant;
 
-use super::autotune::KernelTimer;
 use super::counters::Visits;
 use super::direction_classes::DirectionClasses;
 use super::interleaved::{self, InterleavedRays};
@@ -14,7 +13,7 @@ use super::stream::{self, StreamBuffers};
 use super::traverse::{self, any_counted, closest_counted};
 use crate::bvh::intersect::hit_sink::{HitSink, Occluded, Offset};
 use crate::bvh::{AnyHitFilter, Bvh, HitsMut, Rays};
-use crate::math::{Hit, Ray};
+use crate::math::{Hit, Ray, Vec3};
 use crate::simd::{Float, Isa, Kernel, Lanes, TraversalStack, dispatch};
 
 /// The caller's knowledge about a queue. It selects the kernel and never changes the result.
@@ -42,10 +41,10 @@ enum TraversalKernel {
     Interleaved,
 }
 
-/// Two kernels that are compared.
+/// Two kernels whose speeds are compared.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Pairing {
-    /// Packets and no packets; true if the caller declared the rays coherent.
+    /// Packets and no packets; true if the rays are coherent, as far as is known.
     Packets(bool),
     /// Streams and interleaved rays.
     StreamsOrInterleaved,
@@ -68,11 +67,7 @@ pub struct Stack {
     packet: Box<Packet>,
     /// The number of packets to skip after one that was not worth it, for nearest-hit and for any-hit queries.
     packet_pause: [usize; 2],
-    /// True if packets have taken much of the last queue that was tried, for nearest-hit and for any-hit queries.
-    in_packets: [bool; 2],
     bundle_backoff: Backoff,
-    /// Timers by [`Pairing`], for nearest-hit and for any-hit queries.
-    races: [[KernelTimer; 2]; 3],
 }
 
 impl Stack {
@@ -88,9 +83,7 @@ impl Stack {
             least_stream: stream::FEWEST,
             packet: Box::new(Packet::new(bvh)),
             packet_pause: [0; 2],
-            in_packets: [false; 2],
             bundle_backoff: Backoff::default(),
-            races: [[KernelTimer::NEW; 2]; 3],
         }
     }
 }
@@ -204,8 +197,8 @@ impl<A: HitSink> Kernel for QueueQuery<'_, A> {
         if !is_wide::<L>() || self.coherence == Coherence::Scattered {
             return self.scattered::<L>(0, count);
         }
-        let race = Pairing::Packets(self.coherence == Coherence::Coherent);
-        self.best_of_two::<L>(race, 0, count);
+        let coherent = self.coherence == Coherence::Coherent || are_parallel(&self.rays);
+        self.best_of_two::<L>(Pairing::Packets(coherent), 0, count);
     }
 }
 
@@ -213,7 +206,6 @@ impl<A: HitSink> QueueQuery<'_, A> {
     /// Traces coherent rays in packets, and all others with [`QueueQuery::scattered`].
     #[inline(always)]
     fn in_packets<L: Lanes>(&mut self, mut first: usize, end: usize) {
-        let (all, mut taken) = (end - first, 0);
         // The first ray that no packet has taken.
         let mut behind = first;
         while first < end {
@@ -225,7 +217,6 @@ impl<A: HitSink> QueueQuery<'_, A> {
             if verdict != Verdict::Refused {
                 self.scattered::<L>(behind, first);
                 behind = first + size;
-                taken += size;
             }
             let pause = &mut self.stack.packet_pause[usize::from(A::ANY)];
             *pause = match verdict {
@@ -235,7 +226,6 @@ impl<A: HitSink> QueueQuery<'_, A> {
             };
             first += size + *pause * packet::RAYS;
         }
-        self.stack.in_packets[usize::from(A::ANY)] = taken > all / 4;
         self.scattered::<L>(behind, end);
     }
 }
@@ -313,43 +303,42 @@ impl<A: HitSink> QueueQuery<'_, A> {
         }
     }
 
-    /// Traces rays with the faster of two kernels, as far as is known, and now and then with the other one.
+    /// Traces rays with the faster of two kernels, as far as is known, and now and then some of them with the other.
     #[inline(always)]
-    fn best_of_two<L: Lanes>(&mut self, contest: Pairing, first: usize, end: usize) {
+    fn best_of_two<L: Lanes>(&mut self, pairing: Pairing, first: usize, end: usize) {
+        let bvh = self.bvh;
         let nearest_or_any = usize::from(A::ANY);
-        let (ways, place) = match contest {
+        // The kernels, the place of their speeds, and the first choice.
+        let (ways, place, unknown) = match pairing {
             Pairing::Packets(coherent) => {
-                ([TraversalKernel::Packets, TraversalKernel::Scattered], usize::from(coherent))
+                ([TraversalKernel::Packets, TraversalKernel::Scattered], usize::from(coherent), 0)
             }
-            // Streams share boxes and blocks if there are many more rays than blocks, so they come first.
-            Pairing::StreamsOrInterleaved
-                if 4 * (self.bvh.triangles.len() + self.bvh.spheres.len()) < stream::RAYS =>
-            {
-                ([TraversalKernel::Streams, TraversalKernel::Interleaved], 2)
+            // Streams share boxes and blocks if there are many more rays than blocks.
+            Pairing::StreamsOrInterleaved => {
+                let is_small = 4 * (bvh.triangles.len() + bvh.spheres.len()) < stream::RAYS;
+                ([TraversalKernel::Interleaved, TraversalKernel::Streams], 2, usize::from(is_small))
             }
-            Pairing::StreamsOrInterleaved => ([TraversalKernel::Interleaved, TraversalKernel::Streams], 2),
         };
-        let (is_choice, otherwise) = match contest {
-            // If packets take no rays, trying them makes no difference.
-            Pairing::Packets(_) => (self.stack.in_packets[nearest_or_any], TraversalKernel::Packets),
-            Pairing::StreamsOrInterleaved => (true, TraversalKernel::Interleaved),
-        };
-        // Few rays are a poor measure of a kernel's speed.
-        if end - first < self.stack.least_stream || !is_choice {
-            return self.answer::<L>(otherwise, first, end);
+        let count = end - first;
+        // Few rays are a poor measure of speed.
+        if count < self.stack.least_stream {
+            return self.answer::<L>(ways[0], first, end);
         }
-        let mut first = first;
-        while first < end {
-            let race = self.stack.races[place][nearest_or_any];
-            let (way, count) = (race.next(), end - first);
-            let is_slower = way != race.faster();
-            let count = if is_slower { count.min(contest.slower_gets()) } else { count };
+        let speeds = &bvh.speeds[place][nearest_or_any];
+        let faster = speeds.faster(unknown);
+        if count < pairing.least_split() || !speeds.is_due() {
+            return self.answer::<L>(ways[faster], first, end);
+        }
+        let (mut nanoseconds, mut counts, mut begin) = ([0.0; 2], [0.0; 2], 0);
+        for part in 0..pairing.parts() {
+            let (way, end) = pairing.part(part, count, faster);
             let start = Instant::now();
-            self.answer::<L>(ways[way], first, first + count);
-            let took = start.elapsed().as_nanos() as f32 / count as f32;
-            self.stack.races[place][nearest_or_any].record(way, took);
-            first += count;
+            self.answer::<L>(ways[way], first + begin, first + end);
+            nanoseconds[way] += start.elapsed().as_nanos() as f32;
+            counts[way] += (end - begin) as f32;
+            begin = end;
         }
+        speeds.record([nanoseconds[0] / counts[0], nanoseconds[1] / counts[1]]);
     }
 
     /// Traces a part of the rays with a kernel, where possible.
@@ -360,12 +349,39 @@ impl<A: HitSink> QueueQuery<'_, A> {
 }
 
 impl Pairing {
-    /// The most rays of a queue that the slower kernel traces, to check if it is still slower. Without packets,
-    /// coherent rays take several times as long; but streams get faster the more rays they have.
-    fn slower_gets(self) -> usize {
+    /// Queues with fewer rays are not split: a part would be a poor measure.
+    fn least_split(self) -> usize {
         match self {
-            Pairing::Packets(_) => 2048,
-            Pairing::StreamsOrInterleaved => usize::MAX,
+            Pairing::Packets(_) => 2 * stream::FEWEST,
+            Pairing::StreamsOrInterleaved => 4 * stream::FEWEST,
+        }
+    }
+
+    /// The number of parts of a split queue. Rays of one part may be much dearer than those of the next, so both kernels
+    /// get rays from all over the queue.
+    fn parts(self) -> usize {
+        match self {
+            Pairing::Packets(_) => 8,
+            Pairing::StreamsOrInterleaved => 3,
+        }
+    }
+
+    /// A part of a split queue of `count` rays: its kernel, and the end of the part in the queue.
+    fn part(self, part: usize, count: usize, faster: usize) -> (usize, usize) {
+        match self {
+            // Without packets, coherent rays take several times as long: the slower kernel gets few.
+            Pairing::Packets(_) => {
+                let end = (part / 2 + 1) * count / 4;
+                match part % 2 {
+                    0 => (faster, end - (count / 16).min(stream::FEWEST)),
+                    _ => (1 - faster, end),
+                }
+            }
+            // Streams get faster the more rays they have.
+            Pairing::StreamsOrInterleaved => {
+                let ends = [count / 8, count - count / 8, count];
+                (part % 2, ends[part])
+            }
         }
     }
 }
@@ -399,6 +415,21 @@ impl<A: HitSink> Kernel for KernelQuery<'_, '_, A> {
         }
         L::outlined(interleaved::InterleavedQuery { interleaved, bvh, rays, sink });
     }
+}
+
+/// True if most of some rays go in about the direction of those that are soon behind them. Queues of both kinds come in
+/// turn, such as camera rays and bounces, and differ in which kernel is faster.
+fn are_parallel(rays: &Rays) -> bool {
+    const SAMPLES: usize = 16;
+    const APART: usize = 8;
+    let Some(last) = rays.len().checked_sub(APART + 1) else { return true };
+    let direction = |i: usize| Vec3::from_array(rays.direction.map(|column| column[i]));
+    let is_parallel = |sample: &usize| {
+        let first = sample * last / SAMPLES;
+        let (a, b) = (direction(first), direction(first + APART));
+        a.dot(b) > 0.9 * (a.length_squared() * b.length_squared()).sqrt()
+    };
+    2 * (0..SAMPLES).filter(is_parallel).count() >= SAMPLES
 }
 
 /// True if the kernels for many rays are worth it: without wide registers, other rays hide no latency.

@@ -2,12 +2,16 @@
 
 pub mod shape;
 pub mod sidedness;
+pub(in crate::bvh) mod speeds;
+
+use std::sync::Arc;
 
 use crate::bvh::BuildQuality;
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
 use crate::simd::prefetch;
 use crate::simd::sixteen::shift;
 use sidedness::{PrimitiveRef, SPHERE, Sidedness};
+use speeds::KernelSpeeds;
 
 /// The number of children of a node.
 pub const WIDTH: usize = 16;
@@ -289,6 +293,8 @@ pub struct Bvh {
     pub quality: BuildQuality,
     /// The time and memory of building so far.
     pub statistics: BuildStatistics,
+    /// Which kernels are faster; copies of the tree share it.
+    pub(in crate::bvh) speeds: Arc<KernelSpeeds>,
 }
 
 /// The time and memory of building, for all trees together.
@@ -322,11 +328,19 @@ impl Default for Bvh {
             stack_size: WIDTH,
             quality: BuildQuality::Default,
             statistics: BuildStatistics::default(),
+            speeds: Arc::default(),
         }
     }
 }
 
 impl Bvh {
+    /// A tree of nothing, to which trees can be added, with what is known of the kernels' speeds from the tree of
+    /// `before`, a similar scene.
+    pub fn new(quality: BuildQuality, before: Option<&Bvh>) -> Self {
+        let speeds = before.map_or_else(KernelSpeeds::default, |before| KernelSpeeds::clone(&before.speeds));
+        Self { quality, speeds: Arc::new(speeds), ..Self::default() }
+    }
+
     /// Prefetches a node or a block of triangles that will be visited soon.
     #[inline(always)]
     pub(in crate::bvh) fn fetch(&self, child: Child) {

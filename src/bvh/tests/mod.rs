@@ -49,7 +49,7 @@ impl Soup {
             spheres: &self.spheres,
         };
         let [t, s] = self.world.map(|n| n as u32);
-        let mut bvh = Bvh { quality, ..Bvh::default() };
+        let mut bvh = Bvh::new(quality, None);
         let subtree = bvh.add_tree(&geometry, t..self.triangles.len() as u32, s..self.spheres.len() as u32);
         for matrix in &self.placed {
             if let Some(root) = subtree {
