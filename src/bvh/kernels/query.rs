@@ -330,8 +330,9 @@ impl<A: HitSink> QueueQuery<'_, A> {
             return self.answer::<L>(ways[faster], first, end);
         }
         let (mut nanoseconds, mut counts, mut begin) = ([0.0; 2], [0.0; 2], 0);
+        let shift = speeds.shift();
         for part in 0..pairing.parts() {
-            let (way, end) = pairing.part(part, count, faster);
+            let (way, end) = pairing.part(part, count, faster, shift);
             let start = Instant::now();
             self.answer::<L>(ways[way], first + begin, first + end);
             nanoseconds[way] += start.elapsed().as_nanos() as f32;
@@ -361,30 +362,37 @@ impl Pairing {
     /// get rays from all over the queue.
     fn parts(self) -> usize {
         match self {
-            Pairing::Packets(_) => 8,
+            Pairing::Packets(_) => 2 * SECTIONS + 1,
             Pairing::StreamsOrInterleaved => 3,
         }
     }
 
-    /// A part of a split queue of `count` rays: its kernel, and the end of the part in the queue.
-    fn part(self, part: usize, count: usize, faster: usize) -> (usize, usize) {
+    /// A part of a split queue of `count` rays: its kernel, and the end of the part in the queue. `shift`, 0 to 1, moves
+    /// the parts: queues may go through an image in rows, and must not be sampled in columns.
+    fn part(self, part: usize, count: usize, faster: usize, shift: f32) -> (usize, usize) {
         match self {
             // Without packets, coherent rays take several times as long: the slower kernel gets few.
             Pairing::Packets(_) => {
-                let end = (part / 2 + 1) * count / 4;
-                match part % 2 {
-                    0 => (faster, end - (count / 16).min(stream::FEWEST)),
-                    _ => (1 - faster, end),
+                let (section, few) = (count / SECTIONS, (count / SECTIONS / 4).min(stream::FEWEST / 2));
+                let end = part / 2 * section + ((section - few) as f32 * shift) as usize;
+                match part {
+                    last if last == 2 * SECTIONS => (faster, count),
+                    _ if part.is_multiple_of(2) => (faster, end),
+                    _ => (1 - faster, end + few),
                 }
             }
             // Streams get faster the more rays they have.
             Pairing::StreamsOrInterleaved => {
-                let ends = [count / 8, count - count / 8, count];
+                let first = count / 8 + (count as f32 / 8.0 * shift) as usize;
+                let ends = [first, count - (count / 4).saturating_sub(first), count];
                 (part % 2, ends[part])
             }
         }
     }
 }
+
+/// Packets and no packets take turns in so many sections of a split queue.
+const SECTIONS: usize = 8;
 
 /// Some rays of a query, for one kernel.
 struct KernelQuery<'q, 'a, A> {

@@ -8,7 +8,7 @@
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// The least weight of a new measurement in the estimate.
-const NEW: f32 = 0.3;
+const NEW: f32 = 0.2;
 /// The most queues between two comparisons, and the factor by which their number grows and shrinks.
 const LONGEST: u32 = 64;
 const GROWTH: u32 = 4;
@@ -55,6 +55,11 @@ impl SpeedRatio {
     pub fn is_due(&self) -> bool {
         let count_down = |left: u32| Some(left.checked_sub(1).unwrap_or(self.interval.load(Relaxed)));
         self.left.fetch_update(Relaxed, Relaxed, count_down) == Ok(0)
+    }
+
+    /// A number from 0 to 1, another one for each comparison: multiples of the golden ratio.
+    pub fn shift(&self) -> f32 {
+        (self.count.load(Relaxed) as f32 * 0.618_034).fract()
     }
 
     /// Records the kernels' times per ray, in any unit.
