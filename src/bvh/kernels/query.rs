@@ -383,8 +383,8 @@ impl Pairing {
             }
             // Streams get faster the more rays they have.
             Pairing::StreamsOrInterleaved => {
-                let first = count / 8 + (count as f32 / 8.0 * shift) as usize;
-                let ends = [first, count - (count / 4).saturating_sub(first), count];
+                let first = ((count / 4) as f32 * 0.5 * (1.0 + shift)) as usize;
+                let ends = [first, count - (count / 4 - first), count];
                 (part % 2, ends[part])
             }
         }
@@ -481,5 +481,32 @@ impl Kernel for Count<'_> {
             );
         }
         visits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_split_queue_follow_each_other_and_both_kernels_get_some() {
+        for pairing in [Pairing::Packets(true), Pairing::StreamsOrInterleaved] {
+            for count in (pairing.least_split()..pairing.least_split() + 40).chain([16_383, 16_384, 100_000])
+            {
+                for (faster, shift) in [(0, 0.0), (1, 0.0), (0, 0.618), (1, 0.999_999)] {
+                    let (mut begin, mut rays) = (0, [0; 2]);
+                    for part in 0..pairing.parts() {
+                        let (way, end) = pairing.part(part, count, faster, shift);
+                        assert!(end >= begin, "part {part} of {count}");
+                        rays[way] += end - begin;
+                        begin = end;
+                    }
+                    assert_eq!(begin, count);
+                    assert!(rays.into_iter().all(|rays| rays >= count / 64), "{rays:?} of {count}");
+                    let few = if pairing == Pairing::StreamsOrInterleaved { 0 } else { 1 - faster };
+                    assert!(rays[few] <= count / 4, "{rays:?} of {count}");
+                }
+            }
+        }
     }
 }

@@ -82,7 +82,7 @@ impl SpeedRatio {
     }
 }
 
-/// What is known before any measurement of a new tree: the same, to be verified soon.
+/// For a new tree: begins with these speeds, and verifies them soon.
 impl Clone for SpeedRatio {
     fn clone(&self) -> Self {
         let copy = |value: &AtomicU32| AtomicU32::new(value.load(Relaxed));
