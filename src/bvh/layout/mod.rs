@@ -293,7 +293,7 @@ pub struct Bvh {
     pub quality: BuildQuality,
     /// The time and memory of building so far.
     pub statistics: BuildStatistics,
-    /// Which kernels are faster; copies of the tree share it.
+    /// Measured speeds of the kernels; copies of the tree share them.
     pub(in crate::bvh) speeds: Arc<KernelSpeeds>,
 }
 
