@@ -1,10 +1,9 @@
-//! Speed at which the acceleration structure is built, in triangles per second, by size and quality, on all cores and
-//! on one.
+//! Speed at which the acceleration structure is built, in triangles per second, by size, on all cores and on one.
 
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rayfront::internals::bvh::{BuildQuality, Bvh, PrimitiveArrays};
+use rayfront::internals::bvh::{Bvh, PrimitiveArrays};
 
 /// Builds everything from geometry to finished nodes and blocks.
 fn build(c: &mut Criterion) {
@@ -13,26 +12,24 @@ fn build(c: &mut Criterion) {
         let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
         let geometry = PrimitiveArrays { positions: &positions, triangles: &mesh.triangles, spheres: &[] };
         let count = mesh.triangles.len() as u32;
-        for quality in [BuildQuality::Fast, BuildQuality::Default, BuildQuality::High] {
-            let built = || {
-                let mut bvh = Bvh::new(quality, None);
-                bvh.add_root(&geometry, 0..count, 0..0);
-                bvh
-            };
-            let bvh = built();
-            println!(
-                "{name} {quality:?}: {:.1} bytes a triangle, {:.1} while building, expected cost {:.3}",
-                bvh.bytes() as f64 / f64::from(count),
-                bvh.statistics.peak_bytes as f64 / f64::from(count),
-                bvh.expected_cost()
-            );
-            let mut group = c.benchmark_group(format!("build/{quality:?}"));
-            group.throughput(Throughput::Elements(u64::from(count)));
-            group.bench_function(BenchmarkId::new("all cores", name), |b| b.iter(built));
-            let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-            group.bench_function(BenchmarkId::new("one core", name), |b| b.iter(|| one.install(built)));
-            group.finish();
-        }
+        let built = || {
+            let mut bvh = Bvh::default();
+            bvh.add_root(&geometry, 0..count, 0..0);
+            bvh
+        };
+        let bvh = built();
+        println!(
+            "{name}: {:.1} bytes a triangle, {:.1} while building, expected cost {:.3}",
+            bvh.bytes() as f64 / f64::from(count),
+            bvh.statistics.peak_bytes as f64 / f64::from(count),
+            bvh.expected_cost()
+        );
+        let mut group = c.benchmark_group("build");
+        group.throughput(Throughput::Elements(u64::from(count)));
+        group.bench_function(BenchmarkId::new("all cores", name), |b| b.iter(built));
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+        group.bench_function(BenchmarkId::new("one core", name), |b| b.iter(|| one.install(built)));
+        group.finish();
     }
 }
 

@@ -9,7 +9,7 @@
 //! hit inside it; a hit's `t` is raised to the ray's entry into its leaf box where rounding put it before; a node is
 //! skipped only if the ray enters it beyond the best hit; of equal hits the smallest (primitive, instance) wins. So the
 //! hit is the minimum of (max(t, entry), primitive, instance) over all primitives that the ray's any-hit filter accepts
-//! ([`sidedness`]).
+//! ([`sidedness`]), in all leaves whose boxes it enters: a triangle may be in several.
 
 pub mod baseline;
 pub mod build;
@@ -24,19 +24,6 @@ pub use build::primitives::PrimitiveArrays;
 pub use kernels::query::{Coherence, QUEUE, Stack, any, any_in_bundles, any_ray, closest, closest_ray};
 pub use layout::sidedness::{AnyHitFilter, Crossing, FaceCulling, HitPredicate, SPHERE, Sidedness};
 pub use layout::{BuildStatistics, Bvh, Child, ChildKind, Instance, Root};
-
-/// The effort of building the acceleration structure: a trade between the time to build it and the time to trace rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "render", derive(serde::Serialize, serde::Deserialize))]
-pub enum BuildQuality {
-    /// The fastest build, at the cost of slower tracing.
-    Fast,
-    /// The right choice for nearly everything.
-    #[default]
-    Default,
-    /// The best tree: large triangles may be split between leaves, into up to 30 % more references.
-    High,
-}
 
 /// A view of ray columns: all slices have the same length.
 #[derive(Clone, Copy)]

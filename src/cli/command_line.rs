@@ -11,8 +11,8 @@ use clap::parser::ValueSource;
 use clap::{Arg, Args, Command};
 
 use super::args::{
-    ADAPTIVE, GROUNDS, LIGHT_UNITS, ProcessLimits, QUALITIES, Render, SAMPLERS, TONEMAPS, TRANSPORTS,
-    UP_AXES, name_of, parse_place,
+    ADAPTIVE, GROUNDS, LIGHT_UNITS, ProcessLimits, Render, SAMPLERS, TONEMAPS, TRANSPORTS, UP_AXES, name_of,
+    parse_place,
 };
 use crate::formats::film_file::FilmHeader;
 use crate::formats::{Edits, EnvironmentPreset, LightUnits, LoadOptions, SkyOptions, UpAxis};
@@ -24,7 +24,7 @@ use crate::world::{Caustics, DepthLimits, Settings, Sharing};
 const OF_ONE_RUN: &str =
     "until max-time checkpoint samples shard output tev spp frames turntable watch paranoid preview";
 /// The options that change nothing in an image, or whose values its header holds.
-const WITHOUT_TRACE: &str = "schedule wave threads simd checkpoint output max-time until shard samples bits quality spp \
+const WITHOUT_TRACE: &str = "schedule wave threads simd checkpoint output max-time until shard samples bits spp \
     frames fps tev progress memory quiet json overwrite denoise preview allow-outside";
 
 /// Normalises words: `--samples` with a plain number becomes `--spp`, the samples per pixel of other programs, and two
@@ -239,7 +239,6 @@ impl CommandLine {
             transparent,
             transport,
             seed,
-            build_quality,
             // The size is an option for reading. The rest has no option but --set, which is for reading, too.
             ..
         } = settings;
@@ -260,9 +259,6 @@ impl CommandLine {
         self.option("transport", transport.map(|transport| name_of(TRANSPORTS, &Some(*transport))));
         let sampler = changed(sampler, &authored.sampler);
         self.option("sampler", sampler.map(|sampler| name_of(SAMPLERS, sampler)));
-        // Another tree changes the last bits of the hits of grazing rays.
-        let quality = changed(build_quality, &authored.build_quality);
-        self.option("quality", quality.map(|quality| name_of(QUALITIES, quality)));
         let sharing = changed(sharing, &authored.sharing).map(|sharing| match sharing {
             Sharing::Auto => "auto".to_owned(),
             Sharing::Off => "off".to_owned(),
@@ -565,7 +561,7 @@ mod tests {
             "--env /a/sky.hdr --sampler jittered --sharing 16 --adaptive=unbiased --seed 18446744073709551615",
             "--caustics 0.25,3.5 --sharing off",
             "--caustics off",
-            "--sharing off --adaptive --light-groups --transparent --spp 3 --transport path --sampler independent --quality high",
+            "--sharing off --adaptive --light-groups --transparent --spp 3 --transport path --sampler independent",
         ];
         for line in options {
             let (options, settings) = understood(line.split(' ').map(String::from));

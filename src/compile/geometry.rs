@@ -27,7 +27,7 @@ use crate::error::CompileError;
 use crate::math::{Aabb, DAffine3, DMat3, NONE, Vec3};
 use crate::scene::{CompiledScene, Geometry, Part};
 use crate::world::transforms::{WorldTransforms, entity_error, normal_matrix, point, uniform_scale};
-use crate::world::{BuildQuality, MaterialId, Mesh, MeshId, Procedure, Shape, World, check_plane};
+use crate::world::{MaterialId, Mesh, MeshId, Procedure, Shape, World, check_plane};
 
 /// The compiled shapes.
 #[derive(Clone)]
@@ -56,7 +56,6 @@ pub(super) struct GeometryInputs {
     shapes: Vec<PlacedShape>,
     panels: Vec<LightMesh>,
     meshes: Vec<ByPtr<Mesh>>,
-    quality: BuildQuality,
     copied_triangles: u32,
     /// True if some texture is in the object's space.
     keeps_object_space: bool,
@@ -149,7 +148,6 @@ impl GeometryInputs {
             shapes,
             panels,
             meshes: memo::all(&made.meshes),
-            quality: settings.build_quality,
             copied_triangles: settings.copied_triangles,
             keeps_object_space: world.assets.procedures.iter().any(Procedure::is_in_object_space),
             has_vertex_textures: world.assets.procedures.iter().any(Procedure::is_at_vertices),
@@ -405,17 +403,15 @@ impl GeometryBuilder {
             instances.iter().map(|(number, _)| subtrees[*number][0].clone()).collect();
         self.geometry.placed_triangles =
             u64::from(triangles) + ranges.iter().map(|range| range.len() as u64).sum::<u64>();
-        let quality = inputs.quality;
         let is_same = |before: &&CompiledScene| {
             before.geometry.subtrees == self.geometry.subtrees
-                && before.bvh.quality == quality
                 && self.geometry.has_the_tree_of(&before.geometry)
                 && subtrees_in_order(&before.bvh.instances).eq(instances.iter().map(|(number, _)| *number))
         };
         let bvh = match before.filter(is_same) {
             Some(before) => before.bvh.clone(),
             None => {
-                let bvh = Bvh::new(quality, before.map(|before| &*before.bvh));
+                let bvh = Bvh::after(before.map(|before| &*before.bvh));
                 Arc::new(self.with_trees(bvh, &subtrees, &instances))
             }
         };

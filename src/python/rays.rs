@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::wrong;
 use crate::bvh::Stack;
 use crate::math::{DAffine3, DMat3, DVec3, Vec3};
-use crate::query::{self, BuildQuality, Coherence, HitBatch, LengthMismatch, RayBatch, ShapeId, Tracer};
+use crate::query::{self, Coherence, HitBatch, LengthMismatch, RayBatch, ShapeId, Tracer};
 use crate::render::on_threads;
 
 /// The number of rays that a thread takes at a time: they and their hits stay in the cache.
@@ -28,18 +28,8 @@ impl Builder {
 #[pymethods]
 impl Builder {
     #[new]
-    fn new(quality: &str) -> PyResult<Builder> {
-        let quality = match quality {
-            "fast" => BuildQuality::Fast,
-            "default" => BuildQuality::Default,
-            "high" => BuildQuality::High,
-            other => {
-                return Err(wrong(format!(
-                    "unknown quality {other:?}: use \"fast\", \"default\" or \"high\""
-                )));
-            }
-        };
-        Ok(Builder(Some(query::SceneBuilder::new(quality))))
+    fn new() -> Builder {
+        Builder(Some(query::SceneBuilder::new()))
     }
 
     fn add_mesh(&mut self, vertices: PyReadonlyArray2<f32>, faces: PyReadonlyArray2<u32>) -> PyResult<u32> {

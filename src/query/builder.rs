@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::error::BuildError;
 use super::scene::{Owners, Scene, Statistics};
 use crate::bvh::build::primitives::PrimitiveArrays;
-use crate::bvh::{BuildQuality, Bvh, Instance};
+use crate::bvh::{Bvh, Instance};
 use crate::math::{Aabb, DAffine3, DMat3, DVec3, NONE};
 
 /// The largest magnitude of coordinates, radii and matrix entries: products of three of them, as in the triangle
@@ -29,7 +29,6 @@ pub struct InstanceId(pub u32);
 /// Input is checked and copied immediately. After an error the builder is unchanged and can still be used.
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
-    quality: BuildQuality,
     /// The vertices of all meshes.
     positions: Vec<[f32; 3]>,
     /// The triangles of all meshes, by indices into all positions.
@@ -49,9 +48,9 @@ struct ShapeRange {
 }
 
 impl SceneBuilder {
-    /// Creates an empty builder. `quality` sets how much work goes into the acceleration structure.
-    pub fn new(quality: BuildQuality) -> Self {
-        Self { quality, ..Self::default() }
+    /// Creates an empty builder.
+    pub fn new() -> Self {
+        Self::default()
     }
 
     /// Adds a mesh: vertices, and triangles as indices into them, counted from 0.
@@ -161,7 +160,7 @@ impl SceneBuilder {
             triangles: &ordered.triangles,
             spheres: &ordered.spheres,
         };
-        let mut bvh = Bvh::new(self.quality, None);
+        let mut bvh = Bvh::default();
         let mut roots = vec![None; self.shapes.len()];
         for (shape, triangles, spheres) in &ordered.subtrees {
             roots[*shape] = bvh.add_tree(&geometry, triangles.clone(), spheres.clone());
@@ -182,7 +181,6 @@ impl SceneBuilder {
             instances: self.placed.len(),
             triangles: ordered.triangles.len(),
             spheres: ordered.spheres.len(),
-            quality: self.quality,
             build: bvh.statistics,
         };
         Ok(Scene { bvh, owners, statistics })

@@ -3,11 +3,11 @@
 //!
 //! ```
 //! use rayfront::math::{DAffine3, DVec3, Vec3};
-//! use rayfront::query::{BuildQuality, Coherence, HitBatch, RayBatch, SceneBuilder};
+//! use rayfront::query::{Coherence, HitBatch, RayBatch, SceneBuilder};
 //!
 //! // A square of two triangles, one unit wide, and a ball.
 //! let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-//! let mut builder = SceneBuilder::new(BuildQuality::Default);
+//! let mut builder = SceneBuilder::new();
 //! let square = builder.add_mesh(&corners, &[[0, 1, 2], [0, 2, 3]])?;
 //! let ball = builder.add_spheres(&[[0.5, 0.5, 0.0, 0.25]])?;
 //!
@@ -107,8 +107,7 @@
 //!
 //! The result is a function of scene and ray: it is the same, to the last bit, for every [`Coherence`] and [`Isa`], for
 //! every split of rays into batches, and with any number of threads. Among hits at the same t, the one with the
-//! smallest ids wins: within a mesh, the triangle that comes first. The same calls build the same scene; with another
-//! [`BuildQuality`], the t of a grazing hit may differ in its last bits.
+//! smallest ids wins: within a mesh, the triangle that comes first. The same calls build the same scene.
 //!
 //! # Threads, memory and time
 //!
@@ -120,8 +119,9 @@
 //!
 //! A scene takes 50 to 60 bytes for each triangle and about 150 for each instance ([`Scene::memory_bytes`]). The
 //! builder's copy of vertices and triangles is freed after building, so keep what shading needs. During the build, a
-//! scene takes another 80 to 90 bytes for each triangle ([`Statistics`]). Time to build grows as n log n, time to trace
-//! a ray roughly as log n. [`BuildQuality`] trades one for the other.
+//! scene takes another 80 bytes for each triangle ([`Statistics`]). Time to build grows as n log n, time to trace a ray
+//! roughly as log n. Long, thin triangles at an angle to the axes are split where rays gain from it: they take up to twice
+//! the memory, and three times the time to build.
 //!
 //! Queries never panic, and the only error is [`LengthMismatch`].
 //!
@@ -136,7 +136,7 @@ mod scene;
 #[cfg(test)]
 mod tests;
 
-pub use crate::bvh::{BuildQuality, BuildStatistics, Coherence, HitsMut, QUEUE, Rays};
+pub use crate::bvh::{BuildStatistics, Coherence, HitsMut, QUEUE, Rays};
 pub use crate::math::{Aabb, Hit, NONE};
 pub use crate::simd::Isa;
 pub use batch::{HitBatch, RayBatch};

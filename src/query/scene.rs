@@ -3,7 +3,7 @@
 use super::builder::{InstanceId, ShapeId};
 use super::error::LengthMismatch;
 use crate::bvh::layout::sidedness::SPHERE;
-use crate::bvh::{self, AnyHitFilter, BuildQuality, BuildStatistics, Bvh, Coherence, HitsMut, Rays, Stack};
+use crate::bvh::{self, AnyHitFilter, BuildStatistics, Bvh, Coherence, HitsMut, Rays, Stack};
 use crate::math::{Aabb, Hit, NONE, Ray, Vec3, Vector};
 use crate::simd::Isa;
 
@@ -42,8 +42,6 @@ pub struct Statistics {
     pub triangles: usize,
     /// Spheres of all placed shapes, each shape counted once.
     pub spheres: usize,
-    /// The requested quality.
-    pub quality: BuildQuality,
     /// Statistics of the build.
     pub build: BuildStatistics,
 }

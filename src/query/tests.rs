@@ -23,7 +23,7 @@ struct Input {
 
 impl Input {
     fn build(&self) -> Scene {
-        let mut builder = SceneBuilder::new(BuildQuality::Default);
+        let mut builder = SceneBuilder::new();
         for (number, shape) in self.shapes.iter().enumerate() {
             let id = match shape {
                 Handed::Mesh(positions, triangles) => builder.add_mesh(positions, triangles),
@@ -298,7 +298,7 @@ fn place_at(scene: &Scene, x: f32, y: f32) -> Option<(u32, u32, u32)> {
 #[test]
 fn locate_returns_ids_of_the_caller() {
     let right = |x: f64| DAffine3::from_translation(DVec3::X * x);
-    let mut builder = SceneBuilder::new(BuildQuality::Fast);
+    let mut builder = SceneBuilder::new();
     let unused = builder.add_mesh(&SQUARE, &HALVES).expect("a mesh");
     let twice = builder.add_mesh(&SQUARE, &HALVES).expect("a mesh");
     let empty = builder.add_mesh(&[], &[]).expect("a mesh");
@@ -326,8 +326,8 @@ fn locate_returns_ids_of_the_caller() {
     ] {
         assert_eq!(place_at(&scene, x, y), expected, "{x}, {y}");
     }
-    let Statistics { shapes, instances, triangles, spheres, quality, .. } = *scene.statistics();
-    assert_eq!((shapes, instances, triangles, spheres, quality), (6, 6, 4, 3, BuildQuality::Fast));
+    let Statistics { shapes, instances, triangles, spheres, .. } = *scene.statistics();
+    assert_eq!((shapes, instances, triangles, spheres), (6, 6, 4, 3));
     assert!(scene.memory_bytes() > 4 * 36);
     let bounds = scene.bounds().expect("something");
     assert!((bounds.min - Vec3::new(0.0, -0.5, -1.0)).abs().max_element() < 1e-3, "{bounds:?}");

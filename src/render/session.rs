@@ -58,7 +58,7 @@ pub type OnProgress<'a> = &'a (dyn Fn(&Progress) + Sync);
 impl Session {
     /// Prepares to render a scene. Only the settings of the render count: `size`, `samples`, `seed`, `transport`,
     /// depths, filters and patterns, `sampler`, `sharing`, `adaptive`. They need not be those of the world that was
-    /// compiled: its `ambient`, `background`, `build_quality` and `copied_triangles` are in the scene, and tone curve
+    /// compiled: its `ambient`, `background` and `copied_triangles` are in the scene, and tone curve
     /// and exposure count only when an image is saved. A size or count outside its range is clamped.
     ///
     /// Workers allocate their buffers when they begin their first tile, and keep them.

@@ -34,7 +34,6 @@ pub(crate) mod triangulate;
 #[cfg(feature = "formats")]
 mod used_materials;
 
-pub use crate::bvh::BuildQuality;
 use crate::error::words;
 pub(crate) use asset_cache::{AssetCache, DecodedImage};
 pub use assets::*;

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bvh::BuildQuality;
 use crate::math::Rgb;
 
 use super::bounds::check;
@@ -82,8 +81,6 @@ fields! {
         /// `Auto`: the exposure is chosen from the image, and `exposure_ev` is added to it: the log-average of its
         /// luminance goes to 0.18 (Reinhard and others 2002)
         auto_exposure ["exposure"]: bool = false, Exposure;
-        /// work put into the acceleration structure: the more, the faster the tracing
-        build_quality: BuildQuality = BuildQuality::Default, Form;
         /// meshes that are placed several times are copied to each place as long as this takes no more triangles (or
         /// vertices) in addition to the first copies; what would take more is placed as instances, which need little
         /// memory and are slower to trace
@@ -120,7 +117,6 @@ impl Settings {
     }
 }
 
-names!(BuildQuality, "build quality", [Fast, Default, High]);
 names!(
     Aov,
     "output variable",

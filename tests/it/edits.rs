@@ -13,7 +13,7 @@ const EDITS: usize = 250;
 
 /// Editable parts, each with the texts to choose from.
 const CHOICES: &str = r#"
-SETTINGS = | build_quality: Fast, | copied_triangles: 0, | background: (0.1, 0.2, 0.3),
+SETTINGS = | copied_triangles: 0, | background: (0.1, 0.2, 0.3),
 PAINT = base_color: (0.8, 0.2, 0.1) | base_color: Image("a.png") | base_color: (0.8, 0.2, 0.1), alpha: Image("a.png", Alpha), alpha_mode: Mask(cutoff: 0.5) | double_sided: false
 GLOW = 0 | 2 | Image("b.png") | (0, 3, 0)
 GLASS = diffuse: 0.5 | kt: 1, ior: 1.5 | diffuse: Image("b.png") | emission: 1

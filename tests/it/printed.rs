@@ -44,8 +44,7 @@ fn hash(report: &str) -> String {
 }
 
 /// Options whose every value changes what a sample finds. Those of a row do not suit each other.
-const OPTIONS: [&[&[&str]]; 17] = [
-    &[&["--quality", "high"]],
+const OPTIONS: [&[&[&str]]; 16] = [
     &[&["--set", "Material[\"glow\"].emission *= 3", "--set", "settings.roulette_depth = None"]],
     &[&["--env", "sky:30,-20"], &["--env", "studio"], &["--background", "#203040"]],
     &[&["--time", "1.1"], &["--frames", "3"], &["--frames", "5", "--shutter", "0.7", "--fps", "3"]],
@@ -219,7 +218,7 @@ fn captured_queues_are_traced_again_by_the_printed_command() {
         "",
         "--size 60x40 --camera ear",
         "--stage shadow --bounce 1 --simd portable",
-        "--transport path --bounce 3 --wave 200 --set 'settings.build_quality = High'",
+        "--transport path --bounce 3 --wave 200 --set 'settings.copied_triangles = 0'",
         "--transport path --stage shadow --hide '\"egg\"' --orbit 20,5",
     ] {
         let line = format!("profile scene.ron --size 24x18 --capture \"it's q.rays\" {more} --spp 2");

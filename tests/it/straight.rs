@@ -97,7 +97,7 @@ fn light_passes_straight_through_all_panes_on_its_way() {
     let (mut all, mut left) = (LAMP.to_owned(), [plain; 3]);
     for (what, pane, transmitted) in &panes {
         let expected = transmitted.map(|part| plain * part);
-        for settings in [FEW.to_owned(), format!("{FEW}, copied_triangles: 0, build_quality: High")] {
+        for settings in [FEW.to_owned(), format!("{FEW}, copied_triangles: 0")] {
             assert_near(floor(&settings, &format!("{LAMP}{pane}")), expected, 1e-3, what);
         }
         all += pane;

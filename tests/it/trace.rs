@@ -186,13 +186,12 @@ fn measurements_are_reported_as_json_and_text() {
         assert_eq!(out.lines().count(), 1);
         serde_json::from_str(&out).expect("JSON")
     };
-    let facts = json("--threads 2 --repeat 4 --quality high --out hits.bin");
+    let facts = json("--threads 2 --repeat 4 --out hits.bin");
     let hits = rays().iter().filter(|(_, hit)| hit.is_some()).count();
     for (key, value) in [
         ("scene", Value::from("mesh.ply")),
         ("query", "closest".into()),
         ("coherence", "unknown".into()),
-        ("quality", "high".into()),
         ("rays", rays().len().into()),
         ("hits", hits.into()),
         ("threads", 2.into()),
@@ -287,7 +286,6 @@ fn errors_name_the_file_and_the_position() {
         "mesh.ply",
         "--rays rays.f32",
         "mesh.ply --rays rays.f32 --repeat 0",
-        "mesh.ply --rays rays.f32 --quality best",
         "mesh.ply --rays rays.f32 --coherence some",
         "mesh.ply --rays rays.f32 --simd mmx",
     ] {

@@ -12,7 +12,7 @@ use crate::bvh::intersect::leaf::{self, LeafContext};
 use crate::bvh::intersect::ray::LocalRay;
 use crate::bvh::intersect::ray::is_finite;
 use crate::bvh::layout::TriangleBlock;
-use crate::bvh::{BuildQuality, HitsMut, Rays};
+use crate::bvh::{HitsMut, Rays};
 use crate::math::{Aabb, Hit, Ray};
 use crate::simd::{Isa, Kernel, Lanes, dispatch};
 
@@ -36,14 +36,14 @@ const _: () = assert!(size_of::<BinaryBvhNode>() == 32);
 
 impl BinaryBvh {
     /// Builds a tree over all triangles of `geometry`, as the wide tree is built.
-    pub fn new(geometry: &PrimitiveArrays, quality: BuildQuality) -> Self {
+    pub fn new(geometry: &PrimitiveArrays) -> Self {
         let count = geometry.triangles.len() as u32;
         let mut binary = Self { nodes: Vec::new(), blocks: Vec::new() };
         if count == 0 {
             return binary;
         }
-        let primitives = Primitives { geometry, triangles: 0..count, spheres: 0..0, instances: Vec::new() };
-        let Tree { nodes, order } = build(&primitives, quality);
+        let primitives = Primitives::new(geometry, 0..count, 0..0, Vec::new());
+        let Tree { nodes, order } = build(&primitives);
         binary.nodes.reserve_exact(nodes.len());
         for (index, node) in nodes.iter().enumerate() {
             let (next, axis) = if !node.has_children() {

@@ -23,14 +23,14 @@ impl Bvh {
         triangles: Range<u32>,
         spheres: Range<u32>,
     ) -> Option<Root> {
-        self.add(&Primitives { geometry, triangles, spheres, instances: Vec::new() })
+        self.timed(|bvh| bvh.add(Primitives::new(geometry, triangles, spheres, Vec::new())))
     }
 
     /// Adds the world's tree over parts of the geometry and over all instances, whose subtrees must have been added
     /// before.
     pub fn add_root(&mut self, geometry: &PrimitiveArrays, triangles: Range<u32>, spheres: Range<u32>) {
         let instances = self.instances.par_iter().map(|instance| self.around(instance)).collect();
-        self.root = self.add(&Primitives { geometry, triangles, spheres, instances });
+        self.root = self.timed(|bvh| bvh.add(Primitives::new(geometry, triangles, spheres, instances)));
     }
 
     /// A padded box in world space around an instance: around the transformed boxes of its topmost node's children,
@@ -51,12 +51,23 @@ impl Bvh {
         pad(around)
     }
 
-    fn add(&mut self, primitives: &Primitives) -> Option<Root> {
+    fn timed<T>(&mut self, build: impl FnOnce(&mut Self) -> T) -> T {
+        let start = std::time::Instant::now();
+        let built = build(self);
+        self.statistics.time += start.elapsed();
+        built
+    }
+
+    /// Adds a tree over primitives; `None` if there are none.
+    pub(in crate::bvh) fn add(&mut self, primitives: Primitives) -> Option<Root> {
         if primitives.count() == 0 {
             return None;
         }
-        let start = std::time::Instant::now();
-        let Tree { mut nodes, order } = build(primitives, self.quality);
+        let Tree { mut nodes, order } = build(&primitives);
+        let peak =
+            peak_bytes(primitives.count(), primitives.are_mixed()) + size_of_val(&primitives.parts[..]);
+        let geometry = primitives.geometry;
+        drop(primitives);
         let before = [self.nodes.len(), self.triangles.len(), self.spheres.len()];
         let plan = CollapsePlan::new(&mut nodes, &order, before);
         self.stack_size = self.stack_size.max(WIDTH * (plan.depth + 1));
@@ -64,7 +75,6 @@ impl Bvh {
             let leaf = &nodes[*index as usize];
             &order[leaf.offset as usize..][..leaf.count as usize]
         };
-        let geometry = primitives.geometry;
         make_room(&mut self.nodes, plan.nodes.len());
         make_room(&mut self.triangles, plan.triangles.len());
         make_room(&mut self.spheres, plan.spheres.len());
@@ -74,8 +84,6 @@ impl Bvh {
         self.triangles.par_extend(triangles.map(|index| triangle_block(geometry, leaf(index))));
         let spheres = plan.spheres.par_iter().with_min_len(256);
         self.spheres.par_extend(spheres.map(|index| sphere_block(geometry, leaf(index))));
-        self.statistics.time += start.elapsed();
-        let peak = peak_bytes(primitives.count(), primitives.are_mixed(), self.quality);
         self.statistics.peak_bytes = self.statistics.peak_bytes.max(peak);
         Some(Root { child: nodes[0].child, bounds: nodes[0].bounds })
     }
@@ -101,7 +109,9 @@ fn wide_node(tree: &[BinaryNode], index: u32) -> Node {
 
 pub(in crate::bvh) fn triangle_block(geometry: &PrimitiveArrays, ids: &[u32]) -> TriangleBlock {
     let mut block = TriangleBlock::EMPTY;
-    for (lane, id) in ids.iter().enumerate() {
+    // Parts of one triangle may meet in a leaf.
+    let once = ids.iter().enumerate().filter(|(place, id)| !ids[..*place].contains(id));
+    for (lane, (_, id)) in once.enumerate() {
         let corners = geometry.corners(*id);
         // Rounding may let rays hit a triangle without area beside its ends: collapsed to a point, it is never hit.
         block.set(lane, if has_area(corners) { corners } else { [corners[0]; 3] }, *id);

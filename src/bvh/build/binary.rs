@@ -83,6 +83,13 @@ pub struct Summary {
     costs: Costs,
 }
 
+impl Summary {
+    /// The cost of the subtree as one child of a wide node.
+    pub fn cost(&self) -> f32 {
+        self.costs.whole()
+    }
+}
+
 /// The number of nodes that a subtree may have. A large triangle among small ones is best off in a leaf of its own, but
 /// if every leaf held one primitive there would be eight times as many as necessary.
 #[derive(Clone, Copy, Debug)]

@@ -123,16 +123,6 @@ impl Bins {
         let cost = best[axis];
         (cost < f32::INFINITY).then(|| Cut { axis, plane: planes[axis] as usize, cost })
     }
-
-    /// The boxes of a cut's two sides.
-    pub fn sides(&self, cut: &Cut) -> [SimdAabb; 2] {
-        let around = |bins: std::ops::Range<usize>| {
-            bins.fold(SimdAabb::EMPTY, |all, bin| {
-                all.union(SimdAabb { min: self.min[bin][cut.axis], max: self.max[bin][cut.axis] })
-            })
-        };
-        [around(0..cut.plane), around(cut.plane..self.used)]
-    }
 }
 
 /// Three growing boxes, one for each axis that is cut.

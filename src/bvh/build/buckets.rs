@@ -24,6 +24,8 @@ const CHUNK: usize = 1 << 14;
 const AT_ONCE: usize = 16;
 /// The largest sample that cuts are chosen from.
 const SAMPLE: usize = 1 << 17;
+/// One primitive in this many is in the sample, unless that is too large.
+const SAMPLED: usize = 8;
 /// The smallest sample that a cut is chosen from.
 const FEWEST: usize = 16;
 /// Larger samples are cut by several threads.
@@ -53,11 +55,11 @@ struct Dividers {
 }
 
 impl Dividers {
-    fn new(sampled: usize, primitives: &Primitives) -> Self {
+    fn new(primitives: &Primitives) -> Self {
         let count = primitives.count();
         let levels = (count / BUCKET).max(1).ilog2().min(MOST_LEVELS);
         let mut dividers = vec![Divider::NONE; (1 << levels) - 1];
-        let stride = sampled.max(count / SAMPLE);
+        let stride = SAMPLED.max(count / SAMPLE);
         if levels > 0 {
             let mut sample: Vec<Reference> =
                 (0..count).step_by(stride).map(|i| primitives.reference(i)).collect();
@@ -119,9 +121,9 @@ pub struct Buckets {
 }
 
 impl Buckets {
-    /// Sorts primitives by cuts that are chosen from a sample of one in `sampled`.
-    pub fn new(sampled: usize, primitives: &Primitives) -> Self {
-        let dividers = Dividers::new(sampled, primitives);
+    /// Sorts primitives by cuts that are chosen from a sample.
+    pub fn new(primitives: &Primitives) -> Self {
+        let dividers = Dividers::new(primitives);
         let levels = dividers.levels;
         let mut sorted = vec![0; primitives.count()];
         let chunks = sorted.par_chunks_mut(CHUNK).enumerate();
@@ -151,8 +153,8 @@ impl Buckets {
 }
 
 /// The peak memory in bytes of sorting `count` primitives, of which the result keeps a part.
-pub fn peak_bytes(count: usize, sampled: usize) -> usize {
-    let sample = count.div_ceil(sampled.max(count / SAMPLE)) * size_of::<Reference>();
+pub fn peak_bytes(count: usize) -> usize {
+    let sample = count.div_ceil(SAMPLED.max(count / SAMPLE)) * size_of::<Reference>();
     let ends = count.div_ceil(CHUNK) * (MOST * 4 + size_of::<Vec<u32>>());
     // The lists of sizes, cuts and tasks for each bucket are small.
     count * 4 + ends + sample + MOST * 512

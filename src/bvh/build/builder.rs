@@ -12,40 +12,25 @@ use super::binning::{BINS, Binning, Bins, partition};
 use super::buckets::Buckets;
 use super::primitives::Primitives;
 use super::reference::{Reference, SimdAabb};
-use crate::bvh::BuildQuality;
 
 /// Cuts of larger ranges are chosen from a sample of about this many references.
 const SAMPLE: usize = 512;
-/// One primitive in this many is in the sample that chooses the first cuts.
-const SAMPLED: usize = 8;
-/// [`SAMPLED`] for the fast build.
-const SAMPLED_FAST: usize = 32;
-/// The fast build cuts ranges larger than this in the middle.
-const MIDDLE: usize = 128;
-
 /// Bytes for what does not grow with the input: stacks, tasks, the thread pool's queues.
 const SMALL: usize = 1 << 15;
 
-/// A bound on the bytes that a build allocates besides the finished arrays, known before it starts: for 10^6 triangles
-/// 79 each, 90 with spatial splits. `mixed`: over more than one kind of primitive, or over instances.
+/// A bound on the bytes that a build allocates besides the finished arrays, known before it starts: 79 for each of 10^6
+/// references. `mixed`: over more than one kind of primitive, or over instances. Split slivers ([`super::slivers`]) have
+/// several references, which take another 32 bytes each.
 ///
-/// With n references and N = [`NodeBudget`]`(n)` binary nodes (48 bytes each), the peak is one of these:
-///
-/// - at `Fast` and `Default` either the lists by buckets (4 n, and their ends), the order (4 n), the buckets'
-///   references (32 n, if all were built together) and nodes; or the order, the buckets' nodes and the joined nodes;
-/// - at `High`, where n counts copies, references, nodes and order;
-/// - afterwards the order, the nodes, and at most 16 bytes a node of lists, which is less.
-pub fn peak_bytes(count: usize, mixed: bool, quality: BuildQuality) -> usize {
-    let node = size_of::<BinaryNode>();
-    let reference = size_of::<Reference>();
-    if quality == BuildQuality::High {
-        let room = count + super::spatial::budget(count);
-        return room * (reference + 4) + NodeBudget::new(room, mixed).nodes * node + SMALL;
-    }
+/// With n references and N = [`NodeBudget`]`(n)` binary nodes (48 bytes each), the peak is one of these: either the lists
+/// by buckets (4 n, and their ends), the order (4 n), the buckets' references (32 n, if all were built together) and
+/// nodes; or the order, the buckets' nodes and the joined nodes; or afterwards the order, the nodes, and at most 16 bytes
+/// a node of lists, which is less.
+pub fn peak_bytes(count: usize, mixed: bool) -> usize {
+    let (node, reference) = (size_of::<BinaryNode>(), size_of::<Reference>());
     // Each bucket may round up.
     let nodes = (NodeBudget::new(count.max(1), mixed).nodes + 4 * super::buckets::MOST) * node;
-    let sort =
-        super::buckets::peak_bytes(count, if quality == BuildQuality::Fast { SAMPLED_FAST } else { SAMPLED });
+    let sort = super::buckets::peak_bytes(count);
     sort + 4 * count + nodes + nodes.max(count * reference) + SMALL
 }
 
@@ -57,13 +42,8 @@ struct BucketTree {
 }
 
 /// Builds a tree over at least one primitive.
-pub fn build(primitives: &Primitives, quality: BuildQuality) -> Tree {
-    let sampled = match quality {
-        BuildQuality::Fast => SAMPLED_FAST,
-        BuildQuality::Default => SAMPLED,
-        BuildQuality::High => return super::spatial::build(primitives),
-    };
-    let buckets = Buckets::new(sampled, primitives);
+pub fn build(primitives: &Primitives) -> Tree {
+    let buckets = Buckets::new(primitives);
     let mut order = vec![0; primitives.count()];
     let mut tasks = Vec::new();
     let (mut rest, mut first) = (&mut order[..], 0);
@@ -78,7 +58,7 @@ pub fn build(primitives: &Primitives, quality: BuildQuality) -> Tree {
         .map(|(bucket, first, order)| {
             let mut references = Vec::with_capacity(order.len());
             references.extend(buckets.members(bucket).map(|i| primitives.reference(i as usize)));
-            BucketTree::new(&mut references, first, order, mixed, quality)
+            BucketTree::new(&mut references, first, order, mixed)
         })
         .collect();
     drop(buckets);
@@ -98,20 +78,14 @@ pub fn build(primitives: &Primitives, quality: BuildQuality) -> Tree {
 }
 
 impl BucketTree {
-    fn new(
-        references: &mut [Reference],
-        first: usize,
-        order: &mut [u32],
-        mixed: bool,
-        quality: BuildQuality,
-    ) -> Option<BucketTree> {
+    fn new(references: &mut [Reference], first: usize, order: &mut [u32], mixed: bool) -> Option<BucketTree> {
         if references.is_empty() {
             return None;
         }
         let room = NodeBudget::new(references.len(), mixed);
         let mut nodes = Nodes::room(room.nodes);
         let mut tree = Nodes::new(&mut nodes);
-        let mut builder = SubtreeBuilder { is_fast: quality == BuildQuality::Fast, bins: Bins::default() };
+        let mut builder = SubtreeBuilder::default();
         let summary = builder.build(references, first, TreePosition { depth: 0, room }, &mut tree);
         let used = tree.count();
         for (id, reference) in order.iter_mut().zip(references) {
@@ -119,6 +93,12 @@ impl BucketTree {
         }
         Some(BucketTree { nodes, used, summary })
     }
+}
+
+/// The expected cost of a tree over references, times the area of its box.
+pub(super) fn expected_cost(mut references: Vec<Reference>, mixed: bool) -> f32 {
+    let mut order = vec![0; references.len()];
+    BucketTree::new(&mut references, 0, &mut order, mixed).map_or(0.0, |tree| tree.summary.cost())
 }
 
 /// Joins the buckets' trees along the cuts between the buckets.
@@ -141,8 +121,8 @@ fn join_parts(parts: &mut [Option<BucketTree>], nodes: &mut Nodes) -> Option<Sum
 }
 
 /// The state of one thread that builds a subtree.
+#[derive(Default)]
 struct SubtreeBuilder {
-    is_fast: bool,
     bins: Bins,
 }
 
@@ -155,8 +135,7 @@ impl SubtreeBuilder {
         nodes: &mut Nodes,
     ) -> Summary {
         if is_block(references) {
-            let cut = if self.is_fast { |_: &mut [Reference]| 0 } else { split_middle };
-            return nodes.block(references, first, cut);
+            return nodes.block(references, first, split_middle);
         }
         let middle = self.split(references, place);
         let [left_place, right_place] = place.below(middle, references.len() - middle);
@@ -164,7 +143,7 @@ impl SubtreeBuilder {
         let (left, right) = references.split_at_mut(middle);
         let second = first + middle;
         if parallel {
-            let mut other = SubtreeBuilder { is_fast: self.is_fast, bins: Bins::default() };
+            let mut other = SubtreeBuilder::default();
             return nodes.node_in_parallel(
                 left_place.room.nodes,
                 |nodes| self.build(left, first, left_place, nodes),
@@ -185,12 +164,6 @@ impl SubtreeBuilder {
         let allowed = fewest..=references.len() - fewest;
         if place.depth >= MAX_SAH_DEPTH {
             return halve(references);
-        }
-        if self.is_fast && references.len() > MIDDLE {
-            let middle = split_middle(references);
-            if allowed.contains(&middle) {
-                return middle;
-            }
         }
         let strides = [(references.len() / SAMPLE).max(1), 1];
         for stride in strides {

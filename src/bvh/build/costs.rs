@@ -52,6 +52,11 @@ impl Costs {
         (cost[1] < half_area).then_some((Self { cost, most: 2 }, opening))
     }
 
+    /// The cost as one child.
+    pub fn whole(&self) -> f32 {
+        self.cost[0]
+    }
+
     /// The costs of a node over two subtrees.
     #[inline]
     pub fn node(half_area: f32, left: &Costs, right: &Costs) -> (Self, CollapseChoice) {

@@ -36,7 +36,7 @@ pub(in crate::bvh) fn halve(references: &mut [Reference]) -> usize {
         }
     }
     let half = references.len() / 2;
-    let axis = longest_axis(&SimdAabb::around_centers(references));
+    let axis = SimdAabb::around_centers(references).longest_axis();
     references.select_nth_unstable_by(half, |a, b| {
         let order = a.center()[axis].total_cmp(&b.center()[axis]);
         order.then((a.kind() as u8).cmp(&(b.kind() as u8))).then(a.id().cmp(&b.id()))
@@ -47,11 +47,6 @@ pub(in crate::bvh) fn halve(references: &mut [Reference]) -> usize {
 /// Cuts the box of the centroids in the middle of its longest side.
 pub(in crate::bvh) fn split_middle(references: &mut [Reference]) -> usize {
     let centers = SimdAabb::around_centers(references);
-    let axis = longest_axis(&centers);
+    let axis = centers.longest_axis();
     partition(references, axis, (centers.min[axis] + centers.max[axis]) * 0.5)
-}
-
-fn longest_axis(extent: &SimdAabb) -> usize {
-    let size = extent.max - extent.min;
-    if size.x >= size.y && size.x >= size.z { 0 } else { 1 + (size.z > size.y) as usize }
 }

@@ -1,6 +1,6 @@
 //! Building a tree: [`builder`] makes a binary tree with the surface area heuristic ([`binning`]), large ones by way of
-//! [`buckets`], the best ones with spatial splits ([`spatial`]); [`collapse`] folds it into wide nodes at least expected
-//! cost; [`assemble`] combines the steps.
+//! [`buckets`], after long thin triangles have been split where it is worthwhile ([`slivers`]); [`collapse`] folds it into
+//! wide nodes at least expected cost; [`assemble`] combines the steps.
 
 pub mod assemble;
 pub mod binary;
@@ -13,5 +13,4 @@ pub mod costs;
 pub mod halve;
 pub mod primitives;
 pub mod reference;
-pub mod spatial;
-pub mod split_candidates;
+pub mod slivers;

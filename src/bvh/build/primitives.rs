@@ -44,12 +44,38 @@ pub struct Primitives<'a> {
     pub spheres: Range<u32>,
     /// The instances' padded boxes in world space.
     pub instances: Vec<Aabb>,
+    /// References to all of these, if some have several ([`super::slivers`]); otherwise empty.
+    pub parts: Vec<Reference>,
 }
 
-impl Primitives<'_> {
-    /// The number of primitives.
+impl<'a> Primitives<'a> {
+    /// Parts of the geometry, and instances with these boxes. Slivers are split if it is worthwhile.
+    pub fn new(
+        geometry: &'a PrimitiveArrays<'a>,
+        triangles: Range<u32>,
+        spheres: Range<u32>,
+        instances: Vec<Aabb>,
+    ) -> Self {
+        let whole = Self::whole(geometry, triangles, spheres, instances);
+        Self { parts: super::slivers::split(&whole), ..whole }
+    }
+
+    /// Does without splits.
+    pub fn whole(
+        geometry: &'a PrimitiveArrays<'a>,
+        triangles: Range<u32>,
+        spheres: Range<u32>,
+        instances: Vec<Aabb>,
+    ) -> Self {
+        Self { geometry, triangles, spheres, instances, parts: Vec::new() }
+    }
+
+    /// The number of references to primitives.
     pub fn count(&self) -> usize {
-        self.triangles.len() + self.spheres.len() + self.instances.len()
+        match self.parts.len() {
+            0 => self.triangles.len() + self.spheres.len() + self.instances.len(),
+            parts => parts,
+        }
     }
 
     /// True if a range of them may not fit a leaf even if it is small enough.
@@ -57,9 +83,12 @@ impl Primitives<'_> {
         !self.instances.is_empty() || (!self.triangles.is_empty() && !self.spheres.is_empty())
     }
 
-    /// The reference of the primitive at an index: triangles come first, then spheres, then instances.
+    /// The reference at an index: to triangles first, then to spheres, then to instances.
     #[inline(always)]
     pub fn reference(&self, place: usize) -> Reference {
+        if let Some(part) = self.parts.get(place) {
+            return *part;
+        }
         let (triangles, spheres) = (self.triangles.len(), self.spheres.len());
         if place < triangles {
             let id = self.triangles.start + place as u32;

@@ -135,6 +135,13 @@ impl SimdAabb {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
+    /// The axis of the longest side.
+    #[inline(always)]
+    pub fn longest_axis(&self) -> usize {
+        let size = self.max - self.min;
+        if size.x >= size.y && size.x >= size.z { 0 } else { 1 + (size.z > size.y) as usize }
+    }
+
     /// Adds fourth components to a box.
     #[inline(always)]
     pub fn new(bounds: &Aabb) -> SimdAabb {

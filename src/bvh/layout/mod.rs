@@ -6,7 +6,6 @@ pub(in crate::bvh) mod speeds;
 
 use std::sync::Arc;
 
-use crate::bvh::BuildQuality;
 use crate::math::{Aabb, DAffine3, NONE, Vec3};
 use crate::simd::prefetch;
 use crate::simd::sixteen::shift;
@@ -289,8 +288,6 @@ pub struct Bvh {
     pub root: Option<Root>,
     /// The largest number of entries on a traversal stack.
     pub stack_size: usize,
-    /// The build quality of trees that are added from now on.
-    pub quality: BuildQuality,
     /// The time and memory of building so far.
     pub statistics: BuildStatistics,
     /// Measured speeds of the kernels; copies of the tree share them.
@@ -326,7 +323,6 @@ impl Default for Bvh {
             conditional: false,
             root: None,
             stack_size: WIDTH,
-            quality: BuildQuality::Default,
             statistics: BuildStatistics::default(),
             speeds: Arc::default(),
         }
@@ -336,9 +332,9 @@ impl Default for Bvh {
 impl Bvh {
     /// A tree of nothing, to which trees can be added, with what is known of the kernels' speeds from the tree of
     /// `before`, a similar scene.
-    pub fn new(quality: BuildQuality, before: Option<&Bvh>) -> Self {
+    pub fn after(before: Option<&Bvh>) -> Self {
         let speeds = before.map_or_else(KernelSpeeds::default, |before| KernelSpeeds::clone(&before.speeds));
-        Self { quality, speeds: Arc::new(speeds), ..Self::default() }
+        Self { speeds: Arc::new(speeds), ..Self::default() }
     }
 
     /// Prefetches a node or a block of triangles that will be visited soon.

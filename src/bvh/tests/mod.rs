@@ -39,17 +39,13 @@ impl Soup {
     }
 
     fn build(&self) -> Bvh {
-        self.build_as(BuildQuality::Default)
-    }
-
-    fn build_as(&self, quality: BuildQuality) -> Bvh {
         let geometry = PrimitiveArrays {
             positions: &self.positions,
             triangles: &self.triangles,
             spheres: &self.spheres,
         };
         let [t, s] = self.world.map(|n| n as u32);
-        let mut bvh = Bvh::new(quality, None);
+        let mut bvh = Bvh::default();
         let subtree = bvh.add_tree(&geometry, t..self.triangles.len() as u32, s..self.spheres.len() as u32);
         for matrix in &self.placed {
             if let Some(root) = subtree {
@@ -161,11 +157,17 @@ fn agree_in_bundles(soup: &Soup, rays: &[Ray<f32>], bundles: &[u32]) {
         // The binary tree that the wide one is collapsed from. A subtree that is placed nowhere is not part of it.
         let triangles = &soup.triangles[..soup.world[0]];
         let geometry = PrimitiveArrays { positions: &soup.positions, triangles, spheres: &[] };
-        let binary = crate::bvh::baseline::binary_traversal::BinaryBvh::new(&geometry, BuildQuality::Default);
+        let binary = crate::bvh::baseline::binary_traversal::BinaryBvh::new(&geometry);
         let expected: Vec<Hit> = rays.iter().map(|ray| oracle(&bvh, ray, 0)).collect();
         for isa in Isa::available() {
             let found = in_columns(rays, |rays, hits| binary.closest(isa, rays, hits));
-            assert!(found.iter().map(bits).eq(expected.iter().map(bits)), "{isa:?}: the binary tree");
+            for (found, expected) in found.iter().zip(&expected) {
+                assert_eq!(
+                    bits(found),
+                    bits(expected),
+                    "{isa:?}: {found:?}, not {expected:?}, by the binary tree"
+                );
+            }
         }
     }
     let all = [Sidedness::Always, Sidedness::Front, Sidedness::Back, Sidedness::Filtered];

@@ -1,4 +1,6 @@
-//! Hits computed without culling.
+//! Hits computed without culling by distance.
+
+use std::collections::HashSet;
 
 use glam::{DAffine3, DVec3};
 
@@ -10,22 +12,27 @@ use crate::bvh::layout::sidedness::{Crossing, FaceCulling, HitPredicate, Primiti
 use crate::bvh::layout::{Child, ChildKind, PADDING};
 use crate::math::{Aabb, Hit, NONE, Ray, Vec3};
 
-/// The distance at which a ray enters a box, whether or not it does.
-fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> f32 {
+/// The distance at which a ray enters a box, and whether it does.
+fn entry(ray: &Ray<f32>, bounds: &Aabb, before: f32) -> (f32, bool) {
     let origin = [ray.origin.x, ray.origin.y, ray.origin.z];
     let direction = [ray.direction.x, ray.direction.y, ray.direction.z];
-    let mut near = before;
+    let (mut near, mut far) = (before, f32::INFINITY);
     for axis in 0..3 {
         let reciprocal = 1.0 / direction[axis];
-        let plane = if reciprocal.is_sign_negative() { bounds.max[axis] } else { bounds.min[axis] };
-        let t = (plane - origin[axis]) * (reciprocal * (1.0 - PADDING));
+        let mut planes = [bounds.min[axis], bounds.max[axis]];
+        if reciprocal.is_sign_negative() {
+            planes.reverse();
+        }
+        let t = (planes[0] - origin[axis]) * (reciprocal * (1.0 - PADDING));
         near = if t > near { t } else { near };
+        let t = (planes[1] - origin[axis]) * (reciprocal * (1.0 + PADDING));
+        far = if t < far { t } else { far };
     }
-    near
+    (near, near <= far)
 }
 
 /// The documented hit: the least (max(t, entry), primitive, instance) of all primitives of which hits count for ray
-/// `number`.
+/// `number`, in leaves whose boxes it enters. A primitive that it hits is in one of these.
 pub(super) fn oracle(bvh: &Bvh, world: &Ray<f32>, number: usize) -> Hit {
     oracle_of(bvh, FaceCulling::AsBuilt, world, number)
 }
@@ -35,8 +42,9 @@ pub(super) fn oracle_of(bvh: &Bvh, sides: FaceCulling, world: &Ray<f32>, number:
     let mut best = Hit::MISS;
     let Some(root) = bvh.root else { return best };
     let everywhere = AcceptedRange::between(f32::NEG_INFINITY, f32::INFINITY);
+    let (mut inside, mut outside) = (HashSet::new(), HashSet::new());
     let mut todo = vec![(root.child, entry(world, &root.bounds, world.t_min), NONE)];
-    while let Some((child, near, instance)) = todo.pop() {
+    while let Some((child, (near, is_entered), instance)) = todo.pop() {
         let local = match instance {
             NONE => *world,
             placed => {
@@ -69,7 +77,10 @@ pub(super) fn oracle_of(bvh: &Bvh, sides: FaceCulling, world: &Ray<f32>, number:
                 };
                 let better =
                     best.is_miss() || raised < best.t || (raised == best.t && key(&found) < key(&best));
-                if counts && there && better {
+                if counts && there {
+                    if is_entered { &mut inside } else { &mut outside }.insert(key(&found));
+                }
+                if counts && there && better && is_entered {
                     best = found;
                 }
             }
@@ -103,10 +114,12 @@ pub(super) fn oracle_of(bvh: &Bvh, sides: FaceCulling, world: &Ray<f32>, number:
                 }
             }
             ChildKind::Instance => {
-                todo.push((bvh.instances[child.index()].root.child, near, child.index() as u32));
+                let root = bvh.instances[child.index()].root.child;
+                todo.push((root, (near, is_entered), child.index() as u32));
             }
         }
     }
+    assert!(outside.is_subset(&inside), "{outside:?} are hit outside their boxes");
     best
 }
 

@@ -13,8 +13,8 @@ use clap::Args;
 pub use frames::Frames;
 pub use job::{OutputOptions, RunOptions, WorkOptions};
 pub use names::{
-    ADAPTIVE, COHERENCES, GROUNDS, LIGHT_UNITS, NamedValues, PROGRESS_FORMS, QUALITIES, SAMPLERS, SCHEDULES,
-    TONEMAPS, TRANSPORTS, UP_AXES, name_of, one_of,
+    ADAPTIVE, COHERENCES, GROUNDS, LIGHT_UNITS, NamedValues, PROGRESS_FORMS, SAMPLERS, SCHEDULES, TONEMAPS,
+    TRANSPORTS, UP_AXES, name_of, one_of,
 };
 pub use parse::{parse_duration, parse_exposure, parse_level, parse_place, parse_size};
 pub use picture::{ImageSize, ModelOptions, PictureLook, PictureOptions, SampleOptions, StudyOptions};

@@ -6,7 +6,7 @@ use crate::bvh::Coherence;
 use crate::cli::progress::ProgressForm;
 use crate::formats::{Floor, LightUnits, UpAxis};
 use crate::integrator::Schedule;
-use crate::world::{Adaptive, Aov, BuildQuality, Sampler, Tonemap, Transport};
+use crate::world::{Adaptive, Aov, Sampler, Tonemap, Transport};
 
 /// The values of an option: name, help, value.
 pub type NamedValues<T> = &'static [(&'static str, &'static str, T)];
@@ -33,12 +33,6 @@ pub const SAMPLERS: NamedValues<Sampler> = &[
 pub const SCHEDULES: NamedValues<Schedule> = &[
     ("wavefront", "Breadth first, queue by queue", Schedule::Wavefront),
     ("recursive", "Depth first, pixel by pixel", Schedule::Recursive),
-];
-
-pub const QUALITIES: NamedValues<BuildQuality> = &[
-    ("fast", "Built as quickly as possible", BuildQuality::Fast),
-    ("default", "Good for nearly everything", BuildQuality::Default),
-    ("high", "Best possible", BuildQuality::High),
 ];
 
 pub const COHERENCES: NamedValues<Coherence> = &[

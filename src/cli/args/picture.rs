@@ -3,8 +3,7 @@
 use clap::Args;
 
 use super::names::{
-    ADAPTIVE, GROUNDS, LIGHT_UNITS, QUALITIES, SAMPLERS, TONEMAPS, TRANSPORTS, TransportChoice, UP_AXES,
-    one_of,
+    ADAPTIVE, GROUNDS, LIGHT_UNITS, SAMPLERS, TONEMAPS, TRANSPORTS, TransportChoice, UP_AXES, one_of,
 };
 use super::parse::{
     Exposure, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_f_stop, parse_focal_length,
@@ -12,9 +11,7 @@ use super::parse::{
     parse_variable, parse_zoom,
 };
 use crate::formats::{Edits, EnvironmentPreset, Floor, LightUnits, LoadOptions, UpAxis};
-use crate::world::{
-    Adaptive, BuildQuality, Caustics, DepthLimits, Sampler, Settings, Sharing, Tonemap, World,
-};
+use crate::world::{Adaptive, Caustics, DepthLimits, Sampler, Settings, Sharing, Tonemap, World};
 
 /// Angles in degrees, to the right and up.
 pub type Degrees = [f64; 2];
@@ -34,9 +31,6 @@ pub struct SampleOptions {
     /// Size of the image in pixels, such as 1280x720
     #[arg(long, aliases = ["resolution", "res"], value_name = "WxH", value_parser = parse_size)]
     pub size: Option<ImageSize>,
-    /// Effort put into building the acceleration structure [default: the scene's]
-    #[arg(long, value_parser = one_of(QUALITIES))]
-    pub quality: Option<BuildQuality>,
     /// Seed of the random numbers [default: the scene's]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -60,7 +54,6 @@ impl SampleOptions {
         settings.samples = self.spp.unwrap_or(settings.samples);
         settings.seed = self.seed.unwrap_or(settings.seed);
         settings.transparent |= self.transparent;
-        settings.build_quality = self.quality.unwrap_or(settings.build_quality);
     }
 }
 

@@ -9,9 +9,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::bvh::{self, Bvh, Coherence, HitsMut, Rays, Stack};
-use crate::cli::args::{
-    COHERENCES, ImageSize, ModelOptions, QUALITIES, name_of, one_of, parse_level, parse_size,
-};
+use crate::cli::args::{COHERENCES, ImageSize, ModelOptions, name_of, one_of, parse_level, parse_size};
 use crate::cli::{failure::Failure, output, process_times};
 use crate::files::are_same;
 use crate::files::atomic_write::writable;
@@ -21,7 +19,7 @@ use crate::query::{HitBatch, RayBatch};
 use crate::render::thread_pool;
 use crate::scene::CompiledScene;
 use crate::simd::Isa;
-use crate::world::{BuildQuality, Camera, World};
+use crate::world::{Camera, World};
 
 /// The number of rays that a thread takes at a time.
 const CHUNK: usize = bvh::QUEUE;
@@ -54,9 +52,6 @@ pub struct Trace {
     /// Instruction set [default: the widest available]; the hits are the same
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub simd: Option<Isa>,
-    /// Effort put into building the acceleration structure [default: the scene's]
-    #[arg(long, value_parser = one_of(QUALITIES))]
-    pub quality: Option<BuildQuality>,
     /// Coherence of consecutive rays; the hits are the same
     #[arg(long, default_value = "unknown", value_parser = one_of(COHERENCES))]
     pub coherence: Coherence,
@@ -159,7 +154,6 @@ fn load(arguments: &Trace) -> Result<TracedScene, Failure> {
     if let Some(out) = &arguments.out {
         super::check_is_not_read(out, &world.assets.files, "--out")?;
     }
-    world.settings.build_quality = arguments.quality.unwrap_or(world.settings.build_quality);
     let load = start.elapsed();
     let start = Instant::now();
     give_camera(&mut world);
@@ -348,7 +342,6 @@ impl TraceReport<'_> {
             "triangles": compiled.geometry.triangles.len(),
             "spheres": compiled.geometry.spheres.len(),
             "instances": compiled.geometry.instances.len(),
-            "quality": format!("{:?}", compiled.bvh.quality).to_lowercase(),
             "peak_rss_bytes": crate::memory::peak(),
         });
         if let Some(mismatches) = self.mismatches {
@@ -375,9 +368,8 @@ impl TraceReport<'_> {
                 seconds(*compile)
             ),
             format!(
-                "build      {}, quality {:?}, {} in addition to the result",
+                "build      {}, {} in addition to the result",
                 seconds(compiled.bvh.statistics.time),
-                compiled.bvh.quality,
                 megabytes(compiled.bvh.statistics.peak_bytes)
             ),
             format!(

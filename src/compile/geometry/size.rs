@@ -69,7 +69,7 @@ pub(super) fn check(
     let primitives = triangles + spheres;
     bytes = bytes.saturating_add(inputs.shapes.iter().map(PlacedShape::places).sum::<usize>() * PLACED_BYTES);
     // The part of each triangle, and the finished tree.
-    let built = peak_bytes(primitives, true, inputs.quality) + primitives * (4 + TREE_BYTES);
+    let built = peak_bytes(primitives, true) + primitives * (4 + TREE_BYTES);
     let what = format_args!("the geometry of {triangles} triangles with its tree");
     Ok(memory::reserve(what, bytes.saturating_add(built) as u64)?)
 }

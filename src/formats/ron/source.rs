@@ -342,8 +342,7 @@ impl<'a> SceneText<'a> {
     pub(super) fn unknown(&self, name: &str, kind: &str, known: &[&str]) -> LoadError {
         let suggestion = suggest(name, known.iter().copied());
         let known = known.join(", ");
-        let kinds = kind.strip_suffix('y').map_or_else(|| format!("{kind}s"), |stem| format!("{stem}ies"));
-        self.error(name, format!("unknown {kind} \"{}\"{suggestion}; {kinds}: {known}", shorten(name)))
+        self.error(name, format!("unknown {kind} \"{}\"{suggestion}; {kind}s: {known}", shorten(name)))
     }
 
     /// The whole file as a value of another kind, after checking that it is well formed.

@@ -9,7 +9,7 @@ use super::auto_camera;
 use super::studio;
 use crate::film::tonemap::srgb_decode;
 use crate::math::{DAffine3, DVec3, Rgb, Vec2, Vec3};
-use crate::query::{BuildQuality, Coherence, HitBatch, RayBatch, Scene, SceneBuilder, Tracer};
+use crate::query::{Coherence, HitBatch, RayBatch, Scene, SceneBuilder, Tracer};
 use crate::world::assets::{ColorSpace, Wrap};
 use crate::world::transforms::{self, WorldTransforms};
 use crate::world::{
@@ -111,7 +111,7 @@ impl<'w> LitModel<'w> {
         transforms::relative_to(&mut transforms, place.translation);
         place.translation = DVec3::ZERO;
         let eye = (place, camera);
-        let mut builder = SceneBuilder::new(BuildQuality::Fast);
+        let mut builder = SceneBuilder::new();
         let mut shapes = HashMap::new();
         let mut placed = Vec::new();
         for entity in world.in_order() {

@@ -186,8 +186,6 @@ pub struct SettingsOverride {
     pub lanes: Option<u32>,
     /// Lanes of all stages of the wavefront other than queries, if not as many as of queries.
     pub shading_lanes: Option<u32>,
-    /// Work put into the acceleration structure.
-    pub quality: Option<Quality>,
     /// The number of scattered rays to trace instead of rendering.
     pub rays: Option<u32>,
     /// The method of tracing these rays.
@@ -224,7 +222,6 @@ impl SettingsOverride {
             threads: other.threads.or(self.threads),
             lanes: other.lanes.or(self.lanes),
             shading_lanes: other.shading_lanes.or(self.shading_lanes),
-            quality: other.quality.or(self.quality),
             rays: other.rays.or(self.rays),
             by: other.by.or(self.by),
             set: both(&self.set, &other.set),
@@ -319,27 +316,6 @@ pub enum StudySchedule {
     Wavefront,
     /// Depth first.
     Recursive,
-}
-
-/// Work put into the acceleration structure.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-pub enum Quality {
-    /// The shortest build.
-    Fast,
-    /// Good for nearly everything.
-    Default,
-    /// The best tree.
-    High,
-}
-
-impl From<Quality> for crate::world::BuildQuality {
-    fn from(quality: Quality) -> Self {
-        match quality {
-            Quality::Fast => Self::Fast,
-            Quality::Default => Self::Default,
-            Quality::High => Self::High,
-        }
-    }
 }
 
 /// A method of tracing rays.

@@ -304,8 +304,8 @@ class Hits(NamedTuple):
 class SceneBuilder:
     """Shapes and their placements. A shape without a placement is not hit."""
 
-    def __init__(self, quality="default"):
-        self._native = _native.Builder(quality)
+    def __init__(self):
+        self._native = _native.Builder()
 
     def add_mesh(self, vertices, faces=None):
         """Adds a mesh, vertices (N, 3) and faces (F, 3) or an object that has both, and returns its number."""
@@ -334,8 +334,8 @@ class Scene:
         hits = scene.closest(origins, directions)
     """
 
-    def __init__(self, vertices, faces=None, *, quality="default"):
-        builder = SceneBuilder(quality)
+    def __init__(self, vertices, faces=None):
+        builder = SceneBuilder()
         builder.place(builder.add_mesh(vertices, faces))
         self._native = builder._native.build()
 
@@ -373,15 +373,15 @@ class Scene:
 # The forms of scene files, except `Mesh`.
 _FORMS = """
     Aces Add Agx Albedo All Alpha Area Auto Bezier Bilinear BlackmanHarris Blend Blinn BlinnPhong Blue Box Bricks
-    Candela Capsule CatmullClark CatmullRom Cells Center Checker Clamp Cone Constant Coverage Curve Cylinder Default
-    Depth Directional Disc Displace Distance Edges Entity Environment Equidistant Equisolid Fast Fisheye Fixed Flat
-    Fractal Gaussian Gradient Green Grid HeightField High Image Independent Intrinsics InverseSquare Jittered Kelvin
-    Keys Lathe Left Linear LookAt Loop Lumens Lux Marble Mask Material Matrix Max Metaballs Metal Min Mirror Mix
-    Multiply Nearest Nits Nodes Noise Normal Normals Object Off On Opaque Open OpenCv Orthographic OverUnder
-    Panorama Path PathLength PbrNeutral Phong Photographic Photometric Pinhole Plane Point Position Principled Prism
-    Rectangle Red Regular Reinhard Repeat Ridged Right Round Samples ScaleByMaximum SideBySide Sky Smooth
-    Smoothstep Sobol Sphere Spot Squared Srgb Step Stereographic Strands Subdivide Subtract Tent Tests Text Texture
-    ThinLens Time Torus Triangle Trilinear Tube Turbulence Unbiased Uniform Uv Uv1 Variance Vertex Voronoi Whitted Wood
+    Candela Capsule CatmullClark CatmullRom Cells Center Checker Clamp Cone Constant Coverage Curve Cylinder Depth
+    Directional Disc Displace Distance Edges Entity Environment Equidistant Equisolid Fisheye Fixed Flat Fractal
+    Gaussian Gradient Green Grid HeightField Image Independent Intrinsics InverseSquare Jittered Kelvin Keys Lathe Left
+    Linear LookAt Loop Lumens Lux Marble Mask Material Matrix Max Metaballs Metal Min Mirror Mix Multiply Nearest Nits
+    Nodes Noise Normal Normals Object Off On Opaque Open OpenCv Orthographic OverUnder Panorama Path PathLength
+    PbrNeutral Phong Photographic Photometric Pinhole Plane Point Position Principled Prism Rectangle Red Regular
+    Reinhard Repeat Ridged Right Round Samples ScaleByMaximum SideBySide Sky Smooth Smoothstep Sobol Sphere Spot Squared
+    Srgb Step Stereographic Strands Subdivide Subtract Tent Tests Text Texture ThinLens Time Torus Triangle Trilinear
+    Tube Turbulence Unbiased Uniform Uv Uv1 Variance Vertex Voronoi Whitted Wood
 """.split()
 globals().update({name: Variant(name) for name in _FORMS})
 

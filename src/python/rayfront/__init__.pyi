@@ -13,7 +13,6 @@ _Color = ArrayLike | str | Variant
 Layer = Literal["depth", "normal", "albedo", "position", "entity", "material", "coverage", "samples", "variance", "nodes", "tests", "path-length", "time"]
 Tonemap = Literal["clamp", "scale-by-maximum", "reinhard", "aces", "agx", "pbr-neutral"]
 Coherence = Literal["unknown", "coherent", "scattered"]
-Quality = Literal["fast", "default", "high"]
 
 class SceneWarning(UserWarning): ...
 
@@ -164,14 +163,14 @@ class Hits(NamedTuple):
     primitive: NDArray[np.int32]
 
 class SceneBuilder:
-    def __init__(self, quality: Quality = ...) -> None: ...
+    def __init__(self) -> None: ...
     def add_mesh(self, vertices: ArrayLike | Any, faces: ArrayLike | None = ...) -> int: ...
     def add_spheres(self, spheres: ArrayLike) -> int: ...
     def place(self, shape: int, to_world: ArrayLike | None = ...) -> int: ...
     def build(self) -> Scene: ...
 
 class Scene:
-    def __init__(self, vertices: ArrayLike | Any, faces: ArrayLike | None = ..., *, quality: Quality = ...) -> None: ...
+    def __init__(self, vertices: ArrayLike | Any, faces: ArrayLike | None = ...) -> None: ...
     def closest(
         self,
         origins: ArrayLike,
@@ -362,7 +361,6 @@ class _Cylinder(Variant):
     ) -> Variant: ...
 
 Cylinder: _Cylinder
-Default: Variant
 Depth: Variant
 
 class _Directional(Variant):
@@ -411,7 +409,6 @@ class _Environment(Variant):
 Environment: _Environment
 Equidistant: Variant
 Equisolid: Variant
-Fast: Variant
 
 class _Fisheye(Variant):
     def __call__(  # type: ignore[override]
@@ -460,7 +457,6 @@ class _HeightField(Variant):
     ) -> Variant: ...
 
 HeightField: _HeightField
-High: Variant
 Image: Variant
 Independent: Variant
 

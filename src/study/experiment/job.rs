@@ -118,7 +118,6 @@ fn world(
         };
     }
     settings.sampler = change.sampler.map_or(settings.sampler, Into::into);
-    settings.build_quality = change.quality.map_or(settings.build_quality, Into::into);
     settings.seed = settings.seed.wrapping_add(u64::from(seed));
     world.change_lights(|light| {
         if let Light::Area { samples, pattern, .. } = light {
@@ -329,7 +328,7 @@ fn trace(
             triangles: &geometry.triangles[..geometry.world_triangles as usize],
             spheres: &[],
         };
-        BinaryBvh::new(&world, bvh.quality)
+        BinaryBvh::new(&world)
     });
     if let Some(narrow) = &narrow {
         row.set(Measurement::TreeBytes, narrow.bytes() as f64);

@@ -106,7 +106,7 @@ const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
         roulette_depth: None, clamp: 20, sampler: Independent, sharing: 16, caustics: (photons: 2.5), adaptive: On,
         filter: Gaussian(radius: 2), pixel_pattern: Regular,
         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, backplate: Gradient(bottom: 1, top: (0, 0.5, 1)), transparent: true, ambient: 0.01, tonemap: Aces,
-        exposure_ev: -1.5, exposure: Auto, build_quality: High, copied_triangles: 1000, light_groups: true, light_by_bounce: true, aov: [Normal, Depth],
+        exposure_ev: -1.5, exposure: Auto, copied_triangles: 1000, light_groups: true, light_by_bounce: true, aov: [Normal, Depth],
     ),
     materials: {
         "glass": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),

@@ -38,7 +38,6 @@ fn settings_are_read_and_have_defaults() {
             tonemap: Tonemap::Aces,
             exposure_ev: -1.5,
             auto_exposure: true,
-            build_quality: BuildQuality::High,
             copied_triangles: 1000,
             light_groups: true,
             light_by_bounce: true,

@@ -88,7 +88,7 @@ fn written_text_is_compact_and_omits_defaults() {
          clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, backplate: Gradient(bottom: 1, top: (0, 0.5, 1)), transparent: true, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
-         exposure: Auto, build_quality: High, copied_triangles: 1000, light_groups: true, light_by_bounce: true, aov: [Normal, Depth]),",
+         exposure: Auto, copied_triangles: 1000, light_groups: true, light_by_bounce: true, aov: [Normal, Depth]),",
         "        \"glass\": BlinnPhong(specular: 0.2, shininess: 200, ior: 1.5),",
         "        \"floor\": BlinnPhong(diffuse: Image(\"../assets/checker.png\"), highlight: Phong, kr: 0.2),",
         "        (name: \"child\", parent: \"ball\", shape: Sphere(radius_m: 0.25), material: \"glass\"),",
@@ -382,14 +382,13 @@ fn settings() -> impl Strategy<Value = Settings> {
         Tonemap::PbrNeutral,
     ]);
     let numbers = ([1..=65536_u32, 1..=65536_u32], 1..=1_u32 << 22, 0..=65535_u32, any::<u64>());
-    let quality = prop::sample::select(vec![BuildQuality::Fast, BuildQuality::Default, BuildQuality::High]);
     let samplers = vec![Sampler::Sobol, Sampler::Jittered, Sampler::Independent];
     let transports = vec![Transport::Whitted, Transport::Path];
     let aov = prop::sample::subsequence(Aov::ALL.to_vec(), 0..=Aov::ALL.len());
     let sharing = [Sharing::Auto, Sharing::Off].into_iter().chain(Sharing::SIZES.map(Sharing::Groups));
     let sharing = prop::sample::select(sharing.collect::<Vec<_>>());
     let (sampler, transport) = (prop::sample::select(samplers), prop::sample::select(transports));
-    let choices = (tonemap, quality, sampler, sharing, transport, aov);
+    let choices = (tonemap, sampler, sharing, transport, aov);
     let depth = || prop::option::of(0..=DepthLimits::MOST);
     let depths = (depth(), depth(), depth());
     let limits = (positive(), prop::option::of(0..=65535_u32), prop::option::of(positive()), depths);
@@ -407,7 +406,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                 choices,
                 ((exposure_ev, auto_exposure), copied_triangles),
             )| {
-                let (tonemap, build_quality, sampler, sharing, transport, aov) = choices;
+                let (tonemap, sampler, sharing, transport, aov) = choices;
                 let (size, samples, max_depth, seed) = numbers;
                 let (min_throughput, roulette_depth, clamp, (diffuse, glossy, transmission)) = limits;
                 Settings {
@@ -428,7 +427,6 @@ fn settings() -> impl Strategy<Value = Settings> {
                     tonemap,
                     exposure_ev,
                     auto_exposure,
-                    build_quality,
                     copied_triangles,
                     light_groups: auto_exposure,
                     light_by_bounce: !auto_exposure,
