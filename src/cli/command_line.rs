@@ -232,6 +232,7 @@ impl CommandLine {
             depth_limits: DepthLimits { diffuse, glossy, transmission },
             sampler,
             sharing,
+            filter_glossy,
             caustics,
             adaptive,
             light_groups,
@@ -271,6 +272,7 @@ impl CommandLine {
             Caustics::Photons { photons, radius } => format!("{photons},{radius}"),
         });
         self.option("caustics", caustics);
+        self.option("filter-glossy", changed(filter_glossy, &authored.filter_glossy));
         let adaptive = changed(adaptive, &authored.adaptive);
         self.0.extend(adaptive.map(|it| vec![format!("--adaptive={}", name_of(ADAPTIVE, it))]));
         self.switch("light-groups", *light_groups && !authored.light_groups);
@@ -559,7 +561,7 @@ mod tests {
             "--up z --env studio --env-turn=-90.5 --env-strength 0.25",
             "--env studio --depth 3 --diffuse-depth 2 --glossy-depth 0 --transmission-depth 500",
             "--env /a/sky.hdr --sampler jittered --sharing 16 --adaptive=unbiased --seed 18446744073709551615",
-            "--caustics 0.25,3.5 --sharing off",
+            "--caustics 0.25,3.5 --sharing off --filter-glossy 0.3",
             "--caustics off",
             "--sharing off --adaptive --light-groups --transparent --spp 3 --transport path --sampler independent",
         ];

@@ -318,6 +318,7 @@ pub(crate) const OF_SETTINGS: &[Ineffective<Settings>] = &[
         s.roulette_depth != Settings::default().roulette_depth
     }),
     whitted(&["clamp"], "clamp", |s| s.clamp.is_some()),
+    whitted(&["filter_glossy"], "filter_glossy", |s| s.filter_glossy > 0.0),
     whitted(&["sampler"], "sampler", |s| s.sampler != Settings::default().sampler),
     whitted(&["sharing"], "sharing", |s| matches!(s.sharing, Sharing::Groups(_))),
     path(&["ambient"], "ambient", |_, _| true, |s| !s.ambient.is_black()),

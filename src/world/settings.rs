@@ -32,6 +32,9 @@ fields! {
         /// the path transport cuts off at this radiance what a path brings from beyond its first hit: fewer fireflies,
         /// but some light is lost
         clamp: Option<f32> = None, OptionalNumber(Range::Above0);
+        /// after a diffuse bounce, the path transport takes what mirrors and lets light through for at least this rough:
+        /// fewer fireflies, but light that such things throw is blurred
+        filter_glossy: f32 = 0.0, Number(Range::UNIT);
         /// direct light, mirrors and glass; or light that is scattered any number of times; `Auto` means `Path` for
         /// scenes with glTF files, `Principled` materials or surroundings (`Environment`, `Sky`), else `Whitted`
         transport: Transport = Transport::Whitted, Transport;

@@ -15,6 +15,7 @@ mod edits;
 mod energy;
 mod far;
 mod films;
+mod filter_glossy;
 mod findings;
 #[path = "../fuzz/src/targets.rs"]
 mod fuzz_targets;

@@ -44,7 +44,7 @@ fn hash(report: &str) -> String {
 }
 
 /// Options whose every value changes what a sample finds. Those of a row do not suit each other.
-const OPTIONS: [&[&[&str]]; 16] = [
+const OPTIONS: [&[&[&str]]; 17] = [
     &[&["--set", "Material[\"glow\"].emission *= 3", "--set", "settings.roulette_depth = None"]],
     &[&["--env", "sky:30,-20"], &["--env", "studio"], &["--background", "#203040"]],
     &[&["--time", "1.1"], &["--frames", "3"], &["--frames", "5", "--shutter", "0.7", "--fps", "3"]],
@@ -55,6 +55,7 @@ const OPTIONS: [&[&[&str]]; 16] = [
     &[&["--sampler", "independent"], &["--sampler", "jittered"]],
     &[&["--sharing", "off"], &["--sharing", "8"]],
     &[&["--caustics", "auto"], &["--caustics", "0.5,3"]],
+    &[&["--filter-glossy", "0.4"]],
     &[&["--adaptive=unbiased"]],
     &[&["--seed", "18446744073709551615"], &["--seed", "3"]],
     &[&["--spp", "24"]],

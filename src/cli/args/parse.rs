@@ -71,6 +71,11 @@ pub fn parse_strength(text: &str) -> Result<f32, String> {
     factor.ok_or_else(|| "expected a factor from 0 to 1000000: 2 is twice as bright".into())
 }
 
+pub fn parse_roughness(text: &str) -> Result<f32, String> {
+    let roughness = text.trim().parse().ok().filter(|roughness| (0.0..=1.0).contains(roughness));
+    roughness.ok_or_else(|| "expected a roughness from 0 to 1, such as 0.3".into())
+}
+
 pub fn parse_zoom(text: &str) -> Result<f64, String> {
     let factor = text.parse().ok().filter(|factor: &f64| (1e-3..=1e3).contains(factor));
     factor.ok_or_else(|| "expected a factor from 0.001 to 1000: 2 is twice as near".into())

@@ -7,8 +7,8 @@ use super::names::{
 };
 use super::parse::{
     Exposure, parse_caustics, parse_degrees, parse_exposure_or_auto, parse_f_stop, parse_focal_length,
-    parse_fov, parse_place, parse_sharing, parse_size, parse_strength, parse_time, parse_turn,
-    parse_variable, parse_zoom,
+    parse_fov, parse_place, parse_roughness, parse_sharing, parse_size, parse_strength, parse_time,
+    parse_turn, parse_variable, parse_zoom,
 };
 use crate::formats::{Edits, EnvironmentPreset, Floor, LightUnits, LoadOptions, UpAxis};
 use crate::world::{Adaptive, Caustics, DepthLimits, Sampler, Settings, Sharing, Tonemap, World};
@@ -130,6 +130,10 @@ pub struct LightOptions {
     /// scene's]
     #[arg(long, value_name = "auto|off|N[,R]", value_parser = parse_caustics)]
     pub caustics: Option<Caustics>,
+    /// Least roughness of what mirrors or lets light through, after a diffuse bounce, under the path transport: fewer
+    /// fireflies, 0 to 1 [default: the scene's]
+    #[arg(long, value_name = "ROUGHNESS", value_parser = parse_roughness)]
+    pub filter_glossy: Option<f32>,
     /// Give blocks of pixels more samples where they reduce the error most, for as many rays as --spp takes: on, off,
     /// or unbiased, which decides beforehand by samples that are then discarded [default: the scene's]
     #[arg(long, value_name = "on|off|unbiased", num_args = 0..=1, default_missing_value = "on", require_equals = true,
@@ -161,6 +165,7 @@ impl LightOptions {
         settings.sampler = self.sampler.unwrap_or(settings.sampler);
         settings.sharing = self.sharing.unwrap_or(settings.sharing);
         settings.caustics = self.caustics.unwrap_or(settings.caustics);
+        settings.filter_glossy = self.filter_glossy.unwrap_or(settings.filter_glossy);
         settings.adaptive = self.adaptive.unwrap_or(settings.adaptive);
         settings.light_groups |= self.light_groups;
         settings.light_by_bounce |= self.light_by_bounce;

@@ -48,6 +48,8 @@ pub struct RenderSetup {
     pub roulette_depth: Option<u32>,
     /// The largest radiance that a path may add after its first bounce, if limited.
     pub clamp: Option<f32>,
+    /// The least roughness of mirror lobes after a diffuse bounce (path transport).
+    pub filter_glossy: f32,
     /// The grouping of pixels for path reuse, if paths are reused.
     pub sharing: Option<ReuseGroups>,
     /// The mode of adaptive sampling.
@@ -131,6 +133,7 @@ impl RenderSetup {
             sampler: settings.sampler,
             roulette_depth: settings.roulette_depth,
             clamp: settings.clamp,
+            filter_glossy: settings.filter_glossy,
             sharing,
             adaptive: settings.adaptive,
             unit,

@@ -16,7 +16,7 @@ use super::scatter_vertex::{Fork, ScatterVertex};
 use crate::film::Caught;
 use crate::integrator::RenderSetup;
 use crate::integrator::path::Path;
-use crate::integrator::path::bounces;
+use crate::integrator::path::bounces::{self, LobeKind};
 use crate::integrator::path::light_groups::{GroupQueue, find_around, group_for};
 use crate::integrator::path::mis::{emission_mis_weight, power_heuristic, selection_probability};
 use crate::integrator::path::shadow::ShadowRay;
@@ -365,6 +365,11 @@ pub(in crate::integrator) fn bsdf<F: Float>(
     mask: F::Mask,
 ) -> Bsdf<F> {
     let mut parameters = point.parameters(has, outside);
+    // Shadow rays go straight through some surfaces: so must paths.
+    if setup.filter_glossy > 0.0 && !point.material.passes_shadow_rays {
+        let later = mask & bounces::has_counted::<F>(path.bounce_counts, LobeKind::Diffuse);
+        parameters.roughen(F::splat(setup.filter_glossy), has, later);
+    }
     let MaterialRecord { ior, dispersion, .. } = *point.material;
     let disperses = !outside.is_air && (mask & outside.dispersion.gt(F::zero())).any();
     let has = LobeFlags { dispersion: has.dispersion | (has.solid && disperses), ..has };

@@ -137,9 +137,7 @@ impl<F: Float> Outside<F> {
         if self.is_air || material.roughness.is_zero() {
             return eta;
         }
-        // Microfacets between equal indices would have no half vector.
-        let bends = (eta - F::one()).abs().gt(F::splat(5e-5));
-        F::select(bends, eta, F::splat(1.0 + 1e-4))
+        F::select(bends(eta), eta, F::splat(1.0 + 1e-4))
     }
 }
 
@@ -182,4 +180,23 @@ pub struct Parameters<F: Float> {
     pub sheen: SheenParams<F>,
     /// The thin film on the mirror lobe.
     pub film: ThinFilm<F>,
+}
+
+impl<F: Float> Parameters<F> {
+    /// Makes mirror lobes and clear coats of some lanes at least this rough (Kaplanyan and Dachsbacher, "Path space
+    /// regularization for holistic and robust light transport", 2013).
+    #[inline(always)]
+    pub fn roughen(&mut self, least: F, has: LobeFlags, mask: F::Mask) {
+        self.coat.roughness = F::select(mask, self.coat.roughness.max(least), self.coat.roughness);
+        let mask = if has.solid { mask & bends(self.eta) } else { mask };
+        self.roughness = F::select(mask, self.roughness.max(least), self.roughness);
+        let (Ggx { x, y }, alpha) = (self.ggx, least * least);
+        self.ggx = Ggx { x: F::select(mask, x.max(alpha), x), y: F::select(mask, y.max(alpha), y) };
+    }
+}
+
+/// The lanes with indices so different that microfacets between them have a half vector.
+#[inline(always)]
+fn bends<F: Float>(eta: F) -> F::Mask {
+    (eta - F::one()).abs().gt(F::splat(5e-5))
 }

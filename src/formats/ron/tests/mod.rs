@@ -103,7 +103,7 @@ const EVERYTHING: &str = r##"// Ein Kommentar mit Umlauten: äöü
 (
     settings: (
         size: (320, 200), samples: 4, max_depth: 3, diffuse_depth: 2, glossy_depth: Some(5), transmission_depth: None, min_throughput: 0.01, transport: Whitted, seed: 7,
-        roulette_depth: None, clamp: 20, sampler: Independent, sharing: 16, caustics: (photons: 2.5), adaptive: On,
+        roulette_depth: None, clamp: 20, filter_glossy: 0.5, sampler: Independent, sharing: 16, caustics: (photons: 2.5), adaptive: On,
         filter: Gaussian(radius: 2), pixel_pattern: Regular,
         background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, backplate: Gradient(bottom: 1, top: (0, 0.5, 1)), transparent: true, ambient: 0.01, tonemap: Aces,
         exposure_ev: -1.5, exposure: Auto, copied_triangles: 1000, light_groups: true, light_by_bounce: true, aov: [Normal, Depth],

@@ -31,6 +31,7 @@ fn settings_are_read_and_have_defaults() {
             ambient: grey(0.01),
             roulette_depth: None,
             clamp: Some(20.0),
+            filter_glossy: 0.5,
             sampler: Sampler::Independent,
             sharing: Sharing::Groups(16),
             caustics: Caustics::Photons { photons: 2.5, radius: 1.4 },

@@ -85,7 +85,7 @@ fn written_text_is_compact_and_omits_defaults() {
     for line in [
         "    settings: (size: (320, 200), samples: 4, max_depth: 3, diffuse_depth: 2, glossy_depth: 5, \
          min_throughput: 0.01, roulette_depth: None, \
-         clamp: 20, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
+         clamp: 20, filter_glossy: 0.5, transport: Whitted, sampler: Independent, sharing: 16, caustics: (photons: 2.5, radius: 1.4), adaptive: On, seed: 7, \
          filter: Gaussian(radius: 2), pixel_pattern: Regular, \
          background: Gradient(bottom: 0.25, top: (0.1, 0.2, 1)), backdrop: 0.75, backplate: Gradient(bottom: 1, top: (0, 0.5, 1)), transparent: true, ambient: 0.01, tonemap: Aces, exposure_ev: -1.5, \
          exposure: Auto, copied_triangles: 1000, light_groups: true, light_by_bounce: true, aov: [Normal, Depth]),",
@@ -432,6 +432,7 @@ fn settings() -> impl Strategy<Value = Settings> {
                     light_by_bounce: !auto_exposure,
                     roulette_depth,
                     clamp,
+                    filter_glossy: exposure_ev.abs() / 64.0,
                     sampler,
                     sharing,
                     caustics: [

@@ -120,6 +120,7 @@ const CLAIMS: &[Claim] = &[
     ["settings", "transmission_depth", "0", "W", ""],
     ["settings", "roulette_depth", "0", "W", ""],
     ["settings", "clamp", "0.1", "W", ""],
+    ["settings", "filter_glossy", "0.5", "W", ""],
     ["settings", "sampler", "Independent", "W", ""],
     ["settings", "sharing", "16", "W", ""],
     ["settings", "ambient", "1", "", "W"],
