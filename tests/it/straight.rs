@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use rayfront::internals::compile::compile_after;
 use rayfront::world::Sharing;
 
 use crate::support::{Picture, mean_rgb, picture, world};
@@ -424,4 +425,38 @@ fn path_reuse_is_unbiased_with_windows() {
     });
     let [alone, together] = &mut means;
     assert_near(*together, *alone, 0.02, "shared");
+}
+
+/// A pane of thin strips at an angle to the axes, which the tree holds in parts: a part that a ray meets twice must not
+/// darken it twice.
+#[test]
+fn strips_of_a_pane_count_once() {
+    use glam::DVec3;
+    let along = DVec3::new(1.0, 0.4, 0.9).normalize();
+    let across = DVec3::new(-0.9, 0.1, 0.9).normalize();
+    let pane = |strips: usize| {
+        let corner = |u: f64, v: f64| {
+            let DVec3 { x, y, z } =
+                DVec3::new(0.5, 1.0, 0.0) + along * (u - 0.5) * 6.0 + across * (v - 0.5) * 6.0;
+            format!("({x}, {y}, {z})")
+        };
+        let strip = |i: usize| {
+            let [a, b] = [i, i + 1].map(|i| i as f64 / strips as f64);
+            let corners = [corner(0.0, a), corner(1.0, a), corner(1.0, b), corner(0.0, b)].join(", ");
+            format!("(shape: Plane(corners: ({corners})), material: \"pane\"),")
+        };
+        let all: String = (0..strips).map(strip).collect();
+        let text = format!(
+            "(settings: (size: (24, 24), samples: 16, transport: Path, sharing: Off, max_depth: 1),
+              materials: {{\"pane\": Principled(base_color: (0.9, 0.5, 0.2), metallic: 0, roughness: 0, transmission: 1)}},
+              entities: [
+                (camera: Orthographic(height_m: 0.4), transform: LookAt(from: (0, 0.3, 0.05), to: (0, 0, 0))),
+                (shape: Plane(corners: ((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))), material: (diffuse: 0.8)),
+                {LAMP} {all}])"
+        );
+        let blocks = compile_after(&world(&text), None, None).expect("a scene").scene.bvh.triangles.len();
+        assert!(strips == 1 || blocks > strips / 3, "{blocks} blocks of up to 8 hold whole triangles");
+        mean_rgb(&picture(&text))
+    };
+    assert_near(pane(400), pane(1), 2e-3, "400 strips");
 }
