@@ -16,9 +16,9 @@ const ROWS: usize = TILE[1] + 2 * super::PATCH;
 
 /// The inputs and parameters of a filter.
 pub struct FilterPass<'a> {
-    /// The channels of both halves of the samples.
+    /// The channels of even and of odd samples.
     pub halves: [&'a [&'a ImagePlane]; 2],
-    /// The channels of both halves that are compared to find pixels that look alike.
+    /// The channels of even and of odd samples that are compared to find pixels that look alike.
     pub compared: [&'a [&'a ImagePlane]; 2],
     /// The variance of one half in each compared channel.
     pub variance: &'a [&'a ImagePlane],

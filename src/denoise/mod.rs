@@ -1,7 +1,7 @@
 //! A denoiser for films: every pixel becomes a mean of the pixels around it that look alike, as judged by the other
 //! half of the samples.
 //!
-//! Both halves of the samples are two images of the same scene with independent noise. The weights for one half come from the
+//! Even and odd samples are two images of the same scene with independent noise. The weights for one half come from the
 //! other half (so that no noise selects itself) and from features, the first hits of samples: by non-local means over
 //! patches (Buades and others 2005; Rousselle, Knaus and Zwicker 2012) and by features that were filtered in the same
 //! way (Rousselle, Manzi and Zwicker, "Robust denoising using feature and color information", 2013). There are four
@@ -76,9 +76,9 @@ struct FilterSize {
 /// A film and the first hits of its samples.
 #[derive(Clone, Copy)]
 pub struct Noisy<'a> {
-    /// The film; every pixel needs samples of both halves.
+    /// The film; every pixel needs even and odd samples.
     pub film: &'a Film,
-    /// The features of both halves of the samples, pixel by pixel, row by row.
+    /// The features of even and of odd samples, pixel by pixel, row by row.
     pub features: [&'a [Features]; 2],
 }
 
@@ -113,7 +113,7 @@ impl Denoised {
     }
 }
 
-/// Denoises a film; `None` if a pixel lacks samples of a half.
+/// Denoises a film; `None` if a pixel lacks even or odd samples.
 pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     let region = noisy.film.region();
     let size = [region.width() as usize, region.height() as usize];
@@ -127,7 +127,7 @@ pub fn denoise(isa: Isa, noisy: &Noisy) -> Option<Denoised> {
     Some(Denoised { radiance, let_through, without_shadows, noise })
 }
 
-/// Both halves of the pixels, apart.
+/// The even and the odd halves of pixels.
 fn apart(halves: impl Iterator<Item = [Rgb; 2]>) -> [Vec<Rgb>; 2] {
     let (even, odd) = halves.map(|[even, odd]| (even, odd)).unzip();
     [even, odd]

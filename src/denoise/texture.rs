@@ -14,7 +14,7 @@ const GLOSS: f32 = 0.1;
 /// The squared length of a mean normal below which samples hit different surfaces.
 const ONE_SURFACE: f32 = 0.98;
 
-/// Returns the factors of both halves of the samples, `[half][channel]`: 1 where there is no texture.
+/// Returns the factors of even and of odd samples, `[half][channel]`: 1 where there is no texture.
 pub fn factors(size: [usize; 2], halves: [&[Features]; 2]) -> [[ImagePlane; 3]; 2] {
     let means = means(halves);
     let pure = pure(size, halves);

@@ -66,7 +66,7 @@ impl Film {
         has_shadows.then(|| self.visible_behind(index, self.behind_catcher(index)).mean(QUANTUM))
     }
 
-    /// The part of what is behind the scene that both halves of each pixel's samples show, if shadow catchers or blended
+    /// The part of what is behind the scene that each pixel's even and odd samples show, if shadow catchers or blended
     /// surfaces make it noisy. `None` for others, and until every pixel has some of both.
     pub(crate) fn halves_let_through(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
         let is_noisy = self.kinds.has_transparency

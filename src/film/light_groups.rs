@@ -5,13 +5,13 @@
 //! that all parts add up to the whole exactly.
 
 use super::catcher::Caught;
-use super::sums::{Film, MAX_RADIANCE, PixelSum, QUANTUM, half_of, saturated_sum};
+use super::sums::{Film, MAX_RADIANCE, PixelSum, QUANTUM, saturated_sum};
 use crate::math::Rgb;
 
 /// The largest number of light groups: each takes 48 bytes for every pixel.
 pub const MOST_LIGHT_GROUPS: usize = 64;
 
-/// The sums of one group in a pixel, in quanta: both halves of the samples; red, green, blue.
+/// The sums of one group in a pixel, in quanta: even and odd samples; red, green, blue.
 pub type GroupSum = [[i64; 3]; 2];
 
 /// The groups whose sums a film holds beside those of all light.
@@ -78,7 +78,7 @@ impl Film {
     #[inline(always)]
     pub(crate) fn add_to_group(&mut self, x: u32, y: u32, sample: u32, group: u32, light: Rgb) {
         let place = self.region.index(x, y) * self.kinds.count() + group as usize;
-        let sum = &mut self.groups[place][half_of(sample)];
+        let sum = &mut self.groups[place][(sample & 1) as usize];
         let more = (light * self.inverse).to_array().map(quickly_counted);
         for (sum, more) in sum.iter_mut().zip(more) {
             *sum = saturated_sum(*sum, more);
@@ -116,7 +116,7 @@ impl Film {
                     let place = region.index(x, y) * count;
                     (last, sums) = (Some(pixel), &mut self.groups[place..place + count]);
                 }
-                let sum = &mut sums[group as usize][half_of(sample)];
+                let sum = &mut sums[group as usize][(sample & 1) as usize];
                 for (sum, quanta) in sum.iter_mut().zip(&quanta) {
                     *sum = saturated_sum(*sum, quanta[lane]);
                 }

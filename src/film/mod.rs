@@ -21,6 +21,5 @@ pub(crate) use features::{Features, FirstHit, Gathering};
 pub(crate) use light_groups::{GroupKinds, GroupSum, MOST_LIGHT_GROUPS};
 pub(crate) use moments::Moments;
 pub(crate) use ranges::SampleRanges;
-pub(crate) use sums::half_of;
 pub use sums::{Film, Region};
 pub(crate) use sums::{FilmScale, PixelSum};

@@ -6,7 +6,7 @@ use crate::math::Rgb;
 /// The radiance of a quantum, times the film scale. Sums are integers in quanta, so they do not depend on the order of
 /// samples.
 pub const QUANTUM: f64 = 1.0 / (1 << 24) as f64;
-/// Components of a sample are clamped to this, times the film scale, so that 2²¹ samples of each half fit 63 bits.
+/// Components of a sample are clamped to this, times the film scale, so that 2²¹ samples of each parity fit 63 bits.
 pub const MAX_RADIANCE: f32 = 262_143.0;
 
 /// The film scale: the unit in which a film counts radiance, a power of two so that scaling does not round.
@@ -107,39 +107,27 @@ impl Region {
     }
 }
 
-/// The half, 0 or 1, of a pixel's samples that a sample belongs to: the difference of both halves estimates the error.
-/// Between two powers of two, the first and the last quarter are in half 0. So each half is stratified nearly as well as all
-/// samples together; even samples are not, because each is beside an odd one that fills another stratum.
-#[inline(always)]
-pub(crate) fn half_of(sample: u32) -> usize {
-    if sample < 2 {
-        return sample as usize;
-    }
-    let quarter = (u64::from(sample) << 2 >> sample.ilog2()) & 3;
-    (quarter >> 1 ^ quarter & 1) as usize
-}
-
-/// The sums of a pixel, by the half of its samples ([`half_of`]): their difference estimates the error.
+/// The sums of a pixel, even and odd samples separate: their difference estimates the error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelSum {
-    /// Radiance in quanta: both halves; red, green, blue.
+    /// Radiance in quanta: even samples, odd samples; red, green, blue.
     pub sum: [[i64; 3]; 2],
-    /// The number of samples begun, of each half. A sample may be added in several parts.
+    /// The number of samples begun, even and odd. A sample may be added in several parts.
     pub count: [u32; 2],
 }
 
 impl PixelSum {
-    /// The sums of both halves together.
+    /// The sums of even and odd samples together.
     pub fn total(&self) -> [i128; 3] {
-        let [one, other] = self.sum;
-        [0, 1, 2].map(|channel| i128::from(one[channel]) + i128::from(other[channel]))
+        let [even, odd] = self.sum;
+        [0, 1, 2].map(|channel| i128::from(even[channel]) + i128::from(odd[channel]))
     }
 
     /// [`PixelSum::total`], rounded.
     fn rounded_total(&self) -> [f64; 3] {
-        let [one, other] = self.sum;
+        let [even, odd] = self.sum;
         // Both are positive, and their sum fits unless there are millions of samples.
-        [0, 1, 2].map(|channel| match one[channel].checked_add(other[channel]) {
+        [0, 1, 2].map(|channel| match even[channel].checked_add(odd[channel]) {
             Some(sum) => sum as f64,
             None => self.total()[channel] as f64,
         })
@@ -151,11 +139,11 @@ impl PixelSum {
         self.rounded_total().map(|sum| (sum * quantum / count) as f32).into()
     }
 
-    /// The means of both halves of its samples; there must be some of each.
+    /// The means of its even and of its odd samples; there must be some of both.
     pub(crate) fn halves(&self, quantum: f64) -> [Rgb; 2] {
-        [0, 1].map(|half: usize| {
-            let mean = |sum: i64| (sum as f64 * quantum / f64::from(self.count[half])) as f32;
-            self.sum[half].map(mean).into()
+        [0, 1].map(|parity: usize| {
+            let mean = |sum: i64| (sum as f64 * quantum / f64::from(self.count[parity])) as f32;
+            self.sum[parity].map(mean).into()
         })
     }
 }
@@ -256,7 +244,7 @@ impl Film {
     /// Adds a part of a sample's radiance.
     #[inline(always)]
     pub(crate) fn add(&mut self, x: u32, y: u32, sample: u32, radiance: Rgb) {
-        let sum = &mut self.pixels[self.region.index(x, y)].sum[half_of(sample)];
+        let sum = &mut self.pixels[self.region.index(x, y)].sum[(sample & 1) as usize];
         let counted = radiance * self.inverse;
         // Nothing is ever subtracted, so saturation does not depend on the order either.
         sum[0] = sum[0].saturating_add(quanta(counted.r));
@@ -300,7 +288,7 @@ impl Film {
     /// Counts a sample.
     #[inline(always)]
     pub(crate) fn count(&mut self, x: u32, y: u32, sample: u32) {
-        let count = &mut self.pixels[self.region.index(x, y)].count[half_of(sample)];
+        let count = &mut self.pixels[self.region.index(x, y)].count[(sample & 1) as usize];
         *count = count.saturating_add(1);
     }
 
@@ -317,12 +305,12 @@ impl Film {
             let width = from.width() as usize;
             let source = &other.pixels[start..start + width];
             for (pixel, more) in self.pixels[to..to + width].iter_mut().zip(source) {
-                for half in 0..2 {
+                for parity in 0..2 {
                     for channel in 0..3 {
-                        let sum = &mut pixel.sum[half][channel];
-                        *sum = saturated_sum(*sum, more.sum[half][channel]);
+                        let sum = &mut pixel.sum[parity][channel];
+                        *sum = saturated_sum(*sum, more.sum[parity][channel]);
                     }
-                    pixel.count[half] = pixel.count[half].saturating_add(more.count[half]);
+                    pixel.count[parity] = pixel.count[parity].saturating_add(more.count[parity]);
                 }
             }
             let count = self.kinds.count();
@@ -353,19 +341,19 @@ impl Film {
         (0..self.pixels.len()).map(move |index| self.shown(index).mean(quantum))
     }
 
-    /// The mean radiance of each half of each pixel's samples; `None` until every pixel has some of both.
+    /// The mean radiance of each pixel's even and of its odd samples; `None` until every pixel has some of both.
     pub(crate) fn halves(&self) -> Option<impl Iterator<Item = [Rgb; 2]>> {
         let quantum = self.unit.quantum();
         self.has_halves().then(|| (0..self.pixels.len()).map(move |index| self.shown(index).halves(quantum)))
     }
 
-    /// True if every pixel has samples of both halves.
+    /// True if every pixel has even and odd samples.
     pub(super) fn has_halves(&self) -> bool {
         self.pixels.iter().all(|p| !p.count.contains(&0))
     }
 
     /// The root mean square of the remaining noise in the pixels' components, in W m⁻² sr⁻¹, estimated from the
-    /// difference of both halves of the samples; `None` until every pixel has some of each.
+    /// difference of even and odd samples; `None` until every pixel has some of both.
     pub fn noise(&self) -> Option<f64> {
         if !self.has_halves() {
             return None;
@@ -374,7 +362,7 @@ impl Film {
         for index in 0..self.pixels.len() {
             let p = self.shown(index);
             for c in 0..3 {
-                let mean = |half: usize| p.sum[half][c] as f64 * quantum / p.count[half] as f64;
+                let mean = |parity: usize| p.sum[parity][c] as f64 * quantum / p.count[parity] as f64;
                 // The mean of two halves has a quarter of the variance of their difference.
                 sum += (mean(0) - mean(1)).powi(2) / 4.0;
             }
@@ -383,7 +371,7 @@ impl Film {
     }
 
     /// The noise relative to the image, from 0 to 1, as a human-readable measure: the root mean square over the pixels
-    /// of their noise (estimated from the difference of both halves of its samples) relative to their brightness, or to a
+    /// of their noise (estimated from the difference of even and odd samples) relative to their brightness, or to a
     /// tenth of the image's mean where they are darker than that. No pixel counts for more than 1. `None` until every
     /// pixel has some of both.
     pub fn relative_noise(&self) -> Option<f64> {
@@ -392,9 +380,9 @@ impl Film {
             let scales = p.count.map(|count| 1.0 / f64::from(count));
             let (mut both, mut squares) = (0.0, 0.0);
             for c in 0..3 {
-                let [one, other] = [0, 1].map(|half| p.sum[half][c] as f64 * scales[half]);
-                both += one + other;
-                squares += (one - other) * (one - other);
+                let [even, odd] = [0, 1].map(|parity| p.sum[parity][c] as f64 * scales[parity]);
+                both += even + odd;
+                squares += (even - odd) * (even - odd);
             }
             (both / 2.0, squares / 4.0)
         };
@@ -470,16 +458,6 @@ mod tests {
 
     /// Suns and starlight are counted as precisely as ordinary radiances.
     #[test]
-    fn halves_are_even_between_powers_of_two() {
-        let halves: Vec<usize> = (0..16).map(half_of).collect();
-        assert_eq!(halves, [0, 1, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 1, 1, 0, 0]);
-        for n in (1..22).map(|bits| 1u32 << bits) {
-            assert_eq!((0..n).filter(|sample| half_of(*sample) == 0).count(), n as usize / 2);
-        }
-        assert_eq!([half_of(u32::MAX), half_of(1 << 31), half_of(3 << 30)], [0, 0, 1]);
-    }
-
-    #[test]
     fn film_scale_preserves_precision_of_brightest_radiance() {
         for exponent in [-90, -40, -5, -4, 0, 16, 17, 40, 100] {
             let brightest = libm::scalbnf(1.37, exponent);
@@ -510,7 +488,7 @@ mod tests {
         let mean = film.radiance();
         assert_eq!(mean[0], Rgb::splat(1.5));
         assert_eq!(mean[1], Rgb::new(MAX_RADIANCE, 0.0, 0.0));
-        // Means of 1 and 2: (1 / 2)² in one of two pixels.
+        // Even mean 1, odd mean 2: (1 / 2)² in one of two pixels.
         assert!((film.noise().unwrap() - 0.125f64.sqrt()).abs() < 1e-9);
         let all = RejectedCounts { count: 4, first: Some([3, 3, 0]) };
         assert_eq!(

@@ -212,10 +212,10 @@ fn allocated(known: &[BlockNoise], budget: u32, reached: u32) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{FilmScale, half_of};
+    use crate::film::FilmScale;
     use crate::math::Rgb;
 
-    /// 16 samples of 4 × 3 blocks; `noise` returns how far both halves of a block's samples deviate from 1.
+    /// 16 samples of 4 × 3 blocks; `noise` returns how far a block's even and odd samples deviate from 1.
     fn film(noise: impl Fn(u32, u32) -> f32) -> Film {
         let region = Region { x0: 8, y0: 0, x1: 64, y1: 40 };
         let mut film = Film::new(region, FilmScale::default());
@@ -223,7 +223,7 @@ mod tests {
             let apart = noise(x / BLOCK, y / BLOCK);
             for sample in 0..PILOT {
                 film.count(x, y, sample);
-                film.add(x, y, sample, Rgb::splat(1.0 + if half_of(sample) == 0 { apart } else { -apart }));
+                film.add(x, y, sample, Rgb::splat(1.0 + if sample & 1 == 0 { apart } else { -apart }));
             }
         }
         film

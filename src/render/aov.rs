@@ -22,19 +22,19 @@ impl Session {
         all
     }
 
-    /// Returns the denoised film (see [`Denoised`]); `None` until every pixel has samples of both halves. Traces
+    /// Returns the denoised film (see [`Denoised`]); `None` until every pixel has both even and odd samples. Traces
     /// camera rays again.
     pub fn denoised(&self) -> Option<Denoised> {
-        let [one, other] = self.features_apart();
-        denoise(self.options.isa, &Noisy { film: self.film(), features: [&one, &other] })
+        let [even, odd] = self.features_apart();
+        denoise(self.options.isa, &Noisy { film: self.film(), features: [&even, &odd] })
     }
 
-    /// [`Session::features`] of all samples, or, with 2, of both halves separately.
+    /// [`Session::features`] of every Nth sample, beginning with each of the first N.
     fn features_apart<const N: usize>(&self) -> [Vec<Features>; N] {
         let (setup, options, samples) = (&self.setup, &self.options, self.samples_of_layers());
         let wave = options.wave(setup);
         let look = |worker: &mut FirstHits, tile| {
-            (tile, worker.trace_halves::<N>(setup, options.isa, tile, &samples))
+            (tile, worker.trace_by_parity::<N>(setup, options.isa, tile, &samples))
         };
         let tiles = self.tiles().into_par_iter();
         let tiles: Vec<_> = tiles.map_init(|| FirstHits::new(setup, wave), look).collect();

@@ -294,7 +294,7 @@ fn samples(sums: &PixelSum) -> u64 {
     u64::from(sums.count[0]) + u64::from(sums.count[1])
 }
 
-/// The standard error of a pixel relative to its brightness, estimated from the difference of both halves of its samples;
+/// The standard error of a pixel relative to its brightness, estimated from the difference of its even and odd samples;
 /// a half until there are both.
 fn noise(sums: &PixelSum) -> f64 {
     if sums.count.contains(&0) {

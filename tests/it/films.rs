@@ -35,21 +35,6 @@ fn checkered() -> Folder {
     folder
 }
 
-/// Samples 8 and 9 lie in one half: neither shows the noise of the other.
-#[test]
-fn parts_that_cannot_be_denoised_are_as_a_whole() {
-    let here = checkered();
-    let told = here.messages("scene.ron --spp 10 --samples 8..10 --denoise -o two.png -o two.film");
-    assert!(
-        told.contains("nothing is denoised") && told.contains("merge all parts with --denoise"),
-        "{told}"
-    );
-    assert!(!here.join("two.denoised.png").exists());
-    here.out("scene.ron --spp 10 --samples 0..8 -o one.film");
-    here.out("merge one.film two.film --denoise -o whole.png");
-    assert!(here.join("whole.denoised.png").exists());
-}
-
 #[test]
 fn merged_parts_in_any_order_equal_the_whole() {
     let here = checkered();

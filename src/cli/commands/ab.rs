@@ -136,8 +136,8 @@ fn render(arguments: &Ab, options: &LoadOptions) -> Result<ComparedSide, Failure
     Ok(ComparedSide { film: session.into_film(), settings, sources: world.assets.files.clone() })
 }
 
-/// The difference B − A. Both use the same random numbers, so most of their noise cancels; the difference between
-/// the halves of the samples is an estimate of the rest.
+/// The difference B − A. Both use the same random numbers, so most of their noise cancels; the difference between even
+/// and odd samples is an estimate of the rest.
 struct ImageDifference {
     /// The luminance of each pixel's difference in standard errors, summed over its neighbours.
     scores: Vec<f64>,
@@ -158,7 +158,7 @@ const BYTES: u64 = 64;
 const BESIDE: usize = 2;
 
 impl ImageDifference {
-    /// Compares two films; `None` unless every pixel has samples of both halves.
+    /// Compares two films; `None` unless every pixel has even and odd samples.
     fn new(a: &Film, b: &Film) -> Option<ImageDifference> {
         let (a_halves, b_halves) = a.halves().zip(b.halves())?;
         let pixel = |(a, b): ([Rgb; 2], [Rgb; 2])| {

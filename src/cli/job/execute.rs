@@ -178,12 +178,7 @@ fn finish(
     let denoised = if wanted.denoises { session.denoised() } else { None };
     phases.denoise = start.elapsed();
     if wanted.denoises && denoised.is_none() {
-        // A part may hold samples of one half only.
-        let why = match session.samples_done().0 {
-            0 | 1 => "that takes two samples of each pixel (--spp 2 or more)",
-            _ => "these samples alone do not show their noise; merge all parts with --denoise",
-        };
-        output::note(format_args!("warning: nothing is denoised: {why}"));
+        output::note("warning: nothing is denoised: that takes two samples of each pixel (--spp 2 or more)");
     }
     let start = Instant::now();
     let picture = OutputImage::new(&header, session.film(), wanted.bits);

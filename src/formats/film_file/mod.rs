@@ -11,7 +11,7 @@
 //!
 //! A block has as many rows as make about 65,536 pixels, but at least one. It consists of the length of its content (4
 //! bytes), the XXH3 of the block's number, that length and the content (16 bytes), and the content: byte planes
-//! (`planes.rs`) of the sums (both halves; red, green, blue), of the counts (both halves), of the sums of each
+//! (`planes.rs`) of the sums (even and odd samples; red, green, blue), of the counts (even and odd), of the sums of each
 //! group, and of the squares, if there are any. All numbers are little-endian. Several films may follow each other in a file; they are read one by
 //! one.
 

@@ -7,7 +7,7 @@ use super::queue::{HitQueue, PathAnyHit, PathQueue, RayLimits};
 use super::stages::GenerateStage;
 use super::wave::SampleCursor;
 use crate::bvh::{self, Coherence, Stack};
-use crate::film::{Features, FirstHit, Gathering, Region, SampleRanges, half_of};
+use crate::film::{Features, FirstHit, Gathering, Region, SampleRanges};
 use crate::integrator::RenderSetup;
 use crate::integrator::path::columns::{Columns, PADDING};
 use crate::integrator::path::{Path, unpack_pixel};
@@ -51,12 +51,12 @@ impl FirstHits {
         tile: Region,
         samples: &SampleRanges,
     ) -> Vec<Features> {
-        let [all] = self.trace_halves(setup, isa, tile, samples);
+        let [all] = self.trace_by_parity(setup, isa, tile, samples);
         all
     }
 
-    /// Returns the first hits of all samples, or, with 2, of both halves separately.
-    pub fn trace_halves<const N: usize>(
+    /// Returns the first hits of every Nth sample separately: with 2 of even and of odd samples.
+    pub fn trace_by_parity<const N: usize>(
         &mut self,
         setup: &RenderSetup,
         isa: Isa,
@@ -78,7 +78,7 @@ impl FirstHits {
             }
             self.trace(setup, isa, count);
             for at in 0..count {
-                parts[half_of(self.samples[at]) % N].add(self.found[at].as_ref());
+                parts[self.samples[at] as usize % N].add(self.found[at].as_ref());
                 if self.samples[at] == last {
                     let (x, y) = unpack_pixel(self.pixels[at]);
                     for (features, part) in features.iter_mut().zip(&mut parts) {
