@@ -120,8 +120,8 @@
 //! A scene takes 50 to 60 bytes for each triangle and about 150 for each instance ([`Scene::memory_bytes`]). The
 //! builder's copy of vertices and triangles is freed after building, so keep what shading needs. During the build, a
 //! scene takes another 80 bytes for each triangle ([`Statistics`]). Time to build grows as n log n, time to trace a ray
-//! roughly as log n. Long, thin triangles at an angle to the axes are split where rays gain from it: they take up to twice
-//! the memory, and three times the time to build.
+//! roughly as log n. Long, thin triangles at an angle to the axes are split where rays gain from it: they take up to three
+//! times the memory, twice in most cases, and four to six times the time to build.
 //!
 //! Queries never panic, and the only error is [`LengthMismatch`].
 //!

@@ -41,7 +41,7 @@ fields! {
         /// how the path transport spreads a pixel's samples over its decisions: stratified at every scale, in a grid,
         /// or not at all
         sampler: Sampler = Sampler::Sobol, Form;
-        /// how many neighbouring pixels share their paths under the path transport; `Auto` measures, block by block,
+        /// how many pixels share their paths under the path transport; `Auto` measures, block by block,
         /// where this pays off
         sharing: Sharing = Sharing::Auto, Sharing;
         /// whether photons bring the light that glass and mirrors throw onto other things: caustics; `Auto` traces them

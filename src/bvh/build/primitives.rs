@@ -60,7 +60,7 @@ impl<'a> Primitives<'a> {
         Self { parts: super::slivers::split(&whole), ..whole }
     }
 
-    /// Does without splits.
+    /// Like [`Primitives::new`], without splits.
     pub fn whole(
         geometry: &'a PrimitiveArrays<'a>,
         triangles: Range<u32>,

@@ -112,7 +112,8 @@ impl<'a> Splitter<'a> {
         let buckets = Buckets::new(primitives);
         let sizes = buckets.sizes();
         let filled: Vec<usize> = (0..sizes.len()).filter(|bucket| sizes[*bucket] > 0).collect();
-        let trials: Vec<usize> = filled.into_iter().step_by(sizes.len().div_ceil(TRIALS)).collect();
+        let apart = filled.len().div_ceil(TRIALS);
+        let trials: Vec<usize> = filled.into_iter().step_by(apart).collect();
         let costs = trials.into_par_iter().with_max_len(1).map(|bucket| {
             let places = buckets.members(bucket).take(TRIAL);
             let whole: Vec<_> = places.map(|place| primitives.reference(place as usize)).collect();

@@ -115,6 +115,8 @@ pub fn frame_of(setup: &RenderSetup) -> RenderSetup {
         roulette_depth: None,
         splitting: 1.0,
         follows_light: true,
+        // Photons have met nothing matte.
+        filter_glossy: 0.0,
         ..setup.clone()
     }
 }
