@@ -31,6 +31,7 @@ mod material;
 mod mending;
 mod mesh;
 mod meshopt;
+mod mikktspace;
 mod node;
 mod pose;
 mod prefetch_images;

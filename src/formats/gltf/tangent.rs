@@ -2,98 +2,17 @@
 
 use std::collections::HashMap;
 
-use bevy_mikktspace::{Geometry, Ops, TangentSpace};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::document::Document;
+use super::mikktspace::{CORNER_BYTES, Crowded, MOST_AROUND, corner_tangents};
 use super::vertex::across;
 use crate::error::{Diagnostic, LoadError};
-use crate::math::{Vec2, Vec3, Vec4};
+use crate::math::{Vec2, Vec4};
 use crate::world::{Mesh, SourceFiles};
 
-/// The largest number of triangles around a vertex: the algorithm walks around it recursively, and compares each pair
-/// that shares an edge.
-const MOST_AROUND: u32 = 1024;
 /// Bytes charged for each additional vertex.
 const VERTEX_BYTES: u64 = 80;
-/// Bytes that the algorithm uses per corner.
-const CORNER_BYTES: u64 = 32;
-
-/// Math functions with bit-identical results on all platforms.
-struct Libm;
-
-impl Ops for Libm {
-    fn sqrt(x: f32) -> f32 {
-        x.sqrt()
-    }
-
-    fn acos(x: f32) -> f32 {
-        libm::acos(f64::from(x)) as f32
-    }
-}
-
-struct MeshCorners<'m> {
-    mesh: &'m Mesh,
-    uvs: &'m [Vec2],
-    tangents: Vec<Option<Vec4>>,
-}
-
-impl MeshCorners<'_> {
-    fn vertex(&self, face: usize, corner: usize) -> usize {
-        self.mesh.triangles[face][corner] as usize
-    }
-
-    /// True if no vertex, as the algorithm distinguishes them, has too many triangles.
-    fn is_fit(&self) -> bool {
-        let mut around: HashMap<[u32; 8], u32> = HashMap::new();
-        (0..self.tangents.len()).all(|corner| {
-            let (face, corner) = (corner / 3, corner % 3);
-            let ([a, b, c], [d, e, f]) = (self.position(face, corner), self.normal(face, corner));
-            let [g, h] = self.tex_coord(face, corner);
-            let count = around.entry([a, b, c, d, e, f, g, h].map(f32::to_bits)).or_default();
-            *count += 1;
-            *count <= MOST_AROUND
-        })
-    }
-}
-
-impl Geometry<Libm> for MeshCorners<'_> {
-    fn num_faces(&self) -> usize {
-        self.mesh.triangles.len()
-    }
-
-    fn num_vertices_of_face(&self, _: usize) -> usize {
-        3
-    }
-
-    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        // Adding zero removes negative zeros, which would count as other positions.
-        (self.mesh.positions[self.vertex(face, corner)] + Vec3::ZERO).to_array()
-    }
-
-    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        let normal =
-            self.mesh.normals.get(self.vertex(face, corner)).and_then(|normal| normal.try_normalize());
-        let flat = || {
-            let [a, b, c] = self.mesh.triangles[face].map(|vertex| self.mesh.positions[vertex as usize]);
-            (b - a).cross(c - a).normalize_or(Vec3::Z)
-        };
-        normal.unwrap_or_else(flat).to_array()
-    }
-
-    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        self.uvs[self.vertex(face, corner)].to_array()
-    }
-
-    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
-        // The v axis of MikkTSpace points up, that of glTF down.
-        self.tangents[face * 3 + corner] = space.map(|space| {
-            let [x, y, z, sign] = space.tangent_encoded();
-            Vec4::new(x, y, z, -sign)
-        });
-    }
-}
-
 /// Generates tangents along one set of a mesh's texture coordinates. A vertex whose corners get different tangents is
 /// split. A mesh without these texture coordinates gets none.
 pub(super) fn generate(
@@ -110,22 +29,10 @@ pub(super) fn generate(
     }
     let corners = mesh.triangles.len() * 3;
     document.charge(corners as u64 * CORNER_BYTES, at)?;
-    let made = sources.kept.tangents.get_or_insert(
-        || key(mesh, uvs),
-        || {
-            let mut space = MeshCorners { mesh, uvs, tangents: vec![None; corners] };
-            if !space.is_fit() {
-                return Err(Unfit::Crowded);
-            }
-            // It fails for meshes of practically no area.
-            bevy_mikktspace::generate_tangents(&mut space).map_err(|_| Unfit::Flat)?;
-            Ok(space.tangents)
-        },
-    );
+    let made = sources.kept.tangents.get_or_insert(|| key(mesh, uvs), || corner_tangents(mesh, uvs));
     match made {
         Ok(tangents) => split(mesh, &tangents, |bytes| document.charge(bytes, at)),
-        Err(Unfit::Flat) => Ok(()),
-        Err(Unfit::Crowded) => {
+        Err(Crowded) => {
             let what =
                 format!("{at}: more than {MOST_AROUND} triangles meet in a vertex: it gets no tangents");
             warnings.push(document.warning(what));
@@ -137,24 +44,15 @@ pub(super) fn generate(
 /// A hash of all inputs of the tangents.
 fn key(mesh: &Mesh, uvs: &[Vec2]) -> u128 {
     let mut hasher = Xxh3::new();
-    let mut add = |numbers: &mut dyn Iterator<Item = u32>| {
-        let bytes: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
+    let mut add = |bytes: &[u8]| {
         hasher.update(&(bytes.len() as u64).to_le_bytes());
-        hasher.update(&bytes);
+        hasher.update(bytes);
     };
-    add(&mut mesh.positions.iter().flat_map(|p| p.to_array()).map(f32::to_bits));
-    add(&mut mesh.normals.iter().flat_map(|n| n.to_array()).map(f32::to_bits));
-    add(&mut uvs.iter().flat_map(|uv| uv.to_array()).map(f32::to_bits));
-    add(&mut mesh.triangles.as_flattened().iter().copied());
+    add(bytemuck::cast_slice(&mesh.positions));
+    add(bytemuck::cast_slice(&mesh.normals));
+    add(bytemuck::cast_slice(uvs));
+    add(bytemuck::cast_slice(&mesh.triangles));
     hasher.digest128()
-}
-
-/// The reason why a mesh has no tangents.
-enum Unfit {
-    /// Too many triangles meet in a vertex.
-    Crowded,
-    /// The mesh has no area.
-    Flat,
 }
 
 /// Assigns each corner its tangent, and splits vertices where they differ.
