@@ -27,6 +27,13 @@ use crate::simd::{Float, Int, Kernel, Lanes, Mask};
 /// Trees with more blocks than this are traversed. (Measured on cut-down bumpy meshes.)
 const MOST_BLOCKS: usize = 12;
 
+impl Bvh {
+    /// True if rays meet all leaves in turn, without a traversal.
+    pub fn has_few_leaves(&self) -> bool {
+        self.triangles.len() + self.spheres.len() <= MOST_BLOCKS && self.instances.is_empty()
+    }
+}
+
 /// The leaves of a tree.
 pub(in crate::bvh) struct LeafList {
     leaves: Vec<Leaf>,
@@ -125,10 +132,7 @@ struct RayGroup<F: Float> {
 impl LeafList {
     /// Collects the leaves of a tree, if they are few and there is no instance.
     pub fn new(bvh: &Bvh) -> Option<Self> {
-        let root = bvh.root?;
-        if bvh.triangles.len() + bvh.spheres.len() > MOST_BLOCKS || !bvh.instances.is_empty() {
-            return None;
-        }
+        let root = bvh.root.filter(|_| bvh.has_few_leaves())?;
         let mut leaves = Vec::new();
         let planes = [root.bounds.min.to_array(), root.bounds.max.to_array()];
         let mut todo = vec![(root.child, planes)];

@@ -7,6 +7,7 @@
 use super::path_slots::{PathSlots, SecondVertex};
 use crate::film::{Film, Region};
 use crate::integrator::RenderSetup;
+use crate::math::Color;
 use crate::sampling::hash::mix;
 use crate::sampling::pattern::Grid;
 
@@ -19,10 +20,12 @@ pub const SAMPLES: u32 = 2;
 /// light faster than that of edges and shadows.
 const GAINS: [(u32, f32); 5] = [(0, 1.0), (2, 1.8), (4, 4.3), (5, 6.3), (6, 8.8)];
 /// The cost of connecting a first vertex to a second one, in units of one of a path's own rays with all its shading.
-/// Measured: 0.18 in a room of few triangles, 0.3 in a hall, where two thirds and three quarters of the lenders are drawn.
-const CONNECTION: f32 = 0.25;
-/// The cost of path reuse for any group size, in units of a path: 0.35 in a hall, 0.6 in a room of few triangles.
-const OVERHEAD: f32 = 0.4;
+/// Measured: 0.20 in a hall, 0.17 among shapes under a sky, 0.20 among polished ones.
+const CONNECTION: f32 = 0.19;
+/// [`CONNECTION`] in a tree of a few leaves. Measured: 0.09 in two rooms.
+const CONNECTION_PAST_FEW_LEAVES: f32 = 0.09;
+/// The cost of path reuse for any group size, in units of a path: 0.3 in a hall, 0.6 in the other scenes.
+const OVERHEAD: f32 = 0.5;
 /// The fraction of a block's estimate that comes from the block itself, whose few pixels are noisy; the rest comes from
 /// the mean of the image.
 const OWN: f32 = 0.25;
@@ -85,7 +88,9 @@ impl ReuseProbe {
     /// Creates the probe of a render from measurements of some blocks under `measuring` ([`ReuseProbe::frame_of`]),
     /// which took `rays` rays.
     pub fn new(setup: &RenderSetup, measuring: RenderSetup, measured: &[MeasuredBlock], rays: u64) -> Self {
-        Self { setup: measuring, plain: plain(setup), price: Price::of(measured, rays) }
+        let connection =
+            if setup.scene.bvh.has_few_leaves() { CONNECTION_PAST_FEW_LEAVES } else { CONNECTION };
+        Self { setup: measuring, plain: plain(setup), price: Price::of(measured, rays, connection) }
     }
 
     /// The group size chosen for a block, as a binary logarithm.
@@ -102,12 +107,13 @@ pub fn plain(setup: &RenderSetup) -> RenderSetup {
 /// Time is divided best where the image's error times its cost is least: there the last bit of time reduces the error
 /// by the same fraction everywhere.
 impl Price {
-    /// Computes the price from some blocks of an image, for which `rays` rays have been traced.
-    fn of(blocks: &[MeasuredBlock], rays: u64) -> Self {
+    /// Computes the price from some blocks of an image, for which `rays` rays have been traced. A connecting ray costs
+    /// as much as `connection` of these.
+    fn of(blocks: &[MeasuredBlock], rays: u64, connection: f32) -> Self {
         let share = 1.0 / blocks.len().max(1) as f32;
         let mean = blocks.iter().map(|block| block.square().sqrt()).sum::<f32>() * share;
         let paths: f32 = blocks.iter().map(MeasuredBlock::paths).sum();
-        let connection = CONNECTION * paths / (rays as f32).max(1.0);
+        let connection = connection * paths / (rays as f32).max(1.0);
         let floor = (0.1 * mean) * (0.1 * mean);
         let mut price = Self { variance: 0.0, floor, usual: Variances::default(), connection };
         for block in blocks {
@@ -137,11 +143,27 @@ pub(super) fn is_probed(edge: u32, x: u32, y: u32) -> bool {
     (x % every, y % every) == (place % every, place / every)
 }
 
+/// The light that a sample has found.
+#[derive(Clone, Copy)]
+struct FoundLight {
+    kept: Color<f32>,
+    /// The light that its second vertex gives.
+    shared: Color<f32>,
+    /// True if its first vertex takes light.
+    takes: bool,
+}
+
+impl FoundLight {
+    fn all(&self) -> Color<f32> {
+        self.kept + self.shared
+    }
+}
+
 /// The measurements of a block: two samples of some of its pixels.
 #[derive(Clone, Default)]
 pub struct MeasuredBlock {
-    /// By sample and pixel: red, green and blue of the light that is kept, and of that which is given.
-    found: [Vec<[f32; 6]>; SAMPLES as usize],
+    /// By sample and pixel.
+    found: [Vec<FoundLight>; SAMPLES as usize],
     receivers: usize,
     lenders: usize,
 }
@@ -176,24 +198,28 @@ impl MeasuredBlock {
     fn variances(&self, floor: f32) -> Variances {
         let [first, second] = &self.found;
         let (mut kept, mut shared) = (0.0, 0.0);
+        let block = self.square() + floor;
         for (a, b) in first.iter().zip(second) {
-            let square = |channel: usize| (a[channel] - b[channel]) * (a[channel] - b[channel]);
-            kept += square(0) + square(1) + square(2);
-            shared += square(3) + square(4) + square(5);
+            // The edge of a lamp, or of the sky, is noise relative to the mean of the two, not to the darker block.
+            let own = if a.takes == b.takes { 0.0 } else { square((a.all() + b.all()) * 0.5) + floor };
+            let scale = block.max(own).max(f32::MIN_POSITIVE).recip();
+            kept += square(a.kept - b.kept) * scale;
+            shared += square(a.shared - b.shared) * scale;
         }
-        let scale = 1.0 / (self.paths() * (self.square() + floor).max(f32::MIN_POSITIVE));
-        Variances { kept: kept * scale, shared: shared * scale }
+        let share = self.paths().recip();
+        Variances { kept: kept * share, shared: shared * share }
     }
 
     /// The squared mean radiance, summed over the channels.
     fn square(&self) -> f32 {
-        let count = self.paths();
-        let mean = |channel: usize| {
-            let all = self.found.iter().flatten();
-            all.map(|found| found[channel] + found[channel + 3]).sum::<f32>() / count
-        };
-        [0, 1, 2].map(mean).iter().map(|mean| mean * mean).sum()
+        let sum = self.found.iter().flatten().fold(Color::black(), |sum, found| sum + found.all());
+        square(sum * self.paths().recip())
     }
+}
+
+/// The sum of a colour's squares.
+fn square(Color { r, g, b }: Color<f32>) -> f32 {
+    r * r + g * g + b * b
 }
 
 /// Columns and rows of blocks, row by row.
@@ -215,7 +241,8 @@ impl PathSlots {
                 let seen =
                     film.pixels()[region.index(x, y)].sum[sample].map(|sum| (sum as f64 * quantum) as f32);
                 let (own, shared) = (slot.weight * slot.own, slot.weight * slot.shared);
-                let found = [seen[0] + own.r, seen[1] + own.g, seen[2] + own.b, shared.r, shared.g, shared.b];
+                let kept = Color::new(seen[0], seen[1], seen[2]) + own;
+                let found = FoundLight { kept, shared, takes: slot.takes };
                 measured.found[sample].push(found);
                 measured.receivers += usize::from(slot.takes);
                 let offers = matches!(slot.offer, SecondVertex::Far(_) | SecondVertex::Near(_));
@@ -275,8 +302,8 @@ mod tests {
     /// A block of radiance 1 whose two samples deviate from the mean by `kept` and `lent`.
     fn block(kept: f32, shared: f32, paths: usize) -> MeasuredBlock {
         let pair = |sign: f32| {
-            let (kept, shared) = (0.5 + sign * kept, 0.5 + sign * shared);
-            vec![[kept, kept, kept, shared, shared, shared]; paths]
+            let [kept, shared] = [kept, shared].map(|deviation| Color::grey(0.5 + sign * deviation));
+            vec![FoundLight { kept, shared, takes: true }; paths]
         };
         MeasuredBlock { found: [pair(1.0), pair(-1.0)], receivers: 2 * paths, lenders: 2 * paths }
     }
@@ -285,7 +312,7 @@ mod tests {
     fn reuse_is_chosen_only_where_it_pays() {
         let choice = |kept, shared| {
             let block = block(kept, shared, 16);
-            let price = Price::of(std::slice::from_ref(&block), 200);
+            let price = Price::of(std::slice::from_ref(&block), 200, CONNECTION);
             block.choice(&price).0
         };
         assert_eq!(choice(0.3, 0.0), 0, "there is nothing to gain");
@@ -293,9 +320,22 @@ mod tests {
         assert_eq!(choice(0.01, 0.4), 6, "there is nothing else");
         // A block that is dark compared to the others is not worth the time.
         let block = block(0.01, 0.2, 16);
-        let price = Price::of(std::slice::from_ref(&block), 200);
+        let price = Price::of(std::slice::from_ref(&block), 200, CONNECTION);
         assert_eq!(block.choice(&Price { variance: 100.0, ..price }).0, 0);
         assert_eq!(MeasuredBlock::default().choice(&price).0, 0, "nothing was looked at");
+    }
+
+    /// One sample of 128 on a lamp beside its edge outweighed all other blocks.
+    #[test]
+    fn edges_of_lamps_leave_the_choice_elsewhere_alone() {
+        let usual = block(0.01, 0.4, 64);
+        let mut at_the_lamp = usual.clone();
+        at_the_lamp.found[0][5] =
+            FoundLight { kept: Color::grey(50.0), shared: Color::black(), takes: false };
+        let mut blocks = vec![usual.clone(); 31];
+        blocks.push(at_the_lamp);
+        let price = Price::of(&blocks, 31 * 800, CONNECTION);
+        assert_eq!(usual.choice(&price).0, 6);
     }
 
     #[test]
