@@ -74,7 +74,7 @@ const CRATES: [(&str, &[&str]); 42] = [
     ("dejavu", &["study"]),
     ("rand", &["math", "study"]),
     ("xxhash_rust", &["world", "film", "scene", "denoise", "formats", "study"]),
-    ("bytemuck", &["world"]),
+    ("bytemuck", &["world", "formats"]),
     ("strsim", &["error"]),
     ("thiserror", &["error", "world", "formats", "memory", "query", "view"]),
     ("libm", &["math", "world", "sampling", "film", "compile", "formats", "study", "check", "view", "cli"]),

@@ -28,10 +28,10 @@ pub(super) fn corner_tangents(mesh: &Mesh, uvs: &[Vec2]) -> Result<Vec<Option<Ve
     if welded.around().into_iter().any(|count| count > MOST_AROUND) {
         return Err(Crowded);
     }
-    let mut faces: Vec<Face> = welded
+    let mut faces: Vec<MappedTriangle> = welded
         .faces
         .par_iter()
-        .map(|corners| Face::new(corners.map(|id| &welded.vertices[id as usize])))
+        .map(|corners| MappedTriangle::new(corners.map(|id| &welded.vertices[id as usize])))
         .collect();
     let fans = Fans::new(&mut faces, &welded);
     let parts: Vec<Vec<(u32, Vec4)>> = fans
@@ -114,7 +114,7 @@ impl Welded {
         Self { vertices: welder.vertices, faces }
     }
 
-    /// How many triangles meet in each vertex.
+    /// The number of triangles that meet in each vertex.
     fn around(&self) -> Vec<u32> {
         let mut around = vec![0; self.vertices.len()];
         self.faces.as_flattened().iter().for_each(|id| around[*id as usize] += 1);
@@ -164,7 +164,7 @@ impl Welder {
 }
 
 /// One triangle.
-struct Face {
+struct MappedTriangle {
     /// Unit vectors along growing u and v, or zero.
     along: [Vec3; 2],
     /// Two of its corners lie in one place: it is left out, and gets a neighbour's tangents.
@@ -175,7 +175,7 @@ struct Face {
     preserves: bool,
 }
 
-impl Face {
+impl MappedTriangle {
     fn new([a, b, c]: [&WeldedVertex; 3]) -> Self {
         let degenerate = a.position == b.position || b.position == c.position || c.position == a.position;
         let [d, e] = [b.position - a.position, c.position - a.position];
@@ -216,7 +216,7 @@ struct Fans {
 
 impl Fans {
     /// Walks around the vertices. Triangles that join any fan take the first one's direction.
-    fn new(faces: &mut [Face], welded: &Welded) -> Self {
+    fn new(faces: &mut [MappedTriangle], welded: &Welded) -> Self {
         let neighbours = neighbours(faces, welded);
         let mut fans = Self { corners: Vec::with_capacity(faces.len() * 3), ends: Vec::new() };
         // The fan of each corner.
@@ -233,7 +233,9 @@ impl Fans {
             open.push(seed / 3);
             while let Some(number) = open.pop() {
                 let corners = welded.faces[number as usize];
-                let at = (0..3).find(|at| corners[*at] == vertex).expect("edges of the vertex lead here");
+                let at = (0..3).find(|at| corners[*at] == vertex);
+                // Edges of the vertex lead here.
+                let Some(at) = at else { continue };
                 let corner = 3 * number as usize + at;
                 if fan_of[corner] != NONE {
                     continue;
@@ -260,7 +262,7 @@ impl Fans {
 
 /// The triangle behind each edge, which begins at the corner of its number. Where several meet, each is joined to the
 /// next one that runs the other way.
-fn neighbours(faces: &[Face], welded: &Welded) -> Vec<u32> {
+fn neighbours(faces: &[MappedTriangle], welded: &Welded) -> Vec<u32> {
     let ids = welded.faces.as_flattened();
     let ends = |edge: u32| {
         let from = edge - edge % 3;
@@ -331,7 +333,13 @@ impl Member {
 
 impl Fan {
     /// Adds the tangents of a fan's corners.
-    fn evaluate(&mut self, corners: &[u32], faces: &[Face], welded: &Welded, made: &mut Vec<(u32, Vec4)>) {
+    fn evaluate(
+        &mut self,
+        corners: &[u32],
+        faces: &[MappedTriangle],
+        welded: &Welded,
+        made: &mut Vec<(u32, Vec4)>,
+    ) {
         let member = |corner: &u32| {
             let (number, at) = ((corner / 3) as usize, (corner % 3) as usize);
             let (face, ids) = (&faces[number], welded.faces[number]);
@@ -363,7 +371,7 @@ impl Fan {
 }
 
 /// Gives each corner of a triangle without area the tangent of the first other corner in its vertex.
-fn lend_to_degenerate(faces: &[Face], welded: &Welded, tangents: &mut [Option<Vec4>]) {
+fn lend_to_degenerate(faces: &[MappedTriangle], welded: &Welded, tangents: &mut [Option<Vec4>]) {
     if faces.iter().all(|face| !face.degenerate) {
         return;
     }
