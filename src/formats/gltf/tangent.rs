@@ -13,6 +13,7 @@ use crate::world::{Mesh, SourceFiles};
 
 /// Bytes charged for each additional vertex.
 const VERTEX_BYTES: u64 = 80;
+
 /// Generates tangents along one set of a mesh's texture coordinates. A vertex whose corners get different tangents is
 /// split. A mesh without these texture coordinates gets none.
 pub(super) fn generate(
