@@ -38,11 +38,6 @@ fn unsplit(soup: &Soup) -> Bvh {
     bvh
 }
 
-/// The number of triangles in all leaves, parts of the same one included.
-fn held(bvh: &Bvh) -> usize {
-    bvh.triangles.iter().flat_map(|block| block.words).filter(|word| PrimitiveRef(*word).is_used()).count()
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
